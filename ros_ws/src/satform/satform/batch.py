@@ -1,0 +1,49 @@
+"""Many satellites' objects as one: dataclasses of arrays, stacked along a leading axis."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+T = TypeVar("T")
+
+
+def stack(items: Sequence[T]) -> T:
+    """One dataclass whose arrays carry a leading satellite axis, from one per satellite.
+
+    Arrays belong to a satellite and are stacked, 0-d ones too; nested dataclasses are stacked field
+    by field; anything else (a plain number, a mode's name, None) belongs to the whole formation and
+    has to be the same in all of them.
+
+    Args:
+        items: at least one instance, all of the same dataclass.
+
+    Returns:
+        An instance of the same dataclass; a field of shape (...) becomes (len(items), ...).
+
+    Raises:
+        ValueError: the items cannot fly as one, because a field differs in kind.
+    """
+    first = items[0]
+    if any(type(item) is not type(first) for item in items):
+        kinds = sorted({type(item).__name__ for item in items})
+        raise ValueError(f"cannot stack different kinds: {', '.join(kinds)}")
+    if not dataclasses.is_dataclass(first) or isinstance(first, type):
+        raise ValueError(f"cannot stack {type(first).__name__}: it is not a dataclass")
+    stacked: dict[str, Any] = {}
+    for field in dataclasses.fields(first):
+        values = [getattr(item, field.name) for item in items]
+        stacked[field.name] = _stack_values(values, f"{type(first).__name__}.{field.name}")
+    return dataclasses.replace(first, **stacked)
+
+
+def _stack_values(values: list[Any], name: str) -> Any:
+    sample = values[0]
+    if dataclasses.is_dataclass(sample) and not isinstance(sample, type):
+        return stack(values)
+    if isinstance(sample, np.ndarray | np.generic):
+        return np.stack(values)
+    if any(value != sample for value in values):
+        raise ValueError(f"cannot stack {name}: it differs between satellites")
+    return sample

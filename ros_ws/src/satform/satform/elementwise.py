@@ -1,0 +1,65 @@
+"""Vector algebra that gives the same bits for one satellite and for a thousand.
+
+Everything on the flight path is built from element-wise operations in a fixed order. Matrix
+products go through BLAS, whose order of summation depends on the shape of its arguments, and
+`np.arctan2` differs in the last bit between an array and a scalar, so neither is used in flight.
+The last axis of an array holds the components x, y, z; leading axes, if any, are satellites.
+"""
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar product over the last axis.
+
+    Args:
+        a: vectors, shape (..., 3).
+        b: vectors, shape (..., 3), broadcast against `a`.
+
+    Returns:
+        Shape (...), in the product of the units of `a` and `b`.
+    """
+    product = a * b
+    total: Array = product[..., 0] + product[..., 1] + product[..., 2]
+    return total
+
+
+def norm(a: Array) -> Array:
+    """Euclidean length over the last axis: shape (..., 3) to shape (...), in the unit of `a`."""
+    length: Array = np.sqrt(dot(a, a))
+    return length
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector product over the last axis.
+
+    Args:
+        a: vectors, shape (..., 3).
+        b: vectors, shape (..., 3), of the same shape as `a` after broadcasting.
+
+    Returns:
+        Shape (..., 3), in the product of the units of `a` and `b`.
+    """
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=-1)
+
+
+def arctan2(y: Array, x: Array) -> Array:
+    """Quadrant-aware arc tangent with the same bits for any shape.
+
+    Args:
+        y: ordinates, any shape.
+        x: abscissae, same shape as `y`.
+
+    Returns:
+        Angles in rad within [-pi, pi], same shape.
+    """
+    flat = [math.atan2(b, a) for b, a in zip(np.ravel(y).tolist(), np.ravel(x).tolist(), strict=True)]
+    return np.asarray(flat, dtype=np.float64).reshape(np.shape(y))

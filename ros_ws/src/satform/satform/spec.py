@@ -1,0 +1,75 @@
+"""Specifications: typed, bounded data from which the parts of a formation are built.
+
+A part that a scenario chooses by name (a controller, a curve, a perturbation, a consensus law, a
+topology) is declared once, as a `Spec`: a pydantic model with a literal `kind`, bounded fields
+with units in their descriptions, and a `build` method that returns the part itself. The scenario's
+JSON Schema, the ROS parameters and the documentation all come from that one declaration.
+Specs are found through Python entry points, so that a package outside this one adds its own.
+"""
+
+import functools
+from importlib.metadata import entry_points
+from typing import Annotated, Any, Union
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, GetCoreSchemaHandler
+from pydantic_core import CoreSchema
+
+
+class Spec(BaseModel):
+    """Base of all data in a scenario: immutable, nothing unknown accepted, no infinities."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+def _three(value: Any) -> Any:
+    """A lone number stands for the same value on each axis."""
+    return (value, value, value) if isinstance(value, int | float) else value
+
+
+Number = Annotated[float, Field(ge=-1e15, le=1e15)]
+NonNegative = Annotated[float, Field(ge=0.0, le=1e15)]
+Positive = Annotated[float, Field(gt=0.0, le=1e15)]
+Vector = tuple[Number, Number, Number]
+PerAxis = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
+PositivePerAxis = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_three)]
+NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(_three)]
+
+
+@functools.cache
+def specs(group: str) -> dict[str, type[Spec]]:
+    """The registered specifications of one group.
+
+    Args:
+        group: entry point group, for example `satform.controllers`.
+
+    Returns:
+        Specification classes by the name under which a scenario chooses them.
+
+    Raises:
+        TypeError: an entry point is not a `Spec` or its `kind` differs from its registered name.
+    """
+    found: dict[str, type[Spec]] = {}
+    for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
+        spec = entry.load()
+        if not (isinstance(spec, type) and issubclass(spec, Spec)):
+            raise TypeError(f"entry point {group}:{entry.name} ({entry.value}) is not a satform.spec.Spec")
+        kind = spec.model_fields["kind"].default if "kind" in spec.model_fields else None
+        if kind != entry.name:
+            raise TypeError(f"entry point {group}:{entry.name} ({entry.value}) declares kind {kind!r}")
+        found[entry.name] = spec
+    return found
+
+
+class Plugin:
+    """Annotation of a field that holds any registered specification of one entry point group."""
+
+    def __init__(self, group: str) -> None:
+        self.group = group
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        choices = tuple(specs(self.group).values())
+        if not choices:
+            raise TypeError(f"no entry point is registered in the group {self.group}")
+        if len(choices) == 1:
+            return handler.generate_schema(choices[0])
+        return handler.generate_schema(Annotated[Union[choices], Discriminator("kind")])  # noqa: UP007
