@@ -1,0 +1,1 @@
+"""How satellites move: orbital models and the accelerations that disturb them."""
