@@ -1,0 +1,237 @@
+"""Ellipses and circles in any plane, with arc length by elliptic integrals."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ellipeinc
+
+from satform.curves.curve import CurvePoint
+from satform.elementwise import Array, arctan2, dot
+
+_INVERSION_STEPS = 3
+_PROJECTION_STEPS = 7
+_TINY = 1e-300
+# Far below any length in metres, and its inverse times any length is still finite.
+_NEGLIGIBLE = 1e-200
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """An ellipse in any plane: centre + first_axis cos(theta) + second_axis sin(theta).
+
+    Built by `ellipse`, which works out the derived attributes. A circle is an ellipse with equal
+    axes. "Apex" below means an end of the longer axis, where the curvature is greatest.
+
+    Attributes:
+        centre: m, LVLH, shape (..., 3).
+        first_axis: semi-axis to the point of theta = 0, m, shape (..., 3).
+        second_axis: semi-axis to the point of theta = pi/2, perpendicular to the first, m, shape (..., 3).
+        first_direction: unit vector along the first axis, shape (..., 3).
+        second_direction: unit vector along the second axis, shape (..., 3).
+        first_length: length of the first semi-axis, m, shape (...).
+        second_length: length of the second semi-axis, m, shape (...).
+        semi_major: the longer of the two, m, shape (...).
+        semi_minor: the shorter of the two, m, shape (...).
+        linear_eccentricity: distance of a focus from the centre, m, shape (...).
+        elliptic_parameter: 1 - (semi_major / semi_minor)^2, parameter m of the elliptic integral,
+            shape (...).
+        quarter: arc length of a quarter of the ellipse, m, shape (...).
+        perimeter: arc length of one lap, m, shape (...).
+        apex_shift: quarters of a lap from the apex before theta = 0 to theta = 0: 0 when the first
+            axis is the longer, else 1, shape (...).
+    """
+
+    centre: Array
+    first_axis: Array
+    second_axis: Array
+    first_direction: Array
+    second_direction: Array
+    first_length: Array
+    second_length: Array
+    semi_major: Array
+    semi_minor: Array
+    linear_eccentricity: Array
+    elliptic_parameter: Array
+    quarter: Array
+    perimeter: Array
+    apex_shift: Array
+
+    def arc_length_at(self, angle: Array) -> Array:
+        """Arc length from theta = 0.
+
+        Args:
+            angle: theta, rad, shape (...), any number of laps.
+
+        Returns:
+            m, shape (...).
+
+        Source: incomplete elliptic integral of the second kind, DLMF 19.30(i).
+        """
+        from_apex = angle + self.apex_shift * (0.5 * np.pi)
+        half_laps = np.rint(from_apex / np.pi)
+        part = self._arc_from_apex(from_apex - half_laps * np.pi)
+        total: Array = (2.0 * half_laps - self.apex_shift) * self.quarter + part
+        return total
+
+    def angle_at(self, arc_length: Array) -> Array:
+        """Angle at an arc length: the inverse of `arc_length_at`, to rounding.
+
+        Args:
+            arc_length: from theta = 0, m, shape (...), any number of laps.
+
+        Returns:
+            theta, rad, shape (...).
+
+        Source: Halley's iteration on the elliptic integral, whose first two derivatives are closed.
+        """
+        from_apex = arc_length + self.apex_shift * self.quarter
+        half_laps = np.rint(from_apex / (2.0 * self.quarter))
+        part = from_apex - half_laps * (2.0 * self.quarter)
+        angle = half_laps * np.pi + self._angle_from_apex(part)
+        total: Array = angle - self.apex_shift * (0.5 * np.pi)
+        return total
+
+    def point(self, angle: Array) -> CurvePoint:
+        """Position, Frenet frame and speed.
+
+        Args:
+            angle: theta, rad, shape (...).
+
+        Returns:
+            The curve's local shape, vectors of shape (..., 3).
+        """
+        a, b = self.first_length, self.second_length
+        sine, cosine = np.sin(angle), np.cos(angle)
+        radial, along = a * sine, b * cosine
+        speed = np.sqrt(radial * radial + along * along)
+        backward, forward = (radial / speed)[..., None], (along / speed)[..., None]
+        first, second = self.first_direction, self.second_direction
+        return CurvePoint(
+            position=self.centre + self.first_axis * cosine[..., None] + self.second_axis * sine[..., None],
+            tangent=forward * second - backward * first,
+            normal=-backward * second - forward * first,
+            curvature=a * b / (speed * speed * speed),
+            speed=speed,
+            speed_slope=(a * a - b * b) * sine * cosine / speed,
+        )
+
+    def nearest(self, position: Array) -> Array:
+        """Angle of the point of the ellipse closest to a position, the global minimum.
+
+        The plane's first quadrant holds one closest point for a position in it, and the others
+        follow by symmetry. Where several points are equally close the one with non-negative
+        coordinates along the two axes is taken; the centre of a circle goes to theta = pi/2.
+
+        Args:
+            position: m, LVLH, shape (..., 3).
+
+        Returns:
+            theta, rad, shape (...), in [-pi, pi].
+
+        Source: the multiplier form of the closest-point problem, solved like the trust-region
+        subproblem of Moré & Sorensen 1983 with a fixed number of steps.
+        """
+        offset = position - self.centre
+        first, second = dot(offset, self.first_direction), dot(offset, self.second_direction)
+        swapped = self.apex_shift > 0.5
+        along_major = np.abs(np.where(swapped, second, first))
+        along_minor = np.abs(np.where(swapped, first, second))
+        cosine, sine = _closest_in_quadrant(
+            along_major / self.semi_major, along_minor / self.semi_major, self.semi_minor / self.semi_major
+        )
+        first_part, second_part = np.where(swapped, sine, cosine), np.where(swapped, cosine, sine)
+        return arctan2(
+            np.where(second < 0.0, -second_part, second_part), np.where(first < 0.0, -first_part, first_part)
+        )
+
+    def _arc_from_apex(self, angle: Array) -> Array:
+        arc: Array = self.semi_minor * ellipeinc(angle, self.elliptic_parameter)
+        return arc
+
+    def _angle_from_apex(self, arc_length: Array) -> Array:
+        """Inverse of `_arc_from_apex` between one apex and the flat points on either side of it."""
+        b, c = self.semi_minor, self.linear_eccentricity
+        minor_square, excess = b * b, c * c
+        angle = np.copysign(_angle_guess(np.abs(arc_length), b, c), arc_length)
+        for _ in range(_INVERSION_STEPS):
+            sine = np.sin(angle)
+            speed_square = minor_square + excess * sine * sine
+            speed = np.sqrt(speed_square)
+            newton = (self._arc_from_apex(angle) - arc_length) / speed
+            bend = excess * sine * np.cos(angle) / speed_square
+            angle = angle - newton / (1.0 - 0.5 * newton * bend)
+        return angle
+
+
+def ellipse(centre: Array, first_axis: Array, second_axis: Array) -> Ellipse:
+    """An ellipse from its centre and its two perpendicular semi-axes.
+
+    Args:
+        centre: m, LVLH, shape (3,).
+        first_axis: from the centre to the point of zero arc length, m, shape (3,).
+        second_axis: from the centre to the point a quarter of a lap on, m, shape (3,).
+
+    Returns:
+        The ellipse with everything that does not depend on the place along it worked out.
+    """
+    first_length, second_length = float(np.linalg.norm(first_axis)), float(np.linalg.norm(second_axis))
+    first_direction, second_direction = first_axis / first_length, second_axis / second_length
+    semi_major, semi_minor = max(first_length, second_length), min(first_length, second_length)
+    parameter = 1.0 - (semi_major / semi_minor) ** 2
+    quarter = semi_minor * float(ellipeinc(0.5 * np.pi, parameter))
+    return Ellipse(
+        centre=np.asarray(centre, dtype=np.float64),
+        first_axis=np.asarray(first_axis, dtype=np.float64),
+        second_axis=np.asarray(second_axis, dtype=np.float64),
+        first_direction=first_direction,
+        second_direction=second_direction,
+        first_length=_scalar(first_length),
+        second_length=_scalar(second_length),
+        semi_major=_scalar(semi_major),
+        semi_minor=_scalar(semi_minor),
+        linear_eccentricity=_scalar(((semi_major - semi_minor) * (semi_major + semi_minor)) ** 0.5),
+        elliptic_parameter=_scalar(parameter),
+        quarter=_scalar(quarter),
+        perimeter=_scalar(4.0 * quarter),
+        apex_shift=_scalar(0.0 if first_length >= second_length else 1.0),
+    )
+
+
+def _scalar(value: float) -> Array:
+    """A number with the interface of an array; several times as fast as a 0-d array."""
+    number: Array = np.asarray(value, dtype=np.float64)[()]
+    return number
+
+
+def _angle_guess(arc_length: Array, semi_minor: Array, linear_eccentricity: Array) -> Array:
+    """Start of the inversion, for non-negative arc lengths up to a quarter.
+
+    The speed is at least semi_minor and at least linear_eccentricity sin(angle). Either gives an upper
+    bound of the angle, from which the iteration on a convex function closes in.
+    """
+    ratio = np.minimum(arc_length / (2.0 * linear_eccentricity + _NEGLIGIBLE), 0.5)
+    guess: Array = np.minimum(arc_length / semi_minor, 2.0 * np.arcsin(np.sqrt(ratio)))
+    return guess
+
+
+def _closest_in_quadrant(along_major: Array, along_minor: Array, ratio: Array) -> tuple[Array, Array]:
+    """Cosine and sine of the angle (from the apex) of the closest point of an ellipse of axes 1, ratio.
+
+    With multiplier s the closest point is (u, ratio v), u = along_major / (s + 1 - ratio^2) and
+    v = ratio along_minor / s, where s > 0 makes (u, v) a unit vector. The length of (u, v) is at
+    least one at the start and its inverse is almost linear in s, so the steps never overshoot. The
+    start is the best of three lower bounds: v <= 1, u <= 1, and, near the centre of curvature of the
+    apex where those two are far off, v^2 = 1 - u^2 <= 2 (s + shortfall) / (s + gap).
+    """
+    gap = 1.0 - ratio * ratio
+    pull = ratio * along_minor
+    shortfall = np.maximum(gap - along_major, _TINY)
+    near_apex_centre = np.minimum(np.cbrt(0.25 * pull * pull * gap), 0.5 * pull * np.sqrt(gap / shortfall))
+    s = np.maximum(np.maximum(pull, along_major - gap), np.maximum(near_apex_centre, _TINY))
+    for _ in range(_PROJECTION_STEPS):
+        u, v = along_major / (s + gap), pull / s
+        square = u * u + v * v
+        slope = u * u / (s + gap) + v * v / s
+        s = s + np.maximum(np.sqrt(square) - 1.0, 0.0) * square / np.maximum(slope, _TINY)
+    u, v = np.minimum(along_major / (s + gap), 1.0), pull / s
+    return u, np.where(pull > 0.0, v, np.sqrt(1.0 - u * u))
