@@ -1,0 +1,1 @@
+"""What satellites agree on, and with whom: communication graphs and consensus laws."""

@@ -1,0 +1,200 @@
+"""Consensus on the generalised arc length: the rate of each satellite along its own orbit.
+
+Satellites agree on their phase, xi less the satellite's own phase offset, and announce just that:
+nobody needs to know another's offset, which may therefore change in flight. Where no offset is
+wanted, the phase is xi itself.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.elementwise import Array
+from satform.spec import Positive, Spec
+
+NeighbourValues = Literal["hold", "extrapolate"]
+ArcLengthSource = Literal["reference", "projected"]
+
+
+@dataclass(frozen=True)
+class Heard:
+    """What a satellite last heard from its K neighbours, in ascending order of their indices.
+
+    An entry of weight zero is padding, or a neighbour of whom nothing is (any longer) known; its
+    other values do not matter as long as they are finite.
+
+    Attributes:
+        arc_length: phase of the neighbour when it spoke, m, shape (..., K).
+        rate: eta of the neighbour when it spoke, m/s, shape (..., K).
+        stamp: simulated time to which both belong, s, shape (..., K).
+        weight: 1 for a neighbour that counts, else 0, shape (..., K).
+    """
+
+    arc_length: Array
+    rate: Array
+    stamp: Array
+    weight: Array
+
+
+@dataclass(frozen=True)
+class ArcLengthConsensus:
+    """The consensus law of one satellite, or of many stacked along a leading axis.
+
+    Attributes:
+        tracking_gain: of the own rate's error, 1/s, shape (...).
+        coupling_gain: of the disagreement in arc length, 1/s^2, shape (...).
+        rate_gain: of the disagreement in rate, 1/s, shape (...).
+        neighbour_values: `hold` takes a neighbour's value as it was heard, `extrapolate` carries it on
+            at the rate it was heard with, by its stamp.
+        arc_length_source: whether xi is that of the reference point or that of the point of the
+            orbit closest to the satellite, in which case the formation waits for a laggard.
+    """
+
+    tracking_gain: Array
+    coupling_gain: Array
+    rate_gain: Array
+    neighbour_values: NeighbourValues = "hold"
+    arc_length_source: ArcLengthSource = "reference"
+
+    def acceleration(
+        self, arc_length: Array, rate: Array, nominal_rate: Array | float, heard: Heard, time: float
+    ) -> Array:
+        """Rate of change of a satellite's own eta.
+
+        Args:
+            arc_length: own phase, m, shape (...).
+            rate: own eta, m/s, shape (...).
+            nominal_rate: constant rate of the whole formation, m/s, shape (...).
+            heard: from the neighbours, shape (..., K).
+            time: simulated, s.
+
+        Returns:
+            deta/dt, m/s^2, shape (...).
+
+        Source: Chen et al. 2015, consensus on the generalised arc length; cf. Ren & Beard, ch. 4.
+        """
+        own = -self.tracking_gain * (rate - nominal_rate)
+        if heard.arc_length.shape[-1] == 0:
+            return own
+        neighbour = heard.arc_length
+        if self.neighbour_values == "extrapolate":
+            neighbour = neighbour + (time - heard.stamp) * heard.rate
+        behind = arc_length[..., None] - neighbour
+        slower = rate[..., None] - heard.rate
+        pull = self.coupling_gain[..., None] * behind + self.rate_gain[..., None] * slower
+        # An accumulation adds strictly one after another, which a sum over an axis does not promise.
+        total = np.add.accumulate(heard.weight * pull, axis=-1)[..., -1]
+        change: Array = own - total
+        return change
+
+
+def propagate(arc_length: Array, rate: Array, rate_change: Array, duration: float) -> tuple[Array, Array]:
+    """Generalised arc length and rate after a period of constant rate of change.
+
+    Args:
+        arc_length: xi, m, shape (...).
+        rate: eta, m/s, shape (...).
+        rate_change: deta/dt, m/s^2, shape (...).
+        duration: s.
+
+    Returns:
+        xi (m) and eta (m/s) at the end, each of shape (...).
+    """
+    gained = rate_change * duration
+    return arc_length + (rate + 0.5 * gained) * duration, rate + gained
+
+
+class ConsensusSpec(Spec):
+    """Base of every consensus law's specification; subclasses set a literal `kind` and their gains."""
+
+    def build(self) -> ArcLengthConsensus:
+        """The law itself."""
+        raise NotImplementedError
+
+
+class ArcLengthConsensusSpec(ConsensusSpec):
+    """Consensus on the generalised arc length and its rate."""
+
+    kind: Literal["arc_length"] = "arc_length"
+    tracking_gain: Positive
+    """Pull of the own rate towards the nominal one, 1/s."""
+    coupling_gain: Positive
+    """Pull towards the neighbours' arc length, 1/s^2."""
+    rate_gain: Positive
+    """Pull towards the neighbours' rate, 1/s."""
+    neighbour_values: NeighbourValues = "hold"
+    """`hold` takes a neighbour's value as it was heard; `extrapolate` carries it on by its time stamp."""
+    arc_length_source: ArcLengthSource = "reference"
+    """`reference`: of the reference point; `projected`: of the orbit's point closest to the satellite."""
+
+    def build(self) -> ArcLengthConsensus:
+        """The law itself."""
+        return ArcLengthConsensus(
+            tracking_gain=np.asarray(self.tracking_gain),
+            coupling_gain=np.asarray(self.coupling_gain),
+            rate_gain=np.asarray(self.rate_gain),
+            neighbour_values=self.neighbour_values,
+            arc_length_source=self.arc_length_source,
+        )
+
+
+def modal_roots(
+    eigenvalues: Array | NDArray[np.complex128], tracking_gain: float, coupling_gain: float, rate_gain: float
+) -> NDArray[np.complex128]:
+    """Roots of the consensus without delay, for each mode of the graph.
+
+    Args:
+        eigenvalues: of the graph's Laplacian, shape (N,).
+        tracking_gain: 1/s.
+        coupling_gain: 1/s^2.
+        rate_gain: 1/s.
+
+    Returns:
+        The two roots of s^2 + (tracking_gain + rate_gain lambda) s + coupling_gain lambda of each
+        eigenvalue, the one further to the right first, 1/s, shape (N, 2). The law is stable when all
+        but one of them, which stands for the free common phase, have a negative real part.
+
+    Source: Ren & Beard, ch. 4, modal decomposition of second-order consensus.
+    """
+    modes = np.asarray(eigenvalues, dtype=np.complex128)
+    half = 0.5 * (tracking_gain + rate_gain * modes)
+    spread = np.sqrt(half * half - coupling_gain * modes)
+    # The larger root first: the smaller one follows from the product without cancellation.
+    far = np.where((np.conj(half) * spread).real >= 0.0, -half - spread, -half + spread)
+    near = coupling_gain * modes / far
+    roots = np.stack((near, far), axis=-1)
+    swap = near.real < far.real
+    roots[swap] = roots[swap][:, ::-1]
+    return roots
+
+
+def delay_margin(eigenvalues: Array, tracking_gain: float, coupling_gain: float, rate_gain: float) -> float:
+    """Largest delay of own and neighbours' arc-length values alike under which consensus is stable.
+
+    Args:
+        eigenvalues: of an undirected graph's Laplacian, shape (N,).
+        tracking_gain: 1/s.
+        coupling_gain: 1/s^2.
+        rate_gain: 1/s.
+
+    Returns:
+        s; infinite where no eigenvalue is positive.
+
+    Raises:
+        ValueError: the eigenvalues are complex, as a directed graph's may be.
+
+    Source: phase margin of s^2 + tracking_gain s + (coupling_gain + rate_gain s) lambda exp(-s delay).
+    """
+    if np.iscomplexobj(eigenvalues):
+        raise ValueError("the delay margin is known in closed form for undirected graphs only")
+    values = np.asarray(eigenvalues, dtype=np.float64)
+    mode = values[values > 1e-9 * max(1.0, float(np.max(np.abs(values), initial=0.0)))]
+    if mode.size == 0:
+        return float("inf")
+    excess = tracking_gain**2 - (mode * rate_gain) ** 2
+    square = 0.5 * (np.sqrt(excess**2 + 4.0 * (mode * coupling_gain) ** 2) - excess)
+    frequency = np.sqrt(square)
+    phase = np.arctan(tracking_gain / frequency) + np.arctan(rate_gain * frequency / coupling_gain)
+    return float(np.min(phase / frequency))

@@ -1,0 +1,221 @@
+"""Who hears whom: communication topologies and what their Laplacian says about agreement."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from satform.elementwise import Array
+from satform.spec import Spec
+
+Hears = tuple[Literal[0, 1], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """A directed graph of satellites; an undirected one hears both ways along every edge.
+
+    Attributes:
+        adjacency: 1 in row i and column j when satellite i hears satellite j, else 0, shape (N, N),
+            with a zero diagonal.
+    """
+
+    adjacency: Array
+
+    def __len__(self) -> int:
+        """Number of satellites."""
+        return len(self.adjacency)
+
+    def neighbours(self, satellite: int) -> tuple[int, ...]:
+        """Indices of those whom `satellite` hears, ascending."""
+        return tuple(np.flatnonzero(self.adjacency[satellite]).tolist())
+
+    def listeners(self, satellite: int) -> tuple[int, ...]:
+        """Indices of those who hear `satellite`, ascending."""
+        return tuple(np.flatnonzero(self.adjacency[:, satellite]).tolist())
+
+    @cached_property
+    def edges(self) -> tuple[tuple[int, int], ...]:
+        """Pairs (speaker, listener), ascending by listener and then by speaker."""
+        listeners, speakers = np.nonzero(self.adjacency)
+        return tuple(zip(speakers.tolist(), listeners.tolist(), strict=True))
+
+    @cached_property
+    def directed(self) -> bool:
+        """Whether some satellite hears one that does not hear it."""
+        return not np.array_equal(self.adjacency, self.adjacency.T)
+
+    def subgraph(self, satellites: NDArray[np.bool_] | list[int]) -> "Graph":
+        """The graph of some of the satellites, for example of those alive.
+
+        Args:
+            satellites: a mask of shape (N,), or ascending indices.
+
+        Returns:
+            The graph of those satellites, renumbered in their order.
+        """
+        chosen = np.asarray(satellites)
+        return Graph(self.adjacency[chosen][:, chosen])
+
+    def laplacian(self) -> Array:
+        """In-degree Laplacian L = diag(row sums of the adjacency) - adjacency, shape (N, N).
+
+        Source: Ren & Beard, Distributed Consensus in Multi-vehicle Cooperative Control, ch. 2.
+        """
+        return np.diag(self.adjacency.sum(axis=1)) - self.adjacency
+
+    @cached_property
+    def eigenvalues(self) -> Array | NDArray[np.complex128]:
+        """Of the Laplacian, shape (N,), by ascending real part; real for an undirected graph."""
+        if not self.directed:
+            return np.asarray(np.linalg.eigvalsh(self.laplacian()), dtype=np.float64)
+        values = np.asarray(np.linalg.eigvals(self.laplacian()), dtype=np.complex128)
+        return values[np.lexsort((values.imag, values.real))]
+
+    @property
+    def algebraic_connectivity(self) -> float:
+        """Second smallest real part of the Laplacian's eigenvalues; 0 for a lone satellite.
+
+        For an undirected graph this is Fiedler's number, positive when and only when connected. For
+        a directed graph it is positive when and only when a spanning tree exists.
+
+        Source: Fiedler 1973; Ren & Beard 2005.
+        """
+        return float(self.eigenvalues[1].real) if len(self) > 1 else 0.0
+
+    def connected(self) -> bool:
+        """Whether agreement is possible: some satellite's word reaches every other one.
+
+        For an undirected graph this is connectivity. For a directed one it is the existence of a
+        spanning tree, which holds when exactly one strong component hears nobody outside itself.
+
+        Source: Ren & Beard 2005.
+        """
+        count, labels = self._strong_components()
+        listeners, speakers = np.nonzero(self.adjacency)
+        across = labels[listeners] != labels[speakers]
+        hears_outside = np.zeros(count, dtype=np.bool_)
+        hears_outside[labels[listeners[across]]] = True
+        return int(count - hears_outside.sum()) == 1
+
+    def strongly_connected(self) -> bool:
+        """Whether every satellite's word reaches every other one."""
+        return self._strong_components()[0] == 1
+
+    def _strong_components(self) -> tuple[int, NDArray[np.int32]]:
+        count, labels = connected_components(csr_array(self.adjacency), directed=True, connection="strong")
+        return int(count), labels
+
+
+class TopologySpec(Spec):
+    """Base of every topology's specification; subclasses set a literal `kind`."""
+
+    def build(self, count: int) -> Graph:
+        """The graph of `count` satellites.
+
+        Raises:
+            ValueError: the topology does not exist for this number of satellites.
+        """
+        raise NotImplementedError
+
+
+class CompleteSpec(TopologySpec):
+    """Everybody hears everybody."""
+
+    kind: Literal["complete"] = "complete"
+
+    def build(self, count: int) -> Graph:
+        """The graph of `count` satellites."""
+        return Graph(np.ones((count, count)) - np.eye(count))
+
+
+class RingSpec(TopologySpec):
+    """Each hears the one before and the one after; the first and the last are neighbours."""
+
+    kind: Literal["ring"] = "ring"
+
+    def build(self, count: int) -> Graph:
+        """The graph of `count` satellites."""
+        return _undirected(count, [(i, (i + 1) % count) for i in range(count) if count > 1])
+
+
+class LineSpec(TopologySpec):
+    """Each hears the one before and the one after; the first and the last are ends."""
+
+    kind: Literal["line"] = "line"
+
+    def build(self, count: int) -> Graph:
+        """The graph of `count` satellites."""
+        return _undirected(count, [(i, i + 1) for i in range(count - 1)])
+
+
+class StarSpec(TopologySpec):
+    """One satellite hears and is heard by all others, which do not hear each other."""
+
+    kind: Literal["star"] = "star"
+    centre: Annotated[int, Field(ge=0)] = 0
+    """Index of the satellite in the middle, counted from 0 in the order of the scenario."""
+
+    def build(self, count: int) -> Graph:
+        """The graph of `count` satellites.
+
+        Raises:
+            ValueError: the centre is not one of them.
+        """
+        if self.centre >= count:
+            raise ValueError(
+                f"star: centre is {self.centre}, but the {count} satellites are numbered 0 to {count - 1}"
+            )
+        return _undirected(count, [(self.centre, i) for i in range(count) if i != self.centre])
+
+
+class NoneSpec(TopologySpec):
+    """Nobody hears anybody."""
+
+    kind: Literal["none"] = "none"
+
+    def build(self, count: int) -> Graph:
+        """The graph of `count` satellites."""
+        return _undirected(count, [])
+
+
+class MatrixSpec(TopologySpec):
+    """The adjacency matrix written out; it may be directed."""
+
+    kind: Literal["matrix"] = "matrix"
+    rows: tuple[Hears, ...]
+    """Row i holds a 1 in column j when satellite i hears satellite j, else 0."""
+
+    @field_validator("rows")
+    @classmethod
+    def _square_and_hollow(cls, rows: tuple[Hears, ...]) -> tuple[Hears, ...]:
+        for index, row in enumerate(rows):
+            if len(row) != len(rows):
+                raise ValueError(
+                    f"row {index} has {len(row)} entries, but there are {len(rows)} rows: it has to be square"
+                )
+            if row[index]:
+                raise ValueError(f"row {index} has a 1 in column {index}: a satellite does not hear itself")
+        return rows
+
+    def build(self, count: int) -> Graph:
+        """The graph of `count` satellites.
+
+        Raises:
+            ValueError: the matrix is for another number of satellites.
+        """
+        if len(self.rows) != count:
+            raise ValueError(f"matrix: it has {len(self.rows)} rows, but there are {count} satellites")
+        return Graph(np.array(self.rows, dtype=np.float64).reshape(count, count))
+
+
+def _undirected(count: int, pairs: list[tuple[int, int]]) -> Graph:
+    adjacency = np.zeros((count, count))
+    for i, j in pairs:
+        adjacency[i, j] = adjacency[j, i] = 1.0
+    return Graph(adjacency)
