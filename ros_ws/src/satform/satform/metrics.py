@@ -1,0 +1,381 @@
+"""What a run is judged by: figures from a flight record, and what a scenario expects of them."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from satform.elementwise import Array
+from satform.record import FlightRecord
+from satform.spec import NonNegative, Number, Positive, Spec
+
+if TYPE_CHECKING:
+    from satform.scenario.model import Timing
+
+_TIME_SLACK = 1e-9
+"""Relative slack when a time is looked up on the grid of steps."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One expectation, its figure and whether it was met.
+
+    Attributes:
+        label: what was measured, in words.
+        unit: unit of the figure.
+        figure: what the run gave; NaN when the run was too short to give one.
+        allowed: what was expected, in words.
+        met: whether the figure is allowed.
+    """
+
+    label: str
+    unit: str
+    figure: float
+    allowed: str
+    met: bool
+
+
+class Expectation(Spec):
+    """A figure of the run and what it has to be: about a value, below a bound, above a bound."""
+
+    unit: ClassVar[str] = ""
+
+    label: str | None = None
+    """What is measured, in words; made from the fields when left out."""
+    value: Number | None = None
+    """The expected figure; needs `relative` or `absolute`."""
+    relative: NonNegative | None = None
+    """Allowed departure from `value` as a fraction of it."""
+    absolute: NonNegative | None = None
+    """Allowed departure from `value` in its own unit."""
+    below: Number | None = None
+    """The figure has to be less than or equal to this."""
+    above: Number | None = None
+    """The figure has to be greater than or equal to this."""
+    source: str | None = None
+    """Where the expected figure comes from."""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> "Expectation":
+        if self.value is not None and (self.relative is None) == (self.absolute is None):
+            raise ValueError("a value needs exactly one of relative or absolute, its tolerance")
+        if self.value is None and (self.relative is not None or self.absolute is not None):
+            raise ValueError("a tolerance needs a value that it belongs to")
+        if self.value is None and self.below is None and self.above is None:
+            raise ValueError("give a value with its tolerance, or below, or above")
+        return self
+
+    def measure(self, record: FlightRecord) -> float:
+        """The figure in its unit; NaN when the record does not hold it."""
+        raise NotImplementedError
+
+    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+        """What is wrong with this expectation in a scenario with these satellites and times."""
+        return []
+
+    def describe(self) -> str:
+        """The label, or one made from the fields."""
+        return self.label or type(self).__name__
+
+    def judge(self, record: FlightRecord) -> Verdict:
+        """The figure of a run against what is expected."""
+        figure = self.measure(record)
+        allowed = []
+        met = not math.isnan(figure)
+        if self.value is not None:
+            relative = self.relative is not None
+            tolerance = abs(self.value) * (self.relative or 0.0) if relative else (self.absolute or 0.0)
+            met = met and abs(figure - self.value) <= tolerance
+            shown = f"{100 * (self.relative or 0.0):g} %" if relative else f"{self.absolute:g}"
+            allowed.append(f"{self.value:.9g} ± {shown}")
+        if self.below is not None:
+            met = met and figure <= self.below
+            allowed.append(f"≤ {self.below:g}")
+        if self.above is not None:
+            met = met and figure >= self.above
+            allowed.append(f"≥ {self.above:g}")
+        return Verdict(self.describe(), self.unit, figure, " and ".join(allowed), met)
+
+
+class _OfSatellites(Expectation):
+    """An expectation of all satellites or of some of them."""
+
+    satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    """Names of the satellites that are meant; all when left out."""
+
+    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+        unknown = sorted(set(self.satellites or ()) - satellites)
+        own = [f"there is no satellite {name}; there are {', '.join(sorted(satellites))}" for name in unknown]
+        return super().complaints(satellites, timing) + own
+
+    def columns(self, record: FlightRecord) -> list[int]:
+        """Columns of the satellites that are meant."""
+        chosen = self.satellites or record.satellites
+        return [record.satellites.index(name) for name in chosen]
+
+    def whose(self) -> str:
+        """The satellites that are meant, as the end of a label."""
+        return f", {', '.join(self.satellites)}" if self.satellites else ""
+
+
+class _OverWindow(_OfSatellites):
+    """An expectation over a stretch of the flight."""
+
+    after: NonNegative = 0.0
+    """Start of the stretch, s."""
+    before: Positive | None = None
+    """End of the stretch, s; the end of the flight when left out."""
+
+    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+        own = []
+        end = timing.duration if self.before is None else self.before
+        if end > timing.duration * (1 + _TIME_SLACK):
+            own.append(f"before {end:g} s is later than the flight's end at {timing.duration:g} s")
+        if self.after >= end:
+            own.append(f"after {self.after:g} s is not earlier than the stretch's end at {end:g} s")
+        return super().complaints(satellites, timing) + own
+
+    def window(self, series: Array, record: FlightRecord) -> Array:
+        """The rows of a series whose times lie in the stretch, and the columns that are meant."""
+        time = np.arange(len(series)) * record.step
+        end = math.inf if self.before is None else self.before * (1 + _TIME_SLACK)
+        chosen: Array = series[(time >= self.after * (1 - _TIME_SLACK)) & (time <= end)]
+        return chosen[:, self.columns(record)]
+
+    def when(self) -> str:
+        """The stretch, as the end of a label."""
+        words = f" after {self.after:g} s" if self.after else ""
+        return words + (f" before {self.before:g} s" if self.before is not None else "")
+
+
+class _AtTime(Expectation):
+    """An expectation at one moment."""
+
+    at: NonNegative | None = None
+    """Simulated time, s; the end of the flight when left out."""
+
+    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+        own = []
+        if self.at is not None and self.at > timing.duration * (1 + _TIME_SLACK):
+            own.append(f"at {self.at:g} s is later than the flight's end at {timing.duration:g} s")
+        return super().complaints(satellites, timing) + own
+
+    def row(self, record: FlightRecord) -> int:
+        """Row of the state nearest to the moment."""
+        return record.steps if self.at is None else min(record.steps, round(self.at / record.step))
+
+    def moment(self) -> str:
+        """The moment, as the end of a label."""
+        return " at the end" if self.at is None else f" at {self.at:g} s"
+
+
+def _largest(values: Array) -> float:
+    return float(np.max(values)) if values.size else math.nan
+
+
+class TrackingError(_OverWindow):
+    """Largest distance between a satellite and its reference, in m."""
+
+    unit = "m"
+    kind: Literal["tracking_error"] = "tracking_error"
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest(self.window(record.tracking_error, record))
+
+    def describe(self) -> str:
+        return self.label or f"largest tracking error{self.when()}{self.whose()}"
+
+
+class TrackingErrorAt(_AtTime, _OfSatellites):
+    """Largest distance between a satellite and its reference at one moment, in m."""
+
+    unit = "m"
+    kind: Literal["tracking_error_at"] = "tracking_error_at"
+
+    def measure(self, record: FlightRecord) -> float:
+        row = min(self.row(record), record.steps - 1)
+        return _largest(record.tracking_error[row, self.columns(record)])
+
+    def describe(self) -> str:
+        return self.label or f"tracking error{self.moment()}{self.whose()}"
+
+
+class SlidingVariable(_OverWindow):
+    """Largest component of the sliding variable, in m/s."""
+
+    unit = "m/s"
+    kind: Literal["sliding_variable"] = "sliding_variable"
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest(np.abs(self.window(record.sliding_variable, record)))
+
+    def describe(self) -> str:
+        return self.label or f"largest sliding variable{self.when()}{self.whose()}"
+
+
+class ReachingTime(_OfSatellites):
+    """Time at which a component of the sliding variable first comes within a level, in s."""
+
+    unit = "s"
+    kind: Literal["reaching_time"] = "reaching_time"
+    axis: Literal["x", "y", "z"]
+    """Component of the sliding variable."""
+    level: Positive
+    """Magnitude that counts as reached, m/s."""
+
+    def measure(self, record: FlightRecord) -> float:
+        surface = np.abs(record.sliding_variable[:, self.columns(record), "xyz".index(self.axis)])
+        reached = np.all(surface <= self.level, axis=1)
+        return float(np.argmax(reached)) * record.step if reached.any() else math.nan
+
+    def describe(self) -> str:
+        return self.label or f"reaching time, {self.axis}{self.whose()}"
+
+
+class Control(_OverWindow):
+    """Mean or largest magnitude of the commanded acceleration, in m/s^2."""
+
+    unit = "m/s²"
+    kind: Literal["control"] = "control"
+    statistic: Literal["mean", "largest"] = "mean"
+    """Mean over the stretch, or its largest value."""
+
+    def measure(self, record: FlightRecord) -> float:
+        chosen = self.window(record.control, record)
+        return float(np.mean(chosen)) if self.statistic == "mean" and chosen.size else _largest(chosen)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} control{self.when()}{self.whose()}"
+
+
+class DeltaV(_OverWindow):
+    """Integral of the commanded acceleration's magnitude, the largest of the satellites, in m/s."""
+
+    unit = "m/s"
+    kind: Literal["delta_v"] = "delta_v"
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest(np.sum(self.window(record.control, record), axis=0) * record.step)
+
+    def describe(self) -> str:
+        return self.label or f"delta-v{self.when()}{self.whose()}"
+
+
+class SettlingTime(_OfSatellites):
+    """Time after which the tracking error never exceeds a level again, in s."""
+
+    unit = "s"
+    kind: Literal["settling_time"] = "settling_time"
+    level: Positive
+    """Tracking error that counts as settled, m."""
+
+    def measure(self, record: FlightRecord) -> float:
+        return _settled(
+            np.max(record.tracking_error[:, self.columns(record)], axis=1), self.level, record.step
+        )
+
+    def describe(self) -> str:
+        return self.label or f"tracking error settles to {self.level:g} m{self.whose()}"
+
+
+class ArcLengthSpread(_AtTime):
+    """Largest minus smallest generalised arc length, in m."""
+
+    unit = "m"
+    kind: Literal["arc_length_spread"] = "arc_length_spread"
+
+    def measure(self, record: FlightRecord) -> float:
+        return float(arc_length_spread(record)[self.row(record)])
+
+    def describe(self) -> str:
+        return self.label or f"arc-length spread{self.moment()}"
+
+
+class ArcLengthSettling(Expectation):
+    """Time after which the spread of arc lengths stays within a fraction of its first value, in s."""
+
+    unit = "s"
+    kind: Literal["arc_length_settling"] = "arc_length_settling"
+    fraction: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.01
+    """Fraction of the spread at the start."""
+
+    def measure(self, record: FlightRecord) -> float:
+        spread = arc_length_spread(record)
+        return _settled(spread, self.fraction * float(spread[0]), record.step)
+
+    def describe(self) -> str:
+        return self.label or f"arc-length spread settles to {100 * self.fraction:g} %"
+
+
+class ArcLengthMean(_AtTime):
+    """Mean generalised arc length less the nominal rate times the time, in m."""
+
+    unit = "m"
+    kind: Literal["arc_length_mean"] = "arc_length_mean"
+    nominal_rate: Number
+    """Rate that is taken off, m/s."""
+
+    def measure(self, record: FlightRecord) -> float:
+        row = self.row(record)
+        return float(np.mean(record.arc_length[row])) - self.nominal_rate * row * record.step
+
+    def describe(self) -> str:
+        return self.label or f"mean arc length in the nominal motion{self.moment()}"
+
+
+class ArcLengthRate(_AtTime, _OfSatellites):
+    """Departure of the rate furthest from a nominal one, in m/s."""
+
+    unit = "m/s"
+    kind: Literal["arc_length_rate"] = "arc_length_rate"
+    nominal_rate: Number
+    """Rate that is taken off, m/s."""
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest(np.abs(record.rate[self.row(record), self.columns(record)] - self.nominal_rate))
+
+    def describe(self) -> str:
+        return self.label or f"arc-length rate off nominal{self.moment()}{self.whose()}"
+
+
+class Distance(_OverWindow):
+    """Smallest or largest distance between two satellites, in m."""
+
+    unit = "m"
+    kind: Literal["distance"] = "distance"
+    satellites: Annotated[tuple[str, ...], Field(min_length=2, max_length=2)]
+    """The two satellites."""
+    statistic: Literal["smallest", "largest"]
+    """Which distance of the stretch is meant."""
+
+    def measure(self, record: FlightRecord) -> float:
+        pair = self.window(record.position, record)
+        if not pair.size:
+            return math.nan
+        apart = np.linalg.norm(pair[:, 0] - pair[:, 1], axis=-1)
+        return float(np.min(apart) if self.statistic == "smallest" else np.max(apart))
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"
+
+
+def arc_length_spread(record: FlightRecord) -> Array:
+    """Largest minus smallest generalised arc length at every state, m, shape (K + 1,)."""
+    spread: Array = np.max(record.arc_length, axis=1) - np.min(record.arc_length, axis=1)
+    return spread
+
+
+def judge(expectations: tuple[Expectation, ...], record: FlightRecord) -> list[Verdict]:
+    """Every expectation of a scenario against a run's record, in order."""
+    return [expectation.judge(record) for expectation in expectations]
+
+
+def _settled(series: Array, level: float, step: float) -> float:
+    """Time from which a series stays at or below a level; NaN when it ends above it."""
+    outside = np.flatnonzero(series > level)
+    if not outside.size:
+        return 0.0
+    last = int(outside[-1]) + 1
+    return math.nan if last >= len(series) else last * step

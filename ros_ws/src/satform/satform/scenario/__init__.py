@@ -1,0 +1,16 @@
+"""A scenario: the one file from which a run follows, as a typed model, its loader and its errors."""
+
+from satform.scenario.errors import Problem, ScenarioError
+from satform.scenario.load import load_scenario, parse_scenario
+from satform.scenario.model import Orbit, SatelliteSpec, Scenario, Timing
+
+__all__ = [
+    "Orbit",
+    "Problem",
+    "SatelliteSpec",
+    "Scenario",
+    "ScenarioError",
+    "Timing",
+    "load_scenario",
+    "parse_scenario",
+]

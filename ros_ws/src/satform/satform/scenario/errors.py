@@ -1,0 +1,32 @@
+"""What is wrong with a scenario, said to the person who can mend it."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with a scenario.
+
+    Attributes:
+        file: where the scenario was read from, as the user named it.
+        line: line of the field, counted from 1; None when the whole file is meant.
+        field: dotted path of the field, empty for the whole file.
+        sentence: what was found and what would be right.
+    """
+
+    file: str
+    line: int | None
+    field: str
+    sentence: str
+
+    def __str__(self) -> str:
+        place = self.file if self.line is None else f"{self.file}:{self.line}"
+        return f"{place}: {self.field}: {self.sentence}" if self.field else f"{place}: {self.sentence}"
+
+
+class ScenarioError(ValueError):
+    """A scenario that cannot fly; `problems` holds everything that was found, not the first only."""
+
+    def __init__(self, problems: list[Problem]) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = problems

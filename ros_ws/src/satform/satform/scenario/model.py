@@ -1,0 +1,254 @@
+"""The typed model of a scenario file. SI units and radians; nothing unknown is accepted."""
+
+import hashlib
+import math
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from satform.consensus.arc_length import ConsensusSpec
+from satform.consensus.graph import Graph, TopologySpec
+from satform.control.protocol import ControllerSpec
+from satform.curves import CurveSpec
+from satform.dynamics.protocol import DynamicsSpec
+from satform.metrics import Expectation
+from satform.spec import NonNegative, Number, PerAxis, Plugin, Positive, Spec
+
+EARTH_GRAVITATIONAL_PARAMETER = 3.986004418e14
+"""Of the Earth with its atmosphere, m^3/s^2 (WGS 84)."""
+
+_RESERVED_NAMES = frozenset({"plant", "recorder", "display", "formation", "clock"})
+
+Complaint: TypeAlias = tuple[tuple[str | int, ...], str]
+"""Path of a field and what is wrong with it."""
+
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+Sentence = Annotated[str, Field(min_length=1, max_length=20_000)]
+
+
+class Orbit(Spec):
+    """The chief's circular orbit, by exactly one of its period, mean motion or semi-major axis."""
+
+    period: Positive | None = None
+    """Time of one revolution, s."""
+    mean_motion: Positive | None = None
+    """Angular rate, rad/s."""
+    semi_major_axis: Positive | None = None
+    """Radius of the orbit about the Earth's centre, m."""
+
+    @model_validator(mode="after")
+    def _one_of_three(self) -> "Orbit":
+        given = [name for name in Orbit.model_fields if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"give exactly one of period [s], mean_motion [rad/s] or semi_major_axis [m]; found "
+                f"{' and '.join(given) if given else 'none'}"
+            )
+        return self
+
+    @property
+    def rate(self) -> float:
+        """Mean motion in rad/s, whichever way the orbit was given."""
+        if self.period is not None:
+            return 2.0 * math.pi / self.period
+        if self.mean_motion is not None:
+            return self.mean_motion
+        assert self.semi_major_axis is not None  # noqa: S101 - the validator has seen to it
+        return math.sqrt(EARTH_GRAVITATIONAL_PARAMETER / self.semi_major_axis**3)
+
+    @property
+    def radius(self) -> float:
+        """Radius in m of the circular orbit about a point-mass Earth."""
+        if self.semi_major_axis is not None:
+            return self.semi_major_axis
+        return float((EARTH_GRAVITATIONAL_PARAMETER / self.rate**2) ** (1.0 / 3.0))
+
+
+class Timing(Spec):
+    """The control period and how long the flight lasts."""
+
+    step: Annotated[float, Field(ge=1e-6, le=3600.0)]
+    """Control period over which commands are held, s; a whole number of nanoseconds."""
+    duration: Annotated[float, Field(gt=0.0, le=1e9)]
+    """Length of the flight, s; a whole number of steps."""
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> "Timing":
+        if abs(self.step * 1e9 - round(self.step * 1e9)) > 1e-3:
+            raise ValueError(f"step {self.step:g} s is not a whole number of nanoseconds")
+        ratio = self.duration / self.step
+        if abs(ratio - round(ratio)) > 1e-6 * max(1.0, ratio) or round(ratio) < 1:
+            raise ValueError(
+                f"duration {self.duration:g} s is {ratio:g} steps of {self.step:g} s; it has to be a whole "
+                f"number, for example {max(1, round(ratio)) * self.step:g} s"
+            )
+        if round(ratio) > 100_000_000:
+            raise ValueError(f"{round(ratio)} steps; at most 100000000 are allowed")
+        return self
+
+    @property
+    def steps(self) -> int:
+        """Number of control steps of the flight."""
+        return round(self.duration / self.step)
+
+    @property
+    def step_nanoseconds(self) -> int:
+        """The control period in whole nanoseconds, from which every stamp is computed."""
+        return round(self.step * 1e9)
+
+
+class Circulation(Spec):
+    """How fast satellites go round their curves once they agree: by period or by rate."""
+
+    period: Positive | None = None
+    """Time of one lap, s; all satellites need the same perimeter per scale."""
+    rate: Number | None = None
+    """Rate of the generalised arc length, m/s."""
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> "Circulation":
+        if (self.period is None) == (self.rate is None):
+            raise ValueError("give exactly one of period [s] or rate [m/s]")
+        return self
+
+
+class Source(Spec):
+    """Where the scenario comes from: what the source printed and what was chosen here."""
+
+    reference: Sentence
+    """Paper or book, with its equation or section."""
+    printed: Sentence | None = None
+    """The numbers that the source prints."""
+    chosen: Sentence | None = None
+    """The numbers that the source leaves open or lost, chosen for this scenario."""
+
+
+class SatelliteFields(Spec):
+    """What may be said of one satellite, or of every satellite that does not say otherwise."""
+
+    curve: Annotated[CurveSpec, Plugin("satform.curves")] | None = None
+    """The closed relative orbit to be flown."""
+    controller: Annotated[ControllerSpec, Plugin("satform.controllers")] | None = None
+    """The control law."""
+    scale: Positive = 1.0
+    """Metres of arc length per metre of generalised arc length."""
+    parameter: Literal["arc_length", "angle"] = "arc_length"
+    """What advances evenly along the curve: its arc length, or its angle (natural motion)."""
+    feed_forward: Literal["middle", "start"] = "middle"
+    """Where in the hold the reference acceleration is taken."""
+    arc_length: Number = 0.0
+    """Generalised arc length at the start, m."""
+    rate: Number | None = None
+    """Rate of the generalised arc length at the start, m/s; the circulation's when left out."""
+    phase_offset: Number = 0.0
+    """Generalised arc length by which this satellite shall lead the formation's agreement, m."""
+    position_error: PerAxis = (0.0, 0.0, 0.0)
+    """Position at the start minus the reference, in LVLH, m."""
+    velocity_error: PerAxis = (0.0, 0.0, 0.0)
+    """Velocity at the start minus the reference, in rotating LVLH, m/s."""
+
+
+class SatelliteSpec(SatelliteFields):
+    """One satellite; what it leaves out is taken from `every_satellite`."""
+
+    name: Name
+    """Name of the satellite's node and topics: lower case letters, digits and underscores."""
+
+
+class Scenario(Spec):
+    """A formation, its flight and what is expected of it. A run is a pure function of this."""
+
+    name: Name
+    """The scenario's own name: lower case letters, digits and underscores."""
+    title: Sentence
+    """One line that says what is flown."""
+    text: Sentence
+    """What the scenario shows, which of its numbers were printed in its source and which chosen."""
+    sources: tuple[Source, ...] = ()
+    """Where the scenario comes from."""
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
+    """Seed of everything random in the run."""
+    orbit: Orbit
+    """The chief's orbit."""
+    timing: Timing
+    """Control period and duration."""
+    dynamics: Annotated[DynamicsSpec, Plugin("satform.dynamics")]
+    """The model that moves the satellites."""
+    graph: Annotated[TopologySpec, Plugin("satform.topologies")]
+    """Who hears whom."""
+    consensus: Annotated[ConsensusSpec, Plugin("satform.consensus")]
+    """How satellites agree on their phase."""
+    circulation: Circulation
+    """How fast they go round."""
+    every_satellite: SatelliteFields = SatelliteFields()
+    """Defaults for all satellites."""
+    satellites: Annotated[tuple[SatelliteSpec, ...], Field(min_length=1, max_length=10_000)]
+    """The satellites, in the order of the graph's rows."""
+    expect: tuple[Annotated[Expectation, Plugin("satform.metrics")], ...] = ()
+    """What the run is judged by."""
+    tolerated_silence: NonNegative = 10.0
+    """Wall-clock time after which a process that does not answer counts as lost, s."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Scenario":
+        complaints = [*self._satellite_complaints(), *self._graph_complaints()]
+        known = {satellite.name for satellite in self.satellites}
+        for index, expectation in enumerate(self.expect):
+            found = expectation.complaints(known, self.timing)
+            complaints += [(("expect", index), sentence) for sentence in found]
+        if complaints:
+            # The loader turns each complaint into a problem with a line of its own.
+            summary = "; ".join(sentence for _, sentence in complaints)
+            raise PydanticCustomError(
+                "inconsistent", "{summary}", {"summary": summary, "complaints": complaints}
+            )
+        return self
+
+    def _satellite_complaints(self) -> list[Complaint]:
+        complaints: list[Complaint] = []
+        seen: set[str] = set()
+        for index, satellite in enumerate(self.satellites):
+            name = satellite.name
+            if name in seen:
+                sentence = f"another satellite is called {name} too; every name has to be its own"
+                complaints.append((("satellites", index, "name"), sentence))
+            seen.add(name)
+            if name in _RESERVED_NAMES:
+                sentence = f"a satellite cannot be called {name}: the name belongs to another node"
+                complaints.append((("satellites", index, "name"), sentence))
+            for field in ("curve", "controller"):
+                if getattr(satellite, field) is None and getattr(self.every_satellite, field) is None:
+                    sentence = f"satellite {name} has no {field}: give it one, or give every_satellite one"
+                    complaints.append((("satellites", index), sentence))
+        return complaints
+
+    def _graph_complaints(self) -> list[Complaint]:
+        try:
+            self.communication_graph()
+        except ValueError as error:
+            return [(("graph",), str(error))]
+        return []
+
+    def communication_graph(self) -> Graph:
+        """Who hears whom, with a row for each satellite in order."""
+        return self.graph.build(len(self.satellites))
+
+    def satellite(self, index: int) -> SatelliteSpec:
+        """One satellite with what it left out filled in from `every_satellite`."""
+        own = self.satellites[index]
+        inherited = {
+            field: getattr(self.every_satellite, field)
+            for field in self.every_satellite.model_fields_set - own.model_fields_set
+        }
+        return own.model_copy(update=inherited)
+
+    def to_json(self) -> str:
+        """The scenario as JSON text, from which the same scenario is read again."""
+        return self.model_dump_json(indent=1, exclude_unset=True)
+
+    def digest(self) -> str:
+        """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
+        satellites = tuple(self.satellite(index) for index in range(len(self.satellites)))
+        explicit = self.model_copy(update={"satellites": satellites, "every_satellite": SatelliteFields()})
+        return hashlib.sha256(explicit.model_dump_json().encode()).hexdigest()
