@@ -1,0 +1,1 @@
+"""The formation's ROS 2 nodes: thin shells that convert, wait and publish around `satform`."""

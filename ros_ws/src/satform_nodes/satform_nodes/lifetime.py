@@ -1,0 +1,93 @@
+"""Starting and ending a node's process: scenario, signals, exit codes, one sentence on failure."""
+
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from satform.scenario import Scenario, ScenarioError, load_scenario
+from satform_nodes.executor import StepExecutor
+from satform_nodes.parameters import FormationNode
+
+EXIT_DONE = 0
+EXIT_BAD_INPUT = 2
+EXIT_LOST = 3
+
+START_TIMEOUT = 60.0
+"""Wall-clock time within which all nodes of a formation have to find each other, s."""
+
+
+class NodeError(Exception):
+    """A node that cannot go on; carries the sentence for the user and the exit code."""
+
+    def __init__(self, sentence: str, code: int) -> None:
+        super().__init__(sentence)
+        self.code = code
+
+
+class StopRequest:
+    """Whether someone asked this process to end, by SIGINT or SIGTERM."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._on_signal)
+
+    def _on_signal(self, number: int, _frame: Any) -> None:
+        if self.asked:
+            # Asked a second time: now.
+            sys.exit(128 + number)
+        self.asked = True
+
+
+def scenario_of(node: Node) -> Scenario:
+    """The scenario named by the node's `scenario` parameter.
+
+    Raises:
+        NodeError: no scenario is named, or it cannot fly.
+    """
+    path = str(node.get_parameter("scenario").value)
+    if not path:
+        raise NodeError(
+            f"{node.get_name()} needs the parameter scenario: the path of a scenario file", EXIT_BAD_INPUT
+        )
+    try:
+        return load_scenario(path)
+    except ScenarioError as error:
+        raise NodeError(str(error), EXIT_BAD_INPUT) from None
+
+
+def run(
+    name: str, fly: Callable[[FormationNode, StepExecutor, StopRequest], int], arguments: Sequence[str] | None
+) -> int:
+    """Make a node, let it fly, and take it down again.
+
+    Args:
+        name: the node's name; remapping (`__node:=`) changes it.
+        fly: does the node's work and returns the exit code.
+        arguments: command line; the process's own when None.
+
+    Returns:
+        The exit code.
+    """
+    stop = StopRequest()
+    # rclpy's own handlers would tear the context down in the middle of a step.
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = FormationNode(name)
+        executor = StepExecutor()
+        executor.add_node(node)
+        try:
+            return fly(node, executor, stop)
+        except NodeError as failure:
+            node.get_logger().error(str(failure))
+            return failure.code
+        finally:
+            executor.shutdown(timeout_sec=0.0)
+            node.destroy_node()
+    finally:
+        rclpy.try_shutdown()

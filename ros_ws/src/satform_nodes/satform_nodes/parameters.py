@@ -1,0 +1,122 @@
+"""ROS parameters from specifications: type, default, bounds and description from one declaration."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import ValidationError
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from satform.spec import Spec
+
+
+class FormationNode(Node):
+    """A node whose reply to a parameter change says when it takes effect.
+
+    rclpy drops the reason that a callback gives for accepting a change; here it reaches the caller.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.sentence = ""
+        super().__init__(name)
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Change parameters together; the result's reason is what the change's acceptor said."""
+        self.sentence = ""
+        result = super().set_parameters_atomically(parameter_list)
+        if result.successful:
+            result.reason = self.sentence
+        return result
+
+
+def declare_fixed(node: Node, name: str, default: Any, description: str) -> Any:
+    """Declare a parameter that is given at the start and never changes; returns its value."""
+    descriptor = ParameterDescriptor(read_only=True, description=description)
+    return node.declare_parameter(name, default, descriptor).value
+
+
+def declare_spec(node: Node, prefix: str, spec: Spec) -> None:
+    """Declare every field of a specification as `<prefix>.<field>`, with its bounds and description.
+
+    Numbers become doubles, triples arrays of doubles, choices strings; the `kind` is read-only.
+    """
+    for name, field in type(spec).model_fields.items():
+        value = _to_parameter(getattr(spec, name))
+        if value is None:
+            continue
+        descriptor = ParameterDescriptor(
+            description=(field.description or f"{name} of {prefix}").strip(), read_only=name == "kind"
+        )
+        limits = _limits(field.metadata)
+        if isinstance(value, float) and limits is not None:
+            descriptor.floating_point_range = [limits]
+        node.declare_parameter(f"{prefix}.{name}", value, descriptor)
+
+
+def on_spec_change(
+    node: FormationNode,
+    prefix: str,
+    current: Callable[[], Spec],
+    accept: Callable[[Spec, dict[str, Any]], str],
+) -> None:
+    """Let `ros2 param set` and its kin change a specification in flight.
+
+    Args:
+        node: whose parameters were declared by `declare_spec`.
+        prefix: as declared.
+        current: the specification in force.
+        accept: takes the changed specification and the changed fields; returns a sentence for the
+            reply, or raises ValueError with the sentence why not.
+    """
+
+    def _changed(parameters: Sequence[Parameter]) -> SetParametersResult:
+        fields = {
+            parameter.name.removeprefix(f"{prefix}."): _from_parameter(parameter.value)
+            for parameter in parameters
+            if parameter.name.startswith(f"{prefix}.")
+        }
+        if not fields:
+            return SetParametersResult(successful=True)
+        try:
+            spec = type(current()).model_validate({**current().model_dump(), **fields})
+            node.sentence = accept(spec, fields)
+            return SetParametersResult(successful=True)
+        except ValidationError as error:
+            return SetParametersResult(successful=False, reason=_sentences(error, prefix))
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+
+    node.add_on_set_parameters_callback(_changed)
+
+
+def _sentences(error: ValidationError, prefix: str) -> str:
+    lines = []
+    for details in error.errors(include_url=False):
+        field = ".".join(str(part) for part in details["loc"])
+        lines.append(f"{prefix}.{field}: found {details['input']!r}; {details['msg']}")
+    return "; ".join(lines)
+
+
+def _to_parameter(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [float(number) for number in value]
+    if isinstance(value, bool | str):
+        return value
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _from_parameter(value: Any) -> Any:
+    return value if isinstance(value, bool | str | int | float) or value is None else list(value)
+
+
+def _limits(metadata: Sequence[Any]) -> FloatingPointRange | None:
+    low, high = -1e15, 1e15
+    found = False
+    for item in metadata:
+        if isinstance(item, Ge | Gt):
+            low, found = float(getattr(item, "ge", getattr(item, "gt", low))), True
+        if isinstance(item, Le | Lt):
+            high, found = float(getattr(item, "le", getattr(item, "lt", high))), True
+    return FloatingPointRange(from_value=low, to_value=high, step=0.0) if found else None

@@ -1,0 +1,230 @@
+"""The node of the plant: it moves all satellites, and decides when a step is complete."""
+
+import sys
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from satform_msgs.msg import Command, FormationStatus, Ready, Recorded, RelativeState
+
+from satform.plant import Plant
+from satform.scenario import Scenario
+from satform_nodes import topics
+from satform_nodes.executor import StepExecutor
+from satform_nodes.lifetime import (
+    EXIT_DONE,
+    EXIT_LOST,
+    START_TIMEOUT,
+    NodeError,
+    StopRequest,
+    run,
+    scenario_of,
+)
+from satform_nodes.parameters import declare_fixed
+from satform_nodes.report import Report
+from satform_nodes.stamps import Stamps
+from satform_nodes.wire import layout
+
+_STATE = layout(RelativeState, topics.FRAME)
+_COMMAND = layout(Command, topics.FRAME)
+_RECORDED = layout(Recorded, topics.FRAME)
+
+_PROGRESS_PERIOD = 0.1
+"""Wall-clock time between two reports of progress, s."""
+
+_FAREWELL = Duration(seconds=5)
+"""How long the last status is kept up for those who have not yet taken it."""
+
+
+class PlantNode:
+    """Carries the plant; every formula is in `satform`."""
+
+    def __init__(self, node: Node, executor: StepExecutor, scenario: Scenario, recorded: bool) -> None:
+        self.node = node
+        self.scenario = scenario
+        self.report = Report()
+        self.plant = Plant(scenario)
+        self.recorded = recorded
+        self.recorded_step = 0
+        self.refused = 0
+        self.busy_seconds = 0.0
+        self._names = [satellite.name for satellite in scenario.satellites]
+        self._graph = scenario.communication_graph()
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._commands = np.zeros((len(self._names), 3))
+        self._answered: set[int] = set()
+        self._ready: set[str] = set()
+        self._state_due = False
+        self._next_progress = 0.0
+
+        self._say_clock = node.create_publisher(Clock, topics.CLOCK, topics.STEPPED)
+        self._say_status = node.create_publisher(FormationStatus, topics.STATUS, topics.LATCHED)
+        self._say_state = [
+            node.create_publisher(RelativeState, topics.state(name), topics.STEPPED) for name in self._names
+        ]
+        node.create_subscription(Ready, topics.READY, self._on_ready, topics.LATCHED)
+        subscriptions = [
+            executor.subscribe(
+                node, Command, topics.command(name), self._on_command_of(index), topics.STEPPED
+            )
+            for index, name in enumerate(self._names)
+        ]
+        watching = 1 if recorded else 0
+        if recorded:
+            subscriptions.append(
+                executor.subscribe(node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED)
+            )
+        self._expected = [
+            *((publisher.get_subscription_count, 1 + watching) for publisher in self._say_state),
+            *((subscription.get_publisher_count, 1) for subscription in subscriptions),
+            (self._say_clock.get_subscription_count, watching),
+        ]
+
+    @property
+    def finished(self) -> bool:
+        """Whether the last state has been published, and recorded if a recorder takes part."""
+        last = self.scenario.timing.steps
+        flown = self.plant.step == last and not self._state_due
+        return flown and (not self.recorded or self.recorded_step >= last)
+
+    def everyone_is_ready(self) -> bool:
+        """Whether all nodes have said that they are ready, and are there seen from this side."""
+        count = len(self._names) + (1 if self.recorded else 0)
+        return len(self._ready) >= count and all(seen() >= wanted for seen, wanted in self._expected)
+
+    def missing(self) -> list[str]:
+        """Who keeps the step from going on."""
+        if self._state_due or self.plant.step == self.scenario.timing.steps:
+            return ["recorder"]
+        return [name for index, name in enumerate(self._names) if index not in self._answered]
+
+    def not_ready(self) -> list[str]:
+        """Who has not yet said that it can fly."""
+        expected = [*self._names, *(["recorder"] if self.recorded else [])]
+        return [name for name in expected if f"/{name}" not in self._ready] or ["a matched endpoint"]
+
+    def begin(self) -> None:
+        """Publish the first states; everything else follows from the answers."""
+        self.say_status(FormationStatus.FLYING, "")
+        self._publish_state()
+
+    def say_status(self, phase: int, reason: str) -> None:
+        """Tell everyone in what phase the formation is, from which step, and why."""
+        status = FormationStatus(
+            step=self.plant.step,
+            phase=phase,
+            last_step=self.scenario.timing.steps,
+            satellites=self._names,
+            alive=[True] * len(self._names),
+            adjacency=self._graph.adjacency.astype(np.uint8).ravel().tolist(),
+            algebraic_connectivity=float(self._graph.algebraic_connectivity),
+            reason=reason,
+        )
+        seconds, nanoseconds = self._stamps.at(self.plant.step)
+        status.header.stamp.sec, status.header.stamp.nanosec = seconds, nanoseconds
+        status.header.frame_id = topics.FRAME
+        self._say_status.publish(status)
+        if phase != FormationStatus.FLYING and not self._say_status.wait_for_all_acked(_FAREWELL):
+            self.node.get_logger().warning("not everyone has heard that the flight has ended")
+
+    def _on_ready(self, ready: Ready) -> None:
+        self._ready.add(ready.node)
+
+    def _on_recorded(self, data: bytes) -> None:
+        numbers = _RECORDED.unpack(data)
+        if numbers is None:
+            self.refused += 1
+            return
+        self.recorded_step = max(self.recorded_step, numbers[2])
+        if self._state_due:
+            self._publish_state()
+
+    def _on_command_of(self, index: int) -> Any:
+        def _on_command(data: bytes) -> None:
+            numbers = _COMMAND.unpack(data)
+            if numbers is None or numbers[2] != self.plant.step or index in self._answered:
+                self.refused += 1
+                return
+            self._commands[index] = numbers[3:]
+            self._answered.add(index)
+            if len(self._answered) == len(self._names):
+                self._advance()
+
+        return _on_command
+
+    def _advance(self) -> None:
+        begin = time.perf_counter()
+        self.plant.advance(self._commands)
+        self._answered.clear()
+        self._publish_state()
+        now = time.perf_counter()
+        self.busy_seconds += now - begin
+        if now >= self._next_progress:
+            self._next_progress = now + _PROGRESS_PERIOD
+            self.report.say("step", step=self.plant.step)
+
+    def _publish_state(self) -> None:
+        step = self.plant.step
+        self._state_due = self.recorded and step - self.recorded_step > topics.RECORDER_WINDOW
+        if self._state_due:
+            return
+        seconds, nanoseconds = self._stamps.at(step)
+        motion = self.plant.motion()
+        for publisher, position, velocity in zip(
+            self._say_state, motion.position.tolist(), motion.velocity.tolist(), strict=True
+        ):
+            publisher.publish(_STATE.pack(seconds, nanoseconds, step, *position, *velocity))
+        clock = Clock()
+        clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
+        self._say_clock.publish(clock)
+
+
+def fly(node: Node, executor: StepExecutor, stop: StopRequest) -> int:
+    """Wait for everyone, fly the scenario to its end, and say how it went."""
+    declare_fixed(node, "scenario", "", "path of the scenario file")
+    recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
+    scenario = scenario_of(node)
+    plant = PlantNode(node, executor, scenario, recorded)
+    if not executor.spin_until(lambda: plant.everyone_is_ready() or stop.asked, START_TIMEOUT):
+        reason = f"not ready within {START_TIMEOUT:g} s: {', '.join(plant.not_ready())}"
+        return _abort(plant, reason)
+    begin = time.perf_counter()
+    plant.report.say("flying")
+    if not stop.asked:
+        plant.begin()
+    in_time = executor.spin_while(lambda: not (plant.finished or stop.asked), scenario.tolerated_silence)
+    if not in_time:
+        silence = f"no answer within {scenario.tolerated_silence:g} s from {', '.join(plant.missing())}"
+        return _abort(plant, f"lost at step {plant.plant.step}: {silence}")
+    if stop.asked:
+        plant.say_status(FormationStatus.ABORTED, "asked to stop")
+        plant.report.say("stopped", step=plant.plant.step)
+        return EXIT_DONE
+    plant.say_status(FormationStatus.FINISHED, "")
+    plant.report.say(
+        "finished",
+        step=plant.plant.step,
+        seconds=time.perf_counter() - begin,
+        busy=plant.busy_seconds,
+        refused=plant.refused,
+    )
+    return EXIT_DONE
+
+
+def _abort(plant: PlantNode, reason: str) -> int:
+    plant.say_status(FormationStatus.ABORTED, reason)
+    plant.report.say("lost", who=plant.missing(), step=plant.plant.step, reason=reason)
+    raise NodeError(reason, EXIT_LOST)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the plant; entry point of the executable `plant_node`."""
+    return run("plant", fly, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,209 @@
+"""The node that keeps the flight: every message of every step, written as it passes."""
+
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import yaml
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
+
+from satform.scenario import Scenario
+from satform_nodes import topics
+from satform_nodes.bag_writer import BagWriter
+from satform_nodes.definitions import definition, type_name
+from satform_nodes.executor import StepExecutor
+from satform_nodes.lifetime import (
+    EXIT_BAD_INPUT,
+    EXIT_DONE,
+    EXIT_LOST,
+    START_TIMEOUT,
+    NodeError,
+    StopRequest,
+    run,
+    scenario_of,
+)
+from satform_nodes.parameters import declare_fixed
+from satform_nodes.report import Report
+from satform_nodes.stamps import NANOSECONDS, Stamps
+from satform_nodes.wire import layout
+
+_RECORDED = layout(Recorded, topics.FRAME)
+
+_REPORT_EVERY = 128
+"""Steps between two words to the plant about how far the recording is."""
+
+
+class RecorderNode:
+    """Writes what passes on the formation's topics, and knows what has to pass."""
+
+    def __init__(self, node: Node, executor: StepExecutor, scenario: Scenario, folder: Path) -> None:
+        self.node = node
+        self.report = Report()
+        self.ended: FormationStatus | None = None
+        self.missed: list[str] = []
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._last_step = scenario.timing.steps
+        self._reported = 0
+        self._latest: list[int] = []
+        try:
+            self.bag = BagWriter(
+                folder, scenario, {name: version(name) for name in ("satform", "numpy", "scipy")}
+            )
+        except FileExistsError:
+            raise NodeError(f"{folder}: holds a bag already; choose another folder", EXIT_BAD_INPUT) from None
+        except OSError as error:
+            raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_BAD_INPUT) from None
+
+        self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
+        self._say_recorded = node.create_publisher(Recorded, topics.RECORDED, topics.STEPPED)
+        self._expected = [(self._say_recorded.get_subscription_count, 1)]
+        for satellite in scenario.satellites:
+            # A state and a phase are told for the state after the last step too.
+            for kind, last in (("state", 0), ("arc_length", 0), ("command", 1), ("tracking", 1)):
+                self._follow(executor, kind, getattr(topics, kind)(satellite.name), self._last_step - last)
+            self._listen("parameter_changes", topics.parameter_changes(satellite.name), self._write_stepped)
+        self._clock = self._add_topic(topics.CLOCK, "clock", topics.STEPPED)
+        self._follow_clock(executor)
+        self._listen("status", topics.STATUS, self._on_status)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every message of the whole flight is in the bag."""
+        return all(latest >= last for latest, last in zip(self._latest, self._lasts, strict=True))
+
+    def matched(self) -> bool:
+        """Whether all topics have their publisher, seen from this side."""
+        return all(count() >= expected for count, expected in self._expected)
+
+    def say_ready(self) -> None:
+        """Tell the plant that recording can begin."""
+        self._say_ready.publish(Ready(node=self.node.get_fully_qualified_name(), step=0))
+
+    def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
+        message_type = topics.TYPES[kind]
+        return self.bag.add_topic(
+            topic, type_name(message_type), definition(message_type), _profile_text(profile)
+        )
+
+    _lasts: list[int]
+
+    def _follow(self, executor: StepExecutor, kind: str, topic: str, last: int) -> None:
+        """Write every message of a topic that has one at each step, and notice a gap."""
+        channel = self._add_topic(topic, kind, topics.STEPPED)
+        form = layout(topics.TYPES[kind], topics.FRAME)
+        place = len(self._latest)
+        self._latest.append(-1)
+        self._lasts = [*getattr(self, "_lasts", []), last]
+
+        def _on_message(data: bytes) -> None:
+            numbers = form.unpack(data)
+            if numbers is None:
+                self.missed.append(f"{topic}: a message of another form")
+                return
+            seconds, nanoseconds, step = numbers[:3]
+            if step != self._latest[place] + 1:
+                self.missed.append(f"{topic}: step {step} after step {self._latest[place]}")
+            self._latest[place] = step
+            self.bag.write(channel, seconds * NANOSECONDS + nanoseconds, data, step)
+            self._report_progress(step)
+
+        subscription = executor.subscribe(self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED)
+        self._expected.append((subscription.get_publisher_count, 1))
+
+    def _follow_clock(self, executor: StepExecutor) -> None:
+        def _on_clock(data: bytes) -> None:
+            seconds = int.from_bytes(data[4:8], "little", signed=True)
+            nanoseconds = int.from_bytes(data[8:12], "little")
+            self.bag.write(self._clock, seconds * NANOSECONDS + nanoseconds, data, 0)
+
+        subscription = executor.subscribe(
+            self.node, topics.TYPES["clock"], topics.CLOCK, _on_clock, topics.STEPPED
+        )
+        self._expected.append((subscription.get_publisher_count, 1))
+
+    def _listen(self, kind: str, topic: str, callback: Callable[[Any, int], None]) -> None:
+        """Write a topic on which something is said now and then."""
+        channel = self._add_topic(topic, kind, topics.LATCHED)
+        self.node.create_subscription(
+            topics.TYPES[kind], topic, lambda message: callback(message, channel), topics.LATCHED
+        )
+
+    def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
+        stamp = message.header.stamp
+        self.bag.write(
+            channel, stamp.sec * NANOSECONDS + stamp.nanosec, serialize_message(message), message.step
+        )
+
+    def _on_status(self, status: FormationStatus, channel: int) -> None:
+        self._write_stepped(status, channel)
+        if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
+            self.ended = status
+
+    def _report_progress(self, step: int) -> None:
+        if step < self._reported + _REPORT_EVERY and step < self._last_step - 1:
+            return
+        reached = self._last_step if self.complete else min(self._latest)
+        if reached <= self._reported and not self.complete:
+            return
+        self._reported = reached
+        self.bag.flush()
+        seconds, nanoseconds = self._stamps.at(reached)
+        self._say_recorded.publish(_RECORDED.pack(seconds, nanoseconds, reached, self.bag.messages))
+
+
+def fly(node: Node, executor: StepExecutor, stop: StopRequest) -> int:
+    """Be ready before the first step, write until the flight has ended, and close the bag."""
+    declare_fixed(node, "scenario", "", "path of the scenario file")
+    folder = declare_fixed(node, "bag", "", "folder of the bag to be written")
+    scenario = scenario_of(node)
+    if not folder:
+        raise NodeError(
+            "recorder needs the parameter bag: the folder of the bag to be written", EXIT_BAD_INPUT
+        )
+    recorder = RecorderNode(node, executor, scenario, Path(folder))
+    try:
+        if not executor.spin_until(lambda: recorder.matched() or stop.asked, START_TIMEOUT):
+            raise NodeError(f"the recorder has not found all topics within {START_TIMEOUT:g} s", EXIT_LOST)
+        recorder.say_ready()
+        recorder.report.say("ready", node="recorder")
+        patience = max(START_TIMEOUT, 2.0 * scenario.tolerated_silence)
+        executor.spin_while(lambda: recorder.ended is None and not stop.asked, patience)
+    finally:
+        recorder.bag.close()
+        recorder.report.say(
+            "recorded",
+            messages=recorder.bag.messages,
+            complete=recorder.complete,
+            missed=recorder.missed[:20],
+        )
+    return EXIT_DONE
+
+
+def _profile_text(profile: QoSProfile) -> str:
+    """A profile as rosbag2 writes it."""
+    described = {
+        "history": profile.history.short_key,
+        "depth": profile.depth,
+        "reliability": profile.reliability.short_key,
+        "durability": profile.durability.short_key,
+        "deadline": {"sec": 0, "nsec": 0},
+        "lifespan": {"sec": 0, "nsec": 0},
+        "liveliness": "automatic",
+        "liveliness_lease_duration": {"sec": 0, "nsec": 0},
+        "avoid_ros_namespace_conventions": False,
+    }
+    return str(yaml.safe_dump([described], sort_keys=False))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Record a flight; entry point of the executable `recorder_node`."""
+    return run("recorder", fly, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

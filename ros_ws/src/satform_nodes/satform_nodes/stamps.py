@@ -1,0 +1,31 @@
+"""Simulated time as message stamps, in whole nanoseconds from the step, and back to the same bits."""
+
+NANOSECONDS = 1_000_000_000
+
+
+class Stamps:
+    """Stamps of the steps of one scenario."""
+
+    def __init__(self, step: float, step_nanoseconds: int) -> None:
+        """Stamps of steps of a given length.
+
+        Args:
+            step: length of a step as the flight software computes with it, s.
+            step_nanoseconds: the same in whole nanoseconds.
+        """
+        self._step = step
+        self._step_nanoseconds = step_nanoseconds
+
+    def at(self, step: int) -> tuple[int, int]:
+        """Seconds and nanoseconds at the beginning of a step."""
+        return divmod(step * self._step_nanoseconds, NANOSECONDS)
+
+    def at_time(self, time: float) -> tuple[int, int]:
+        """Seconds and nanoseconds of a simulated moment in s, which lies on the grid of steps."""
+        return self.at(round(time / self._step))
+
+    def time(self, seconds: int, nanoseconds: int) -> float:
+        """Simulated moment of a stamp, s; on the grid of steps with the bits of step number times length."""
+        total = seconds * NANOSECONDS + nanoseconds
+        step, rest = divmod(total, self._step_nanoseconds)
+        return step * self._step if rest == 0 else total / NANOSECONDS

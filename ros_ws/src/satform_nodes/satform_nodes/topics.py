@@ -1,0 +1,81 @@
+"""Every topic's name, type and quality of service, in one place."""
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from satform_msgs.msg import (
+    ArcLength,
+    Command,
+    FormationStatus,
+    ParameterChange,
+    Ready,
+    Recorded,
+    RelativeState,
+    Tracking,
+)
+
+FRAME = "lvlh"
+"""The chief's rotating frame: x radial outward, y along-track, z orbit normal."""
+
+CLOCK = "/clock"
+STATUS = "/formation/status"
+READY = "/formation/ready"
+RECORDED = "/formation/recorded"
+
+RECORDER_WINDOW = 1024
+"""Steps by which the plant may be ahead of the recorder; writers keep twice as many for it."""
+
+
+def state(satellite: str) -> str:
+    """Topic on which the plant tells a satellite its own state."""
+    return f"/{satellite}/state"
+
+
+def arc_length(satellite: str) -> str:
+    """Topic on which a satellite tells its neighbours its phase."""
+    return f"/{satellite}/arc_length"
+
+
+def command(satellite: str) -> str:
+    """Topic on which a satellite commands its thrusters."""
+    return f"/{satellite}/command"
+
+
+def tracking(satellite: str) -> str:
+    """Topic on which a satellite shows how well it follows its reference."""
+    return f"/{satellite}/tracking"
+
+
+def parameter_changes(satellite: str) -> str:
+    """Topic on which a satellite says which gains changed at which step."""
+    return f"/{satellite}/parameter_changes"
+
+
+TYPES = {
+    "clock": Clock,
+    "status": FormationStatus,
+    "ready": Ready,
+    "recorded": Recorded,
+    "state": RelativeState,
+    "arc_length": ArcLength,
+    "command": Command,
+    "tracking": Tracking,
+    "parameter_changes": ParameterChange,
+}
+"""Message type of each topic by the last part of its name."""
+
+STEPPED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=2 * RECORDER_WINDOW,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.VOLATILE,
+)
+"""A message a step. Nothing is lost: no reader falls behind by more than the depth, since the plant
+waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`."""
+
+LATCHED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=64,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""Said now and then, and still heard by those who come later."""
