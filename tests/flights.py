@@ -1,0 +1,17 @@
+"""The shipped scenarios, for the tests that fly them."""
+
+from pathlib import Path
+
+from satform.scenario import Scenario, load_scenario
+
+SCENARIOS = Path(__file__).parents[1] / "scenarios"
+
+
+def shipped(name: str, *changes: str) -> Scenario:
+    """A shipped scenario, with changes such as `timing.step=1.0`."""
+    return load_scenario(SCENARIOS / f"{name}.yaml", changes)
+
+
+def shortened(name: str, duration: float, *changes: str) -> Scenario:
+    """A shipped scenario flown for a while only, and not judged."""
+    return shipped(name, f"timing.duration={duration}", "expect=[]", *changes)

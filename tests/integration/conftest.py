@@ -1,0 +1,97 @@
+"""What the tests that fly real nodes share: a domain of their own, and flights that are always ended."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from ament_index_python.packages import get_package_prefix
+
+from satform_bringup.domain import own_domain
+from satform_bringup.processes import PACKAGE, NodeProcess
+
+
+@pytest.fixture(autouse=True)
+def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A DDS domain that no other test and no other run on this machine uses."""
+    with own_domain() as number:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield number
+
+
+@pytest.fixture
+def busy_cores() -> Iterator[None]:
+    """Keep every core busy with other work while the test runs."""
+    count = os.cpu_count() or 1
+    spinning = "while True: pass"
+    processes = [subprocess.Popen([sys.executable, "-c", spinning]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for process in processes:
+            process.kill()
+        for process in processes:
+            process.wait()
+
+
+@pytest.fixture
+def start_run(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts `satform run` as a user would, in the background; ends it when the test is over."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(scenario: str, *options: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "satform_tools",
+                "run",
+                scenario,
+                "--out",
+                str(tmp_path / "run"),
+                *options,
+            ],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            try:
+                process.communicate(timeout=30)
+            except subprocess.TimeoutExpired:
+                process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Iterator[Callable[[list[NodeProcess]], list[subprocess.Popen[bytes]]]]:
+    """Starts node processes as they are, without anyone to watch them; ends them after the test."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def start(nodes: list[NodeProcess]) -> list[subprocess.Popen[bytes]]:
+        folder = Path(get_package_prefix(PACKAGE)) / "lib" / PACKAGE
+        for node in nodes:
+            with (tmp_path / f"{node.name}.log").open("wb") as log:
+                command = [str(folder / node.executable), *node.arguments()]
+                started.append(subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT))
+        return started
+
+    yield start
+    for process in started:
+        process.terminate()
+    for process in started:
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()

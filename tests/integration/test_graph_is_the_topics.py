@@ -1,0 +1,77 @@
+"""The communication graph of a flight can be read from its topics, and is the adjacency matrix."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from rclpy.node import Node
+from satform_msgs.msg import FormationStatus
+
+from flights import shortened
+from satform.scenario import Scenario
+from satform_bringup.processes import processes
+from satform_nodes import topics
+
+DIRECTED = "{kind: matrix, rows: [[0,1,0,0],[0,0,1,0],[0,0,0,1],[1,1,0,0]]}"
+"""Row i hears column j; the last satellite hears two, and not everyone is heard back."""
+
+
+def four_satellites(graph: str) -> Scenario:
+    names = ("one", "two", "three", "four")
+    satellites = ", ".join(f"{{name: {name}, curve: {{kind: circle, radius: 1000.0}}}}" for name in names)
+    return shortened("triangle", 3600.0, f"graph={graph}", f"satellites=[{satellites}]")
+
+
+@pytest.fixture
+def observer() -> Node:
+    rclpy.init()
+    node = Node("observer")
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+def listeners(observer: Node, scenario: Scenario) -> np.ndarray:
+    """Adjacency as seen on the network: entry i, j is 1 when satellite i subscribes to j's arc length."""
+    names = [satellite.name for satellite in scenario.satellites]
+    seen = np.zeros((len(names), len(names)), dtype=int)
+    for column, name in enumerate(names):
+        for endpoint in observer.get_subscriptions_info_by_topic(topics.arc_length(name)):
+            if endpoint.node_name in names:
+                seen[names.index(endpoint.node_name), column] += 1
+    return seen
+
+
+def everyone_is_seen(observer: Node, scenario: Scenario) -> bool:
+    """Whether discovery has shown the observer all subscriptions of every satellite.
+
+    A node's subscriptions become known in the order in which they were made, the status last.
+    """
+    seen = {endpoint.node_name for endpoint in observer.get_subscriptions_info_by_topic(topics.STATUS)}
+    return {satellite.name for satellite in scenario.satellites} <= seen
+
+
+@pytest.mark.parametrize(
+    "graph", ["{kind: complete}", "{kind: ring}", "{kind: line}", "{kind: star}", "{kind: none}", DIRECTED]
+)
+def test_a_satellite_subscribes_to_its_neighbours_and_to_nobody_else(
+    graph: str, observer: Node, fleet: Callable[..., None], tmp_path: Path
+) -> None:
+    scenario = four_satellites(graph)
+    wanted = scenario.communication_graph().adjacency.astype(int)
+    file = tmp_path / "scenario.json"
+    file.write_text(scenario.to_json())
+    flying: list[int] = []
+    observer.create_subscription(
+        FormationStatus, topics.STATUS, lambda status: flying.append(status.phase), topics.LATCHED
+    )
+    fleet(processes(scenario, file, None))
+    end = time.monotonic() + 60.0
+    # Once the formation flies, every satellite has matched everyone it will ever talk to.
+    while FormationStatus.FLYING not in flying or not everyone_is_seen(observer, scenario):
+        assert time.monotonic() < end, f"not flying; seen so far:\n{listeners(observer, scenario)}"
+        rclpy.spin_once(observer, timeout_sec=0.05)
+    np.testing.assert_array_equal(listeners(observer, scenario), wanted)

@@ -1,0 +1,51 @@
+"""Lockstep over DDS and the in-process run are the same flight, to the last bit."""
+
+from pathlib import Path
+
+import pytest
+
+from flights import shipped
+from satform.simulate import simulate
+from satform_bringup.supervise import Flight, fly
+from satform_nodes.bag_reader import Bag, read_bag
+
+
+def flown(name: str, out: Path) -> tuple[Flight, Bag]:
+    out.mkdir()
+    scenario = shipped(name)
+    flight = fly(scenario, out, record=True, progress=lambda _done, _all: None)
+    assert not flight.lost, flight.reason
+    assert not flight.missed
+    assert flight.bag is not None
+    return flight, read_bag(flight.bag)
+
+
+def assert_same_bits_as_in_process(name: str, bag: Bag) -> None:
+    scenario = shipped(name)
+    assert bag.complete
+    assert bag.record.steps == scenario.timing.steps
+    assert simulate(scenario).differences(bag.record) == []
+
+
+@pytest.mark.parametrize("name", ["triangle", "ring_six"])
+def test_a_lockstep_flight_has_the_bits_of_the_in_process_run(name: str, tmp_path: Path) -> None:
+    _, bag = flown(name, tmp_path / "quiet")
+    assert_same_bits_as_in_process(name, bag)
+
+
+@pytest.mark.parametrize("name", ["triangle", "ring_six"])
+@pytest.mark.usefixtures("busy_cores")
+def test_other_work_on_every_core_does_not_change_a_bit(name: str, tmp_path: Path) -> None:
+    _, bag = flown(name, tmp_path / "busy")
+    assert_same_bits_as_in_process(name, bag)
+
+
+def test_the_bag_holds_every_message_of_every_step(tmp_path: Path) -> None:
+    flight, bag = flown("triangle", tmp_path / "run")
+    steps = bag.scenario.timing.steps
+    satellites = [satellite.name for satellite in bag.scenario.satellites]
+    expected = {f"/{name}/{kind}": steps + 1 for name in satellites for kind in ("state", "arc_length")}
+    expected |= {f"/{name}/{kind}": steps for name in satellites for kind in ("command", "tracking")}
+    expected["/clock"] = steps + 1
+    assert {topic: bag.messages[topic] for topic in expected} == expected
+    assert flight.messages == sum(bag.messages.values())
