@@ -1,0 +1,316 @@
+"""Accelerations of Earth satellites in inertial space, from the force models of brahe.
+
+Each brahe function takes one satellite; a loop over the rows costs about a microsecond a call and
+gives every satellite the same bits whatever flies beside it. Nothing is downloaded: the gravity
+field (EGM2008, tide free, degree 120) is part of the package, Sun and Moon follow analytical
+series, the atmosphere is the Harris-Priester model.
+"""
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import brahe
+import numpy as np
+
+from satform.dynamics.chief import as_utc, earth_angle_at
+from satform.elementwise import Array, dot
+from satform.frames import ClosedEarthRotation, EarthRotation
+
+if TYPE_CHECKING:
+    from satform.dynamics.models import BodySpec, GravitySpec, InertialDynamicsSpec
+
+MAXIMUM_DEGREE = 120
+
+
+@functools.cache
+def egm2008() -> Any:
+    """The gravity field of brahe, loaded once."""
+    # The package's type stubs take the constants of its enumerations for methods.
+    field: Any = brahe.GravityModelType.EGM2008_120
+    return brahe.GravityModel.from_model_type(field)
+
+
+def gravitational_parameter() -> float:
+    """The Earth's GM of the gravity field, m^3/s^2."""
+    return float(egm2008().gm)
+
+
+def central_gravity(position: Array, parameter: float) -> Array:
+    """Point-mass gravity.
+
+    Args:
+        position: from the Earth's centre, m, shape (..., 3).
+        parameter: GM, m^3/s^2.
+
+    Returns:
+        m/s^2, shape (..., 3).
+    """
+    squared = dot(position, position)
+    acceleration: Array = position * (-parameter / (squared * np.sqrt(squared)))[..., None]
+    return acceleration
+
+
+def brahe_epoch(epoch: datetime) -> Any:
+    """An epoch of brahe from a date; without a time zone it is UTC."""
+    ensure_earth_orientation()
+    utc = as_utc(epoch)
+    second = utc.second + 1e-6 * utc.microsecond
+    scale: Any = brahe.TimeSystem.UTC
+    return brahe.Epoch.from_datetime(utc.year, utc.month, utc.day, utc.hour, utc.minute, second, 0.0, scale)
+
+
+def ensure_earth_orientation(file: Path | None = None) -> None:
+    """Earth orientation parameters for brahe, which keeps them for the whole process.
+
+    Args:
+        file: an IERS finals or C04 file; None keeps what is set, and sets UT1 = UTC without polar
+            motion if nothing is.
+
+    Raises:
+        ValueError: the file cannot be used.
+    """
+    if file is not None:
+        try:
+            provider = brahe.FileEOPProvider.from_file(str(file), True, "Hold")
+        except Exception as error:
+            raise ValueError(f"{file} is not a file of Earth orientation parameters: {error}") from error
+        brahe.set_global_eop_provider_from_file_provider(provider)
+    elif not brahe.get_global_eop_initialization():
+        brahe.set_global_eop_provider_from_static_provider(brahe.StaticEOPProvider.from_zero())
+
+
+def equator_of_date(epoch: Any) -> Array:
+    """Rotation of inertial axes (GCRF) into the true equator and equinox of brahe's epoch, (3, 3)."""
+    rotation: Array = brahe.rotation_gcrf_to_tod(epoch)
+    return rotation
+
+
+@dataclass(frozen=True)
+class FullEarthRotation:
+    """GCRF to ITRF by brahe: bias, precession, nutation (IAU 2006/2000A), rotation, polar motion.
+
+    Attributes:
+        epoch: brahe's epoch of time zero.
+    """
+
+    epoch: Any
+
+    def matrix(self, time: float) -> Array:
+        """Rotation of inertial into Earth-fixed components at `time` s after the epoch, (3, 3)."""
+        rotation: Array = brahe.rotation_gcrf_to_itrf(self.epoch + time)
+        return rotation
+
+
+@dataclass(frozen=True)
+class Body:
+    """What drag and sunlight meet.
+
+    Attributes:
+        mass: kg.
+        drag_area: m^2.
+        drag_coefficient: dimensionless.
+        radiation_area: m^2.
+        reflectivity: 1 absorbs, 2 reflects all.
+    """
+
+    mass: float
+    drag_area: float
+    drag_coefficient: float
+    radiation_area: float
+    reflectivity: float
+
+
+class Force(Protocol):
+    """One acceleration in inertial space."""
+
+    def acceleration(self, time: float, position: Array, velocity: Array, bodies: Sequence[Body]) -> Array:
+        """Inertial acceleration.
+
+        Args:
+            time: s after the epoch.
+            position: inertial, m, shape (M, 3).
+            velocity: inertial, m/s, shape (M, 3).
+            bodies: M of them, or none if no force needs them.
+
+        Returns:
+            m/s^2, shape (M, 3).
+        """
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """The Earth's gravity by spherical harmonics (degree 0: point mass).
+
+    Attributes:
+        degree: highest degree, 0 to 120.
+        order: highest order, at most the degree.
+        rotation: of the Earth-fixed frame; not used at degree 0.
+    """
+
+    degree: int
+    order: int
+    rotation: EarthRotation
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.order <= self.degree <= MAXIMUM_DEGREE:
+            raise ValueError(
+                f"gravity of degree {self.degree} and order {self.order} is not 0 <= order <= degree <= 120"
+            )
+
+    def acceleration(self, time: float, position: Array, velocity: Array, bodies: Sequence[Body]) -> Array:
+        """Total gravity; arguments and result as in `Force.acceleration`."""
+        if self.degree == 0:
+            return central_gravity(position, gravitational_parameter())
+        model, matrix = egm2008(), self.rotation.matrix(time)
+        evaluate, degree, order = brahe.accel_gravity_spherical_harmonics, self.degree, self.order
+        result = np.empty(position.shape)
+        for row, at in enumerate(position):
+            result[row] = evaluate(at, matrix, model, degree, order)
+        return result
+
+    def harmonics(self, time: float, position: Array) -> Array:
+        """Gravity without its central term.
+
+        Args:
+            time: s after the epoch.
+            position: inertial, m, shape (M, 3).
+
+        Returns:
+            m/s^2, inertial, shape (M, 3).
+        """
+        total = self.acceleration(time, position, position, ())
+        return total - central_gravity(position, gravitational_parameter())
+
+
+@dataclass(frozen=True)
+class ThirdBodies:
+    """Tides of Sun and Moon, from brahe's analytical ephemerides.
+
+    Attributes:
+        epoch: brahe's epoch of time zero.
+        sun: whether the Sun pulls.
+        moon: whether the Moon pulls.
+    """
+
+    epoch: Any
+    sun: bool
+    moon: bool
+
+    def acceleration(self, time: float, position: Array, velocity: Array, bodies: Sequence[Body]) -> Array:
+        """Tidal acceleration; arguments and result as in `Force.acceleration`."""
+        now = self.epoch + time
+        result = np.zeros(position.shape)
+        for row, at in enumerate(position):
+            if self.sun:
+                result[row] += brahe.accel_third_body_sun(now, at)
+            if self.moon:
+                result[row] += brahe.accel_third_body_moon(now, at)
+        return result
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Drag in an atmosphere that turns with the Earth (Harris-Priester, 100 to 1000 km, else none).
+
+    Attributes:
+        epoch: brahe's epoch of time zero.
+        equator: rotation of inertial axes into the true equator of date, (3, 3); held over the run,
+            for it turns by less than a thousandth of a degree in a month.
+    """
+
+    epoch: Any
+    equator: Array
+
+    def acceleration(self, time: float, position: Array, velocity: Array, bodies: Sequence[Body]) -> Array:
+        """Drag; arguments and result as in `Force.acceleration`."""
+        sun = self.equator @ brahe.sun_position(self.epoch + time)
+        state = np.concatenate((position, velocity), axis=1)
+        result = np.empty(position.shape)
+        for row, (at, body) in enumerate(zip(state, bodies, strict=True)):
+            density = brahe.density_harris_priester(self.equator @ at[:3], sun)
+            result[row] = brahe.accel_drag(
+                at, density, body.mass, body.drag_area, body.drag_coefficient, self.equator
+            )
+        return result
+
+
+@dataclass(frozen=True)
+class SolarPressure:
+    """Sunlight on a sphere, in the Earth's conical shadow dimmed or gone.
+
+    Attributes:
+        epoch: brahe's epoch of time zero.
+    """
+
+    epoch: Any
+
+    def acceleration(self, time: float, position: Array, velocity: Array, bodies: Sequence[Body]) -> Array:
+        """Radiation pressure; arguments and result as in `Force.acceleration`."""
+        sun = brahe.sun_position(self.epoch + time)
+        result = np.empty(position.shape)
+        for row, (at, body) in enumerate(zip(position, bodies, strict=True)):
+            lit = brahe.eclipse_conical(at, sun)
+            push = brahe.accel_solar_radiation_pressure(
+                at, sun, body.mass, body.reflectivity, body.radiation_area, brahe.P_SUN
+            )
+            result[row] = lit * push
+        return result
+
+
+@dataclass(frozen=True)
+class ForceModel:
+    """All forces on a satellite.
+
+    Attributes:
+        forces: added in this order, at least one.
+    """
+
+    forces: tuple[Force, ...]
+
+    def acceleration(self, time: float, position: Array, velocity: Array, bodies: Sequence[Body]) -> Array:
+        """Total acceleration; arguments and result as in `Force.acceleration`."""
+        total = self.forces[0].acceleration(time, position, velocity, bodies)
+        for force in self.forces[1:]:
+            total = total + force.acceleration(time, position, velocity, bodies)
+        return total
+
+
+def gravity_of(spec: "GravitySpec", epoch: datetime) -> Gravity:
+    """The gravity that a scenario describes.
+
+    Args:
+        spec: degree, order and rotation.
+        epoch: of time zero.
+
+    Raises:
+        ValueError: the file of Earth orientation parameters cannot be used.
+    """
+    order = spec.degree if spec.order is None else spec.order
+    if spec.rotation == "closed":
+        angle = earth_angle_at(epoch) if spec.earth_angle is None else spec.earth_angle
+        return Gravity(spec.degree, order, ClosedEarthRotation(angle))
+    ensure_earth_orientation(spec.orientation_file)
+    return Gravity(spec.degree, order, FullEarthRotation(brahe_epoch(epoch)))
+
+
+def forces_of(spec: "InertialDynamicsSpec") -> ForceModel:
+    """All the forces that a scenario chooses for inertial propagation."""
+    epoch = brahe_epoch(spec.epoch)
+    chosen: list[Force] = [gravity_of(spec.gravity, spec.epoch)]
+    if spec.sun or spec.moon:
+        chosen.append(ThirdBodies(epoch, spec.sun, spec.moon))
+    if spec.drag:
+        full = spec.gravity.rotation == "full"
+        chosen.append(Drag(epoch, equator_of_date(epoch) if full else np.eye(3)))
+    if spec.solar_pressure:
+        chosen.append(SolarPressure(epoch))
+    return ForceModel(tuple(chosen))
+
+
+def body_of(spec: "BodySpec") -> Body:
+    """The body that a scenario describes."""
+    return Body(spec.mass, spec.drag_area, spec.drag_coefficient, spec.radiation_area, spec.reflectivity)

@@ -1,0 +1,205 @@
+"""Truth in inertial space: chief and satellites propagated side by side (Cowell's method)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from satform.dynamics.chief import semi_major_axis_of
+from satform.dynamics.forces import (
+    Body,
+    ForceModel,
+    body_of,
+    central_gravity,
+    egm2008,
+    forces_of,
+    gravitational_parameter,
+)
+from satform.dynamics.integrators import Adaptive, FixedStep
+from satform.dynamics.perturbations import Perturbation
+from satform.dynamics.protocol import DynamicsSetting, total_perturbation
+from satform.elementwise import Array
+from satform.frames import LvlhFrame, chief_axes, chief_frame
+
+if TYPE_CHECKING:
+    from satform.dynamics.models import InertialDynamicsSpec
+
+
+@dataclass(frozen=True)
+class InertialState:
+    """Where everything is.
+
+    Attributes:
+        time: since the start, s.
+        motion: inertial position in m and velocity in m/s, shape (2, 1 + N, 3); row 0 is the chief.
+        remainder: what rounding took from `motion`, same shape.
+    """
+
+    time: float
+    motion: Array
+    remainder: Array
+
+
+@dataclass(frozen=True)
+class InertialDynamics:
+    """Cowell propagation of the chief and of the satellites about it.
+
+    Commands and perturbations are given in the chief's LVLH axes and turn with them inside the
+    step. The LVLH velocity is taken in the frame that turns at the orbit rate (0, 0, h/r^2) or, with
+    `exact_rate`, as the frame truly turns; see `satform.frames`.
+
+    Attributes:
+        period: control period, s.
+        forces: on the satellites, and on the chief unless it is Keplerian.
+        bodies: of the chief and of each satellite, 1 + N, or none if no force needs them.
+        chief_position: at the start, inertial, m, shape (3,).
+        chief_velocity: at the start, inertial, m/s, shape (3,).
+        integrator: fixed step or adaptive.
+        keplerian_chief: the chief is no satellite but a point that obeys point-mass gravity alone.
+        exact_rate: which rate of the LVLH frame the velocities are taken at.
+        perturbations: added to the forces on the satellites.
+    """
+
+    period: float
+    forces: ForceModel
+    bodies: tuple[Body, ...]
+    chief_position: Array
+    chief_velocity: Array
+    integrator: FixedStep | Adaptive
+    keplerian_chief: bool = False
+    exact_rate: bool = True
+    perturbations: tuple[Perturbation, ...] = ()
+
+    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> InertialState:
+        """The state at time zero; arguments as in `Dynamics.start`."""
+        frame = self._frame(0.0, self.chief_position, self.chief_velocity)
+        position, velocity = frame.to_inertial(position_lvlh, velocity_lvlh)
+        motion = np.stack(
+            (
+                np.concatenate((self.chief_position[None], position)),
+                np.concatenate((self.chief_velocity[None], velocity)),
+            )
+        )
+        return InertialState(0.0, motion, np.zeros_like(motion))
+
+    def lvlh(self, state: InertialState) -> tuple[Array, Array]:
+        """Relative position in m and velocity in m/s, shape (N, 3) each."""
+        position, velocity = state.motion
+        return self._frame(state.time, position[0], velocity[0]).to_lvlh(position[1:], velocity[1:])
+
+    def advance(self, state: InertialState, acceleration_lvlh: Array, step: int) -> InertialState:
+        """The state one control period later; arguments as in `Dynamics.advance`."""
+        begin = step * self.period
+        end = (step + 1) * self.period
+        if isinstance(self.integrator, Adaptive):
+            motion = self._adaptive(self.integrator, state.motion, acceleration_lvlh, step)
+            return replace(state, time=end, motion=motion)
+        push = _Push(self, acceleration_lvlh, step)
+
+        def derivative(time: float, motion: Array) -> Array:
+            position, velocity = motion
+            rate = np.empty_like(motion)
+            rate[0] = velocity
+            rate[1] = self.forces.acceleration(time, position, velocity, self.bodies)
+            if self.keplerian_chief:
+                rate[1, 0] = central_gravity(position[0], gravitational_parameter())
+            if push.acts:
+                rate[1, 1:] += push.inertial(time - begin, position[0], velocity[0])
+            return rate
+
+        motion, remainder = self.integrator.advance(
+            derivative, begin, state.motion, state.remainder, self.period
+        )
+        return InertialState(end, motion, remainder)
+
+    def _frame(self, time: float, position: Array, velocity: Array) -> LvlhFrame:
+        if not self.exact_rate or self.keplerian_chief:
+            return chief_frame(position, velocity)
+        acceleration = self.forces.acceleration(time, position[None], velocity[None], self.bodies[:1])
+        return chief_frame(position, velocity, acceleration[0])
+
+    def _adaptive(self, integrator: Adaptive, motion: Array, command: Array, step: int) -> Array:
+        """One satellite after another, so that no step size depends on who else flies."""
+        begin, duration = step * self.period, self.period
+        push = _Push(self, command, step)
+        result = np.empty_like(motion)
+        chief, result[:, 0] = integrator.solve(self._chief_rate, begin, motion[:, 0], duration)
+        for row in range(1, motion.shape[1]):
+            body = self.bodies[row : row + 1]
+
+            def rate(time: float, one: Array, body: Sequence[Body] = body, row: int = row) -> Array:
+                acceleration = self.forces.acceleration(time, one[:1], one[1:], body)[0]
+                if push.acts:
+                    reached = chief(time)
+                    acceleration = (
+                        acceleration + push.inertial(time - begin, reached[:3], reached[3:])[row - 1]
+                    )
+                return np.stack((one[1], acceleration))
+
+            _, result[:, row] = integrator.solve(rate, begin, motion[:, row], duration)
+        return result
+
+    def _chief_rate(self, time: float, chief: Array) -> Array:
+        if self.keplerian_chief:
+            return np.stack((chief[1], central_gravity(chief[0], gravitational_parameter())))
+        acceleration = self.forces.acceleration(time, chief[:1], chief[1:], self.bodies[:1])
+        return np.stack((chief[1], acceleration[0]))
+
+
+class _Push:
+    """Commands and perturbations of one step, turned from LVLH into inertial space."""
+
+    def __init__(self, dynamics: InertialDynamics, command: Array, step: int) -> None:
+        self._perturbations = dynamics.perturbations
+        self._command = command
+        self._step = step
+        self.acts = bool(self._perturbations) or bool(command.any())
+
+    def inertial(self, offset: float, chief_position: Array, chief_velocity: Array) -> Array:
+        """Inertial acceleration of the satellites, m/s^2, shape (N, 3), `offset` s into the step."""
+        total = self._command
+        if self._perturbations:
+            total = total + total_perturbation(self._perturbations, self._step, offset)
+        radial, along_track, normal = chief_axes(chief_position, chief_velocity)
+        turned: Array = total[:, 0:1] * radial + total[:, 1:2] * along_track + total[:, 2:3] * normal
+        return turned
+
+
+def build(spec: "InertialDynamicsSpec", setting: DynamicsSetting) -> InertialDynamics:
+    """The inertial truth model that a scenario describes.
+
+    Args:
+        spec: what the scenario says.
+        setting: the chief's mean motion, the step, the satellites and the perturbations.
+
+    Raises:
+        ValueError: the list of bodies does not fit the satellites, or the chief enters the Earth.
+    """
+    position, velocity = spec.chief.state(setting.mean_motion, gravitational_parameter())
+    perigee = semi_major_axis_of(setting.mean_motion, gravitational_parameter()) * (
+        1 - spec.chief.eccentricity
+    )
+    if perigee < float(egm2008().radius):
+        raise ValueError(
+            f"the chief's perigee of {perigee / 1e3:.1f} km (period {math.tau / setting.mean_motion:.6g} s) "
+            "lies inside the Earth"
+        )
+    if spec.satellite_bodies and len(spec.satellite_bodies) != setting.satellite_count:
+        raise ValueError(
+            f"satellite_bodies has {len(spec.satellite_bodies)} entries for {setting.satellite_count} "
+            "satellites; leave it out or give one for each"
+        )
+    of_satellites = spec.satellite_bodies or (spec.body,) * setting.satellite_count
+    return InertialDynamics(
+        period=setting.step,
+        forces=forces_of(spec),
+        bodies=tuple(body_of(body) for body in (spec.body, *of_satellites)),
+        chief_position=position,
+        chief_velocity=velocity,
+        integrator=spec.integrator.build(),
+        keplerian_chief=spec.chief_motion == "keplerian",
+        exact_rate=spec.frame_rate == "exact",
+        perturbations=spec.build_perturbations(setting),
+    )

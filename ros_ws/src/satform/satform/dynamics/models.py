@@ -1,0 +1,247 @@
+"""The truth models that a scenario chooses under `dynamics:`, from textbook CW to inertial space."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from satform.dynamics.chief import Angle, ChiefOrbitSpec
+from satform.dynamics.cw import DisturbedStep
+from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
+from satform.dynamics.perturbations import Perturbation, PerturbationSetting, PerturbationSpec
+from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec, total_perturbation
+from satform.elementwise import Array
+from satform.spec import NonNegative, Plugin, Positive, Spec
+
+if TYPE_CHECKING:
+    from satform.dynamics.cw_perturbed import CwPerturbedDynamics
+    from satform.dynamics.inertial import InertialDynamics
+
+Degree = Annotated[int, Field(ge=0, le=120)]
+
+
+@dataclass(frozen=True)
+class CwState:
+    """LVLH motion at one time.
+
+    Attributes:
+        position: m, shape (N, 3).
+        velocity: m/s, in the rotating frame, shape (N, 3).
+    """
+
+    position: Array
+    velocity: Array
+
+
+@dataclass(frozen=True)
+class CwDynamics:
+    """The CW equations, exact for any step with the command held.
+
+    Perturbations enter by three-point Gauss-Legendre quadrature over the step.
+
+    Attributes:
+        step: the exact step.
+        perturbations: added to the CW equations.
+    """
+
+    step: DisturbedStep
+    perturbations: tuple[Perturbation, ...] = ()
+
+    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
+        """The state at time zero; arguments as in `Dynamics.start`."""
+        return CwState(position_lvlh, velocity_lvlh)
+
+    def lvlh(self, state: CwState) -> tuple[Array, Array]:
+        """Relative position in m and velocity in m/s, shape (N, 3) each."""
+        return state.position, state.velocity
+
+    def advance(self, state: CwState, acceleration_lvlh: Array, step: int) -> CwState:
+        """The state one control period later; arguments as in `Dynamics.advance`."""
+        if not self.perturbations:
+            return CwState(*self.step.held.advance(state.position, state.velocity, acceleration_lvlh))
+        disturbance = np.stack(
+            [total_perturbation(self.perturbations, step, offset) for offset in self.step.nodes.tolist()]
+        )
+        return CwState(*self.step.advance(state.position, state.velocity, acceleration_lvlh, disturbance))
+
+
+class PerturbedDynamicsSpec(DynamicsSpec):
+    """What all the truth models here have in common: a list of perturbations."""
+
+    perturbations: tuple[Annotated[PerturbationSpec, Plugin("satform.perturbations")], ...] = ()
+    """Accelerations added to the model's own, in LVLH."""
+
+    def build_perturbations(self, setting: DynamicsSetting) -> tuple[Perturbation, ...]:
+        """The perturbations themselves, in the order of the list."""
+        return tuple(
+            spec.build(
+                PerturbationSetting(
+                    mean_motion=setting.mean_motion,
+                    step=setting.step,
+                    satellite_count=setting.satellite_count,
+                    seed=setting.seed,
+                    index=index,
+                )
+            )
+            for index, spec in enumerate(self.perturbations)
+        )
+
+
+class CwDynamicsSpec(PerturbedDynamicsSpec):
+    """Clohessy-Wiltshire: linear motion about a circular orbit, propagated exactly."""
+
+    kind: Literal["cw"] = "cw"
+
+    def build(self, setting: DynamicsSetting) -> CwDynamics:
+        """The truth model itself."""
+        return CwDynamics(
+            step=DisturbedStep.over(setting.mean_motion, setting.step),
+            perturbations=self.build_perturbations(setting),
+        )
+
+
+class GravitySpec(Spec):
+    """The Earth's gravity field, EGM2008 (tide free), and the rotation that carries it."""
+
+    degree: Degree = 10
+    """Highest degree of the spherical harmonics; 0 is a point mass."""
+    order: Degree | None = None
+    """Highest order; the degree when left out, 0 for zonal harmonics only."""
+    rotation: Literal["closed", "full"] = "closed"
+    """closed: uniform about the inertial z axis; full: precession, nutation and polar motion (brahe)."""
+    earth_angle: Angle | None = None
+    """closed: Earth rotation angle at time zero [rad]; the epoch's when left out."""
+    orientation_file: Path | None = None
+    """full: a file of Earth orientation parameters (IERS finals or C04); UT1 = UTC and no polar
+    motion when left out. Nothing is downloaded."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "GravitySpec":
+        if self.order is not None and self.order > self.degree:
+            raise ValueError(
+                f"order {self.order} is above degree {self.degree}; at most the degree is allowed"
+            )
+        if self.rotation == "full" and self.earth_angle is not None:
+            raise ValueError(
+                "earth_angle belongs to rotation: closed; rotation: full takes it from the epoch"
+            )
+        if self.rotation == "closed" and self.orientation_file is not None:
+            raise ValueError("orientation_file belongs to rotation: full; rotation: closed needs none")
+        return self
+
+
+class BodySpec(Spec):
+    """What drag and sunlight meet on a satellite."""
+
+    mass: Positive = 100.0
+    """Mass [kg], constant in these forces."""
+    drag_area: NonNegative = 1.0
+    """Area across the wind [m^2]."""
+    drag_coefficient: NonNegative = 2.2
+    """Drag coefficient."""
+    radiation_area: NonNegative = 1.0
+    """Area across the sunlight [m^2]."""
+    reflectivity: Annotated[float, Field(ge=1.0, le=2.0)] = 1.3
+    """Radiation pressure coefficient, 1 absorbs all and 2 reflects all."""
+
+
+class FixedStepSpec(Spec):
+    """Runge-Kutta with equal sub-steps inside the control period."""
+
+    kind: Literal["rk4", "rk8"] = "rk8"
+    """rk4: four stages, order 4, enough for steps of a few seconds; rk8: twelve stages, order 8."""
+    maximum_step: Positive = 45.0
+    """Longest sub-step [s]."""
+
+    def build(self) -> FixedStep:
+        """The integrator itself."""
+        return FixedStep(TABLEAUS[self.kind](), self.maximum_step)
+
+
+class AdaptiveSpec(Spec):
+    """Dormand & Prince's method of order 8 with step control (scipy), one satellite at a time."""
+
+    kind: Literal["dop853"] = "dop853"
+    """The method."""
+    relative_tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-12
+    """Of the local error."""
+    absolute_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 1e-6
+    """Of the local error [m and m/s]."""
+
+    def build(self) -> Adaptive:
+        """The integrator itself."""
+        return Adaptive(self.relative_tolerance, self.absolute_tolerance)
+
+
+EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
+
+
+class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
+    """CW plus the difference of gravity harmonics between satellite and ideal circular chief."""
+
+    kind: Literal["cw_perturbed"] = "cw_perturbed"
+    epoch: datetime = EPOCH
+    """Date and time of time zero; without a time zone it is UTC."""
+    chief: ChiefOrbitSpec = ChiefOrbitSpec()
+    """Orbit plane of the chief and its place at time zero; circular."""
+    gravity: GravitySpec = GravitySpec()
+    """Whose degrees 2 and higher act."""
+    integrator: FixedStepSpec = FixedStepSpec()
+    """Method of the exponential step: it approximates the harmonics, the CW part is exact."""
+
+    @model_validator(mode="after")
+    def _circular(self) -> "CwPerturbedDynamicsSpec":
+        if self.chief.eccentricity > 0.0:
+            raise ValueError("chief.eccentricity has to be 0: cw_perturbed knows a circular chief only")
+        return self
+
+    def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics":
+        """The truth model itself."""
+        from satform.dynamics.cw_perturbed import build  # noqa: PLC0415  brahe is slow to import
+
+        return build(self, setting)
+
+
+class InertialDynamicsSpec(PerturbedDynamicsSpec):
+    """Chief and satellites in inertial space, with the forces chosen."""
+
+    kind: Literal["inertial"] = "inertial"
+    epoch: datetime = EPOCH
+    """Date and time of time zero; without a time zone it is UTC."""
+    chief: ChiefOrbitSpec = ChiefOrbitSpec()
+    """Osculating orbit of the chief at time zero."""
+    chief_motion: Literal["propagated", "keplerian"] = "propagated"
+    """propagated: the chief feels all forces, as a satellite does; keplerian: it is a point on the
+    unperturbed orbit."""
+    gravity: GravitySpec = GravitySpec()
+    """Gravity of the Earth."""
+    drag: bool = False
+    """Drag in a Harris-Priester atmosphere, 100 to 1000 km."""
+    solar_pressure: bool = False
+    """Pressure of sunlight, with the Earth's conical shadow."""
+    sun: bool = False
+    """Gravity of the Sun."""
+    moon: bool = False
+    """Gravity of the Moon."""
+    body: BodySpec = BodySpec()
+    """The chief, and every satellite that is not in `satellite_bodies`."""
+    satellite_bodies: tuple[BodySpec, ...] = ()
+    """Either none or one for each satellite, in their order."""
+    integrator: Annotated[FixedStepSpec | AdaptiveSpec, Field(discriminator="kind")] = FixedStepSpec()
+    """Of chief and satellites."""
+    frame_rate: Literal["exact", "orbit_rate"] = "exact"
+    """exact: LVLH velocities are the derivative of LVLH positions; orbit_rate: they are taken in a
+    frame that turns at (0, 0, h/r^2)."""
+
+    def build(self, setting: DynamicsSetting) -> "InertialDynamics":
+        """The truth model itself.
+
+        Raises:
+            ValueError: the list of bodies does not fit the satellites, or the chief hits the Earth.
+        """
+        from satform.dynamics.inertial import build  # noqa: PLC0415  brahe is slow to import
+
+        return build(self, setting)

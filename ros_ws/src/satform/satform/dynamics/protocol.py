@@ -1,0 +1,83 @@
+"""The door for truth models: what moves the satellites between two steps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from satform.dynamics.perturbations import Perturbation
+from satform.elementwise import Array
+from satform.spec import Spec
+
+
+@dataclass(frozen=True)
+class DynamicsSetting:
+    """What a truth model may know when it is built.
+
+    Attributes:
+        mean_motion: of the chief's orbit, rad/s.
+        step: control period over which a command is held, s.
+        satellite_count: how many satellites fly besides the chief.
+        seed: of everything random in the run.
+    """
+
+    mean_motion: float
+    step: float
+    satellite_count: int
+    seed: int = 0
+
+
+class Dynamics(Protocol):
+    """A truth model: the state is its own frozen data, seen from outside through `lvlh`.
+
+    A satellite's numbers do not depend on which or how many others fly. Commands are held in the
+    LVLH axes over the step: a model whose frame turns in inertial space turns them with it.
+    """
+
+    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> Any:
+        """The model's state at time zero.
+
+        Args:
+            position_lvlh: m, shape (N, 3).
+            velocity_lvlh: m/s, taken in the rotating frame, shape (N, 3).
+        """
+
+    def advance(self, state: Any, acceleration_lvlh: Array, step: int) -> Any:
+        """The model's state one control period later.
+
+        Args:
+            state: at the start of the step.
+            acceleration_lvlh: commanded, held over the step, m/s^2, shape (N, 3).
+            step: number of the step; it begins at `step` control periods from time zero.
+        """
+
+    def lvlh(self, state: Any) -> tuple[Array, Array]:
+        """Position in m and velocity in m/s, taken in the rotating frame, both of shape (N, 3)."""
+
+
+class DynamicsSpec(Spec):
+    """Base of every truth model's specification; subclasses set a literal `kind`."""
+
+    def build(self, setting: DynamicsSetting) -> Dynamics:
+        """The truth model itself.
+
+        Raises:
+            ValueError: the model cannot be flown in this setting.
+        """
+        raise NotImplementedError
+
+
+def total_perturbation(perturbations: Sequence[Perturbation], step: int, offset: float) -> Array:
+    """Sum of the perturbations at one instant.
+
+    Args:
+        perturbations: at least one.
+        step: number of the control step.
+        offset: time since the start of that step, s.
+
+    Returns:
+        m/s^2, LVLH, shape (N, 3).
+    """
+    total: Array = perturbations[0].acceleration(step, offset)
+    for perturbation in perturbations[1:]:
+        total = total + perturbation.acceleration(step, offset)
+    return total
