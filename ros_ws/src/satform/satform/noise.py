@@ -1,0 +1,48 @@
+"""Seeded normal numbers that can be asked for at any step, one stream a satellite."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from satform.elementwise import Array
+
+THRUSTER_STREAM = 1_000_001
+"""Stream of the thrusters' errors."""
+NAVIGATION_STREAM = 1_000_002
+"""Stream of the navigation's white noise."""
+
+_BLOCK = 256
+
+
+class SeededNormals:
+    """Standard normal numbers as a pure function of seed, stream, satellite and step.
+
+    A satellite's numbers do not depend on who else flies, nor on which steps were asked for before.
+
+    Attributes:
+        seed: of the run.
+        stream: keeps apart what is random for different reasons.
+        satellites: places of the satellites in the formation, N of them.
+        width: numbers a satellite and step.
+    """
+
+    def __init__(self, seed: int, stream: int, satellites: Sequence[int], width: int) -> None:
+        self.seed = seed
+        self.stream = stream
+        self.satellites = tuple(satellites)
+        self.width = width
+        self._block = -1
+        self._numbers = np.empty((0, 0, 0))
+
+    def at(self, step: int) -> Array:
+        """The numbers of one step, shape (N, width)."""
+        block, row = divmod(step, _BLOCK)
+        if block != self._block:
+            self._numbers = np.stack([self._drawn(satellite, block) for satellite in self.satellites], axis=1)
+            self._block = block
+        numbers: Array = self._numbers[row]
+        return numbers
+
+    def _drawn(self, satellite: int, block: int) -> Array:
+        generator = np.random.default_rng([self.seed, self.stream, satellite, block])
+        return generator.standard_normal((_BLOCK, self.width))
