@@ -1,5 +1,6 @@
 """However a flight ends, nothing is left behind and the bag opens."""
 
+import os
 import random
 import shutil
 import signal
@@ -69,14 +70,10 @@ def test_a_lost_satellite_ends_the_flight_and_is_named(tmp_path: Path) -> None:
 
     def kill_one(done: int, _all: int) -> None:
         if done > 200 and not killed:
-            found = subprocess.run(
-                ["pgrep", "-f", f"satellite_node.*__node:=sat2.*{tmp_path}"],
-                capture_output=True,
-                text=True,
-                check=True,
-            )
-            killed.append(int(found.stdout.split()[0]))
-            subprocess.run(["kill", "-KILL", str(killed[0])], check=True)
+            found = subprocess.run(["pgrep", "-x", "sat2"], capture_output=True, text=True, check=True)
+            killed.extend(int(number) for number in found.stdout.split())
+            for number in killed:
+                os.kill(number, signal.SIGKILL)
 
     flight = fly(scenario, tmp_path, record=True, progress=kill_one)
     assert flight.lost == ("sat2",)

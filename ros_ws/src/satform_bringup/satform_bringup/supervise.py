@@ -1,24 +1,20 @@
 """The life of a formation's processes: started together, watched, and ended by their own handles."""
 
-import json
-import os
 import selectors
 import signal
-import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import IO, Any
-
-from ament_index_python.packages import get_package_prefix
+from typing import Any
 
 from satform.scenario import Scenario
+from satform_bringup import nursery
 from satform_bringup.domain import own_domain
-from satform_bringup.processes import PACKAGE, NodeProcess, processes
-
-REPORT_VARIABLE = "SATFORM_REPORT_FD"
+from satform_bringup.processes import NodeProcess, processes
 
 FAREWELL = 15.0
 """Wall-clock time that processes have to end once the flight is over, s."""
@@ -120,17 +116,14 @@ class _Running:
     Attributes:
         name: of its node.
         process: its handle.
-        pidfd: becomes readable when the process ends.
+        pipe: on which it reports.
         log: what it prints.
-        rest: bytes of a report line that is not complete yet.
     """
 
     name: str
-    process: subprocess.Popen[bytes]
-    pidfd: int
-    pipe: int
+    process: BaseProcess
+    pipe: Connection
     log: Path
-    rest: bytes = b""
 
 
 @dataclass
@@ -155,28 +148,13 @@ class _Watch:
         """Start all processes, each with a pipe for its reports and a file for its words."""
         logs.mkdir(parents=True, exist_ok=True)
         self.begun = time.monotonic()
-        folder = Path(get_package_prefix(PACKAGE)) / "lib" / PACKAGE
-        environment = node_environment(domain)
         for node in nodes:
-            self._start(node, folder, logs, environment)
-
-    def _start(self, node: NodeProcess, folder: Path, logs: Path, environment: Mapping[str, str]) -> None:
-        reader, writer = os.pipe()
-        log = logs / f"{node.name}.log"
-        try:
-            with log.open("wb") as output:
-                process = _popen(
-                    [str(folder / node.executable), *node.arguments()], environment, writer, output
-                )
-        except OSError:
-            os.close(reader)
-            raise
-        finally:
-            os.close(writer)
-        entry = _Running(node.name, process, os.pidfd_open(process.pid), reader, log)
-        self.running[node.name] = entry
-        self.selector.register(entry.pidfd, selectors.EVENT_READ, (entry, self._on_exit))
-        self.selector.register(entry.pipe, selectors.EVENT_READ, (entry, self._on_report))
+            log = logs / f"{node.name}.log"
+            process, pipe = nursery.start(node.executable, node.arguments(), domain, log)
+            entry = _Running(node.name, process, pipe, log)
+            self.running[node.name] = entry
+            self.selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
+            self.selector.register(pipe, selectors.EVENT_READ, (entry, self._on_report))
 
     def until_over(self) -> None:
         """Watch until every process has ended, or those that do not end in time are to be ended."""
@@ -184,7 +162,9 @@ class _Watch:
         while self.running:
             for key, _ in self.selector.select(_LOOK):
                 entry, handle = key.data
-                handle(entry)
+                # The one before may have done away with this one.
+                if key.fileobj in self.selector.get_map():
+                    handle(entry)
             if self.signals.count >= 2:
                 return
             if self.signals.count == 1 and not told:
@@ -200,16 +180,15 @@ class _Watch:
             self.over_since = time.monotonic()
         plant = self.running.get("plant")
         for entry in [plant] if plant else list(self.running.values()):
-            entry.process.send_signal(signal.SIGTERM)
+            entry.process.terminate()
 
     def _on_report(self, entry: _Running) -> None:
-        data = os.read(entry.pipe, 65536)
-        if not data:
+        try:
+            event = entry.pipe.recv()
+        except (EOFError, OSError):
             self.selector.unregister(entry.pipe)
             return
-        *lines, entry.rest = (entry.rest + data).split(b"\n")
-        for line in lines:
-            self._on_event(json.loads(line))
+        self._on_event(event)
 
     def _on_event(self, event: dict[str, Any]) -> None:
         match event["event"]:
@@ -223,9 +202,9 @@ class _Watch:
                 self.steps = event["step"]
                 self.over_since = time.monotonic()
             case "lost":
-                self.lost += event["who"]
                 self.steps = event["step"]
-                self.reason = self.reason or event["reason"]
+                if not self.lost:
+                    self.lost, self.reason = event["who"], event["reason"]
             case "satellite":
                 self.busy[event["node"]] = event["busy"]
             case "recorded":
@@ -235,13 +214,15 @@ class _Watch:
         # What it reported last may still be in the pipe.
         while entry.pipe in self.selector.get_map():
             self._on_report(entry)
-        code = entry.process.wait()
+        entry.process.join()
+        code = entry.process.exitcode or 0
         self._forget(entry)
-        early = self.finished is None and self.over_since is None
-        if (code or early) and not self.stopped:
+        if code and self.over_since is None:
             self._note_loss(entry, code)
-        if entry.name == "plant" or early:
             self._end_flight()
+        if entry.name == "plant" and self.over_since is None:
+            # It has told everyone that the flight is over, and why.
+            self.over_since = time.monotonic()
 
     def _note_loss(self, entry: _Running, code: int) -> None:
         """Remember the process whose end came first; those that end because of it are no losses."""
@@ -253,28 +234,28 @@ class _Watch:
         self.reason = self.reason or f"{entry.name} {how} after step {self.steps}: {last[0]}"
 
     def _forget(self, entry: _Running) -> None:
-        self.selector.unregister(entry.pidfd)
-        os.close(entry.pidfd)
-        os.close(entry.pipe)
+        if entry.pipe in self.selector.get_map():
+            self.selector.unregister(entry.pipe)
+        self.selector.unregister(entry.process.sentinel)
+        entry.pipe.close()
+        entry.process.close()
         del self.running[entry.name]
 
     def end_all(self) -> None:
         """End what still runs: first asked, then forced; every process is waited for."""
-        for number, patience in ((signal.SIGTERM, 3.0), (signal.SIGKILL, FAREWELL)):
-            if number == signal.SIGTERM and self.signals.count >= 2:
-                continue
-            for entry in self.running.values():
-                entry.process.send_signal(number)
-            end = time.monotonic() + patience
-            for entry in list(self.running.values()):
-                try:
-                    entry.process.wait(max(0.0, end - time.monotonic()))
-                except subprocess.TimeoutExpired:
-                    continue
-                if entry.pipe in self.selector.get_map():
-                    self.selector.unregister(entry.pipe)
-                self._forget(entry)
+        if self.signals.count < 2:
+            self._end_with(BaseProcess.terminate, 3.0)
+        self._end_with(BaseProcess.kill, FAREWELL)
         self.selector.close()
+
+    def _end_with(self, end: Callable[[BaseProcess], None], patience: float) -> None:
+        for entry in self.running.values():
+            end(entry.process)
+        until = time.monotonic() + patience
+        for entry in list(self.running.values()):
+            entry.process.join(max(0.0, until - time.monotonic()))
+            if entry.process.exitcode is not None:
+                self._forget(entry)
 
     def flight(self, domain: int, bag: Path | None) -> Flight:
         """How it went."""
@@ -295,27 +276,3 @@ class _Watch:
             messages=self.recorded.get("messages", 0),
             missed=tuple(self.recorded.get("missed", ())),
         )
-
-
-def node_environment(domain: int) -> dict[str, str]:
-    """Environment of the nodes: this process's own, on the given domain and on this machine only."""
-    return {
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        **os.environ,
-        "ROS_DOMAIN_ID": str(domain),
-    }
-
-
-def _popen(
-    command: list[str], environment: Mapping[str, str], report: int, output: IO[bytes]
-) -> "subprocess.Popen[bytes]":
-    return subprocess.Popen(
-        command,
-        env={**environment, REPORT_VARIABLE: str(report)},
-        pass_fds=(report,),
-        stdin=subprocess.DEVNULL,
-        stdout=output,
-        stderr=subprocess.STDOUT,
-        # A terminal's Ctrl-C is for the one who started the flight, who ends it in order.
-        start_new_session=True,
-    )

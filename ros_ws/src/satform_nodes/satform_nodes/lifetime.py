@@ -12,10 +12,12 @@ from rclpy.signals import SignalHandlerOptions
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.executor import StepExecutor
 from satform_nodes.parameters import FormationNode
+from satform_nodes.report import Report
 
 EXIT_DONE = 0
 EXIT_BAD_INPUT = 2
 EXIT_LOST = 3
+EXIT_STOPPED = 130
 
 START_TIMEOUT = 60.0
 """Wall-clock time within which all nodes of a formation have to find each other, s."""
@@ -62,7 +64,10 @@ def scenario_of(node: Node) -> Scenario:
 
 
 def run(
-    name: str, fly: Callable[[FormationNode, StepExecutor, StopRequest], int], arguments: Sequence[str] | None
+    name: str,
+    fly: Callable[[FormationNode, StepExecutor, StopRequest, Report], int],
+    arguments: Sequence[str] | None,
+    report: Report,
 ) -> int:
     """Make a node, let it fly, and take it down again.
 
@@ -70,6 +75,7 @@ def run(
         name: the node's name; remapping (`__node:=`) changes it.
         fly: does the node's work and returns the exit code.
         arguments: command line; the process's own when None.
+        report: to whoever started the process.
 
     Returns:
         The exit code.
@@ -82,7 +88,7 @@ def run(
         executor = StepExecutor()
         executor.add_node(node)
         try:
-            return fly(node, executor, stop)
+            return fly(node, executor, stop, report)
         except NodeError as failure:
             node.get_logger().error(str(failure))
             return failure.code

@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Sequence
+from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import (
     EXIT_DONE,
     EXIT_LOST,
+    EXIT_STOPPED,
     START_TIMEOUT,
     NodeError,
     StopRequest,
@@ -43,10 +45,12 @@ _FAREWELL = Duration(seconds=5)
 class PlantNode:
     """Carries the plant; every formula is in `satform`."""
 
-    def __init__(self, node: Node, executor: StepExecutor, scenario: Scenario, recorded: bool) -> None:
+    def __init__(
+        self, node: Node, executor: StepExecutor, scenario: Scenario, recorded: bool, report: Report
+    ) -> None:
         self.node = node
         self.scenario = scenario
-        self.report = Report()
+        self.report = report
         self.plant = Plant(scenario)
         self.recorded = recorded
         self.recorded_step = 0
@@ -82,6 +86,7 @@ class PlantNode:
             *((publisher.get_subscription_count, 1 + watching) for publisher in self._say_state),
             *((subscription.get_publisher_count, 1) for subscription in subscriptions),
             (self._say_clock.get_subscription_count, watching),
+            (self._say_status.get_subscription_count, len(self._names) + watching),
         ]
 
     @property
@@ -157,12 +162,13 @@ class PlantNode:
         return _on_command
 
     def _advance(self) -> None:
-        begin = time.perf_counter()
+        # The processor's time: the wall clock would count those who are let in meanwhile.
+        begin = time.thread_time()
         self.plant.advance(self._commands)
+        self.busy_seconds += time.thread_time() - begin
         self._answered.clear()
         self._publish_state()
-        now = time.perf_counter()
-        self.busy_seconds += now - begin
+        now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + _PROGRESS_PERIOD
             self.report.say("step", step=self.plant.step)
@@ -183,12 +189,12 @@ class PlantNode:
         self._say_clock.publish(clock)
 
 
-def fly(node: Node, executor: StepExecutor, stop: StopRequest) -> int:
+def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Wait for everyone, fly the scenario to its end, and say how it went."""
     declare_fixed(node, "scenario", "", "path of the scenario file")
     recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
     scenario = scenario_of(node)
-    plant = PlantNode(node, executor, scenario, recorded)
+    plant = PlantNode(node, executor, scenario, recorded, report)
     if not executor.spin_until(lambda: plant.everyone_is_ready() or stop.asked, START_TIMEOUT):
         reason = f"not ready within {START_TIMEOUT:g} s: {', '.join(plant.not_ready())}"
         return _abort(plant, reason)
@@ -201,29 +207,30 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest) -> int:
         silence = f"no answer within {scenario.tolerated_silence:g} s from {', '.join(plant.missing())}"
         return _abort(plant, f"lost at step {plant.plant.step}: {silence}")
     if stop.asked:
-        plant.say_status(FormationStatus.ABORTED, "asked to stop")
         plant.report.say("stopped", step=plant.plant.step)
-        return EXIT_DONE
-    plant.say_status(FormationStatus.FINISHED, "")
+        plant.say_status(FormationStatus.ABORTED, "asked to stop")
+        return EXIT_STOPPED
+    seconds = time.perf_counter() - begin
     plant.report.say(
         "finished",
         step=plant.plant.step,
-        seconds=time.perf_counter() - begin,
+        seconds=seconds,
         busy=plant.busy_seconds,
         refused=plant.refused,
     )
+    plant.say_status(FormationStatus.FINISHED, "")
     return EXIT_DONE
 
 
 def _abort(plant: PlantNode, reason: str) -> int:
-    plant.say_status(FormationStatus.ABORTED, reason)
     plant.report.say("lost", who=plant.missing(), step=plant.plant.step, reason=reason)
+    plant.say_status(FormationStatus.ABORTED, reason)
     raise NodeError(reason, EXIT_LOST)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Run the plant; entry point of the executable `plant_node`."""
-    return run("plant", fly, arguments)
+    return run("plant", fly, arguments, Report(pipe))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from satform_nodes.lifetime import (
     EXIT_BAD_INPUT,
     EXIT_DONE,
     EXIT_LOST,
+    EXIT_STOPPED,
     START_TIMEOUT,
     NodeError,
     StopRequest,
@@ -41,9 +43,11 @@ _REPORT_EVERY = 128
 class RecorderNode:
     """Writes what passes on the formation's topics, and knows what has to pass."""
 
-    def __init__(self, node: Node, executor: StepExecutor, scenario: Scenario, folder: Path) -> None:
+    def __init__(
+        self, node: Node, executor: StepExecutor, scenario: Scenario, folder: Path, report: Report
+    ) -> None:
         self.node = node
-        self.report = Report()
+        self.report = report
         self.ended: FormationStatus | None = None
         self.missed: list[str] = []
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
@@ -61,7 +65,10 @@ class RecorderNode:
 
         self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
         self._say_recorded = node.create_publisher(Recorded, topics.RECORDED, topics.STEPPED)
-        self._expected = [(self._say_recorded.get_subscription_count, 1)]
+        self._expected = [
+            (self._say_recorded.get_subscription_count, 1),
+            (self._say_ready.get_subscription_count, 1),
+        ]
         for satellite in scenario.satellites:
             # A state and a phase are told for the state after the last step too.
             for kind, last in (("state", 0), ("arc_length", 0), ("command", 1), ("tracking", 1)):
@@ -129,9 +136,10 @@ class RecorderNode:
     def _listen(self, kind: str, topic: str, callback: Callable[[Any, int], None]) -> None:
         """Write a topic on which something is said now and then."""
         channel = self._add_topic(topic, kind, topics.LATCHED)
-        self.node.create_subscription(
+        subscription = self.node.create_subscription(
             topics.TYPES[kind], topic, lambda message: callback(message, channel), topics.LATCHED
         )
+        self._expected.append((subscription.get_publisher_count, 1))
 
     def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
         stamp = message.header.stamp
@@ -156,7 +164,7 @@ class RecorderNode:
         self._say_recorded.publish(_RECORDED.pack(seconds, nanoseconds, reached, self.bag.messages))
 
 
-def fly(node: Node, executor: StepExecutor, stop: StopRequest) -> int:
+def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Be ready before the first step, write until the flight has ended, and close the bag."""
     declare_fixed(node, "scenario", "", "path of the scenario file")
     folder = declare_fixed(node, "bag", "", "folder of the bag to be written")
@@ -165,7 +173,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest) -> int:
         raise NodeError(
             "recorder needs the parameter bag: the folder of the bag to be written", EXIT_BAD_INPUT
         )
-    recorder = RecorderNode(node, executor, scenario, Path(folder))
+    recorder = RecorderNode(node, executor, scenario, Path(folder), report)
     try:
         if not executor.spin_until(lambda: recorder.matched() or stop.asked, START_TIMEOUT):
             raise NodeError(f"the recorder has not found all topics within {START_TIMEOUT:g} s", EXIT_LOST)
@@ -181,7 +189,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest) -> int:
             complete=recorder.complete,
             missed=recorder.missed[:20],
         )
-    return EXIT_DONE
+    return EXIT_STOPPED if stop.asked else EXIT_DONE
 
 
 def _profile_text(profile: QoSProfile) -> str:
@@ -200,9 +208,9 @@ def _profile_text(profile: QoSProfile) -> str:
     return str(yaml.safe_dump([described], sort_keys=False))
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Record a flight; entry point of the executable `recorder_node`."""
-    return run("recorder", fly, arguments)
+    return run("recorder", fly, arguments, Report(pipe))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Sequence
+from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from satform_nodes.lifetime import (
     EXIT_BAD_INPUT,
     EXIT_DONE,
     EXIT_LOST,
+    EXIT_STOPPED,
     START_TIMEOUT,
     NodeError,
     StopRequest,
@@ -47,7 +49,13 @@ class SatelliteNode:
     """Carries the flight software of one satellite; every formula is in `satform`."""
 
     def __init__(
-        self, node: FormationNode, executor: StepExecutor, scenario: Scenario, name: str, recorded: bool
+        self,
+        node: FormationNode,
+        executor: StepExecutor,
+        scenario: Scenario,
+        name: str,
+        recorded: bool,
+        report: Report,
     ) -> None:
         names = [satellite.name for satellite in scenario.satellites]
         if name not in names:
@@ -59,7 +67,7 @@ class SatelliteNode:
         self.executor = executor
         self.scenario = scenario
         self.index = names.index(name)
-        self.report = Report()
+        self.report = report
         self.satellite = Satellite.of(scenario, self.index)
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         graph = scenario.communication_graph()
@@ -101,10 +109,11 @@ class SatelliteNode:
                 )
             )
         # Made last: whoever sees this subscription has seen all others of this satellite.
-        node.create_subscription(FormationStatus, topics.STATUS, self._on_status, topics.LATCHED)
+        status = node.create_subscription(FormationStatus, topics.STATUS, self._on_status, topics.LATCHED)
         watching = 1 if recorded else 0
         self._expected = [
-            *((subscription.get_publisher_count, 1) for subscription in subscriptions),
+            *((subscription.get_publisher_count, 1) for subscription in (*subscriptions, status)),
+            (self._say_ready.get_subscription_count, 1),
             (self._say_arc.get_subscription_count, len(graph.listeners(self.index)) + watching),
             (self._say_command.get_subscription_count, 1 + watching),
             (self._say_tracking.get_subscription_count, watching),
@@ -152,14 +161,16 @@ class SatelliteNode:
     def _act_if_complete(self) -> None:
         if self._state is None or len(self._heard_now) < len(self._neighbours):
             return
-        begin = time.perf_counter()
         state, step = self._state, self.step
         if step >= self.scenario.timing.steps:
             self._state = None
             return
+        # The processor's time: the wall clock would count those who are let in meanwhile.
+        begin = time.thread_time()
         heard = np.array([self._heard_now[neighbour] for neighbour in self._neighbours]).reshape(-1, 3)
         motion = Motion(np.array(state[:3]), np.array(state[3:6]))
         decision = self.satellite.act(motion, Heard(heard[:, 0], heard[:, 1], heard[:, 2], self._weight))
+        self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
         self._say_command.publish(_COMMAND.pack(seconds, nanoseconds, step, *decision.acceleration.tolist()))
         self._state = None
@@ -168,7 +179,6 @@ class SatelliteNode:
         self._announce()
         self._show(seconds, nanoseconds, step, motion, decision)
         self._tell_changes(step)
-        self.busy_seconds += time.perf_counter() - begin
 
     def _announce(self) -> None:
         said = self.satellite.announce()
@@ -213,13 +223,13 @@ class SatelliteNode:
         self._changes = []
 
 
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest) -> int:
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Find the others, fly until the plant says that the flight has ended, and go."""
     declare_fixed(node, "scenario", "", "path of the scenario file")
     name = declare_fixed(node, "satellite", "", "name of the satellite in the scenario")
     recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
     scenario = scenario_of(node)
-    satellite = SatelliteNode(node, executor, scenario, name, recorded)
+    satellite = SatelliteNode(node, executor, scenario, name, recorded, report)
     if not executor.spin_until(lambda: satellite.matched() or stop.asked, START_TIMEOUT):
         raise NodeError(
             f"{name} has not found its neighbours and the plant within {START_TIMEOUT:g} s", EXIT_LOST
@@ -237,12 +247,12 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest) -> int:
         raise NodeError(
             f"{name} has heard nothing from the plant at step {satellite.step}; it stops", EXIT_LOST
         )
-    return EXIT_DONE
+    return EXIT_STOPPED if stop.asked else EXIT_DONE
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Fly one satellite; entry point of the executable `satellite_node`."""
-    return run("satellite", fly, arguments)
+    return run("satellite", fly, arguments, Report(pipe))
 
 
 if __name__ == "__main__":

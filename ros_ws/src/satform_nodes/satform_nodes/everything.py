@@ -1,0 +1,11 @@
+"""All that any node needs, imported and looked up before the processes part ways."""
+
+import scipy.special
+
+from satform_nodes import plant_node, recorder_node, satellite_node, topics
+
+MODULES = (scipy.special, plant_node, recorder_node, satellite_node)
+
+for _message_type in topics.TYPES.values():
+    # Loads the C libraries that turn these messages into bytes.
+    _message_type.__class__.__import_type_support__()
