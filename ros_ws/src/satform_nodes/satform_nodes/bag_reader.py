@@ -1,5 +1,6 @@
 """From a bag back to the flight: arrays, scenario and what was noted down about the run."""
 
+import struct
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,8 @@ _READ_FAILURES = (
     TypeError,
     OverflowError,
     MemoryError,
+    RuntimeError,
+    struct.error,
 )
 
 
@@ -105,7 +108,7 @@ def _scan(file: Path) -> _Contents:
     names: dict[int, str] = {}
     try:
         with file.open("rb") as stream:
-            for record in StreamReader(stream).records:
+            for record in StreamReader(stream, validate_crcs=True).records:
                 if isinstance(record, Message):
                     contents.messages[names[record.channel_id]].append(record.data)
                 elif isinstance(record, Channel):
@@ -115,9 +118,12 @@ def _scan(file: Path) -> _Contents:
         contents.closed = True
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from None
+    except BagError:
+        raise
     except _READ_FAILURES as error:
-        if not contents.messages:
-            raise BagError(f"{file}: is not an MCAP file that can be read: {error}") from None
+        if contents.scenario is None and not contents.messages:
+            reason = str(error) or "it ends too early"
+            raise BagError(f"{file}: is not an MCAP file that can be read: {reason}") from None
     return contents
 
 

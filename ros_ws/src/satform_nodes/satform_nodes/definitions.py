@@ -38,7 +38,7 @@ def definition(message_type: Any) -> str:
 
 def _read(name: str) -> str:
     package, folder, short = name.split("/")
-    return (Path(get_package_share_directory(package)) / folder / f"{short}.msg").read_text()
+    return (Path(get_package_share_directory(package)) / folder / f"{short}.msg").read_text(encoding="utf-8")
 
 
 def _contained(name: str, text: str) -> list[str]:

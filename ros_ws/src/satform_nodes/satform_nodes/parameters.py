@@ -1,10 +1,11 @@
 """ROS parameters from specifications: type, default, bounds and description from one declaration."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, get_args
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -46,10 +47,13 @@ def declare_spec(node: Node, prefix: str, spec: Spec) -> None:
         value = _to_parameter(getattr(spec, name))
         if value is None:
             continue
+        bounds = _bounds(field)
         descriptor = ParameterDescriptor(
-            description=(field.description or f"{name} of {prefix}").strip(), read_only=name == "kind"
+            description=(field.description or f"{name} of {prefix}").strip(),
+            read_only=name == "kind",
+            additional_constraints=_in_words(bounds),
         )
-        limits = _limits(field.metadata)
+        limits = _limits(bounds)
         if isinstance(value, float) and limits is not None:
             descriptor.floating_point_range = [limits]
         node.declare_parameter(f"{prefix}.{name}", value, descriptor)
@@ -109,6 +113,20 @@ def _to_parameter(value: Any) -> Any:
 
 def _from_parameter(value: Any) -> Any:
     return value if isinstance(value, bool | str | int | float) or value is None else list(value)
+
+
+def _bounds(field: FieldInfo) -> list[Any]:
+    """Bounds of a number, or of each number of a triple."""
+    found = list(field.metadata)
+    for inner in get_args(field.annotation)[:1]:
+        for item in getattr(inner, "__metadata__", ()):
+            found += getattr(item, "metadata", [item])
+    return [item for item in found if isinstance(item, Ge | Gt | Le | Lt)]
+
+
+def _in_words(bounds: Sequence[Any]) -> str:
+    words = {Ge: ">= {0.ge:g}", Gt: "> {0.gt:g}", Le: "<= {0.le:g}", Lt: "< {0.lt:g}"}
+    return "each number " + " and ".join(words[type(item)].format(item) for item in bounds) if bounds else ""
 
 
 def _limits(metadata: Sequence[Any]) -> FloatingPointRange | None:

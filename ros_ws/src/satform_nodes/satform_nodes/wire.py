@@ -49,24 +49,23 @@ class Layout:
             frame: text of `header.frame_id` in all messages of this layout.
 
         Raises:
-            ValueError: the message holds something whose size is not fixed.
+            ValueError: the message does not begin with a header, or holds something whose size is not
+                fixed.
         """
         text = frame.encode() + b"\0"
         self._constant = struct.pack("<I", len(text)) + text
-        self._constant_at = 0
         form = "<4s"
         names, offsets, formats = [], [], []
         position = 0
         for name, kind in _flatten(message_type, ""):
             code = _PRIMITIVES.get(kind)
-            if code is None and not name.endswith("frame_id"):
+            if code is None and name != "header.frame_id":
                 raise ValueError(f"{message_type.__name__}.{name} is a {kind}, whose size is not fixed")
             size = struct.calcsize(f"<{code}") if code else 4
             padding = -position % size
             form += f"{padding}x" if padding else ""
             position += padding
             if code is None:
-                self._constant_at = position + 4
                 form += f"{len(self._constant)}s"
                 position += len(self._constant)
                 continue
@@ -79,8 +78,8 @@ class Layout:
         self.fields = tuple(names)
         self.size = self._struct.size
         self.dtype = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": self.size})
-        if not self._constant_at:
-            raise ValueError(f"{message_type.__name__} has no header")
+        if names[:2] != ["header.stamp.sec", "header.stamp.nanosec"]:
+            raise ValueError(f"{message_type.__name__} does not begin with a header")
 
     def pack(self, seconds: int, nanoseconds: int, *numbers: float) -> bytes:
         """The message's bytes from its numbers in the order of `fields`."""
