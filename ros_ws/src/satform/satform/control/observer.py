@@ -1,0 +1,162 @@
+"""Luenberger observer: a control law flown on the state estimated from positions alone."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.signal import place_poles
+
+from satform.control.hill_pd import HillPdSpec
+from satform.control.integral import LqiSpec
+from satform.control.lqr import LqrSpec
+from satform.control.protocol import Action, Controller, ControllerSpec, FlightSetting, Motion
+from satform.dynamics import cw
+from satform.dynamics.linear import multiply, position_matrix
+from satform.elementwise import Array
+from satform.reference import Reference
+from satform.spec import Positive, Vector
+
+DecayRates = tuple[Positive, Positive, Positive, Positive, Positive, Positive]
+
+
+def observer_gain(transition: Array, eigenvalues: tuple[float, ...]) -> Array:
+    """Observer gain that gives the estimation error the wanted eigenvalues.
+
+    Works on a continuous state matrix with eigenvalues in 1/s as on the transition matrix of one
+    step with eigenvalues inside the unit circle. The gain is not unique; its spectrum is.
+
+    Args:
+        transition: state or transition matrix, shape (6, 6).
+        eigenvalues: six distinct real eigenvalues of transition - gain times output matrix.
+
+    Returns:
+        Gain, shape (6, 3).
+
+    Raises:
+        ValueError: the eigenvalues cannot be placed.
+
+    Source: Luenberger 1971; pole placement by Tits & Yang 1996.
+    """
+    gain: Array = place_poles(transition.T, position_matrix().T, np.asarray(eigenvalues)).gain_matrix.T
+    return gain
+
+
+def continuous_observer_gain(mean_motion: float, decay_rates: tuple[float, ...]) -> Array:
+    """Gain of the continuous-time observer of relative motion from positions.
+
+    Args:
+        mean_motion: of the chief's orbit, rad/s.
+        decay_rates: six distinct positive decay rates of the estimation error, 1/s.
+
+    Returns:
+        Gain, shape (6, 3): rows 0..2 in 1/s, rows 3..5 in 1/s^2.
+    """
+    return observer_gain(cw.system_matrices(mean_motion)[0], tuple(-rate for rate in decay_rates))
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Memory of the observer.
+
+    Attributes:
+        position: estimated before this step's measurement is used, LVLH, m, shape (..., 3).
+        velocity: estimated likewise, LVLH, m/s, shape (..., 3).
+        law: memory of the control law that flies on the estimate.
+    """
+
+    position: Array
+    velocity: Array
+    law: Any
+
+
+@dataclass(frozen=True)
+class Observed:
+    """A control law fed by an observer of the position measurements.
+
+    The measured velocity is not used after the start.
+
+    Attributes:
+        law: control law that flies on the estimate.
+        model: motion over one step with the command held.
+        position_gain: correction of the position per unit of its miss, shape (..., 3, 3).
+        velocity_gain: correction of the velocity per unit of the position's miss, 1/s, (..., 3, 3).
+        initial_position_error: of the first estimate, m, shape (..., 3).
+        initial_velocity_error: of the first estimate, m/s, shape (..., 3).
+    """
+
+    law: Controller
+    model: cw.HeldInputStep
+    position_gain: Array
+    velocity_gain: Array
+    initial_position_error: Array
+    initial_velocity_error: Array
+
+    def start(self, motion: Motion) -> Estimate:
+        """First estimate: the state handed over plus the chosen error.
+
+        Args:
+            motion: position and velocity at the first step, LVLH.
+
+        Returns:
+            The estimate, and the first memory of the law on it.
+        """
+        position = motion.position + self.initial_position_error
+        velocity = motion.velocity + self.initial_velocity_error
+        return Estimate(position, velocity, self.law.start(Motion(position, velocity)))
+
+    def act(self, motion: Motion, reference: Reference, memory: Estimate) -> Action:
+        """Command from the estimate, and the estimate carried to the next step.
+
+        Args:
+            motion: measured position, LVLH; the velocity is ignored.
+            reference: desired position, velocity and acceleration, LVLH.
+            memory: estimate for this step.
+
+        Returns:
+            The law's action with the next estimate as memory.
+
+        Source: Luenberger 1971, in discrete time, so that the estimate is free of bias between samples.
+        """
+        position, velocity = memory.position, memory.velocity
+        action = self.law.act(Motion(position, velocity), reference, memory.law)
+        miss = motion.position - position
+        position, velocity = self.model.advance(position, velocity, action.acceleration)
+        position = position + multiply(self.position_gain, miss)
+        velocity = velocity + multiply(self.velocity_gain, miss)
+        estimate = Estimate(position, velocity, action.memory)
+        return Action(action.acceleration, action.sliding_variable, estimate)
+
+
+class ObserverSpec(ControllerSpec):
+    """A control law that sees positions only and estimates the rest."""
+
+    kind: Literal["observer"] = "observer"
+    law: Annotated[LqrSpec | LqiSpec | HillPdSpec, Field(discriminator="kind")] = LqrSpec()
+    """Control law that flies on the estimated position and velocity."""
+    decay_rates: DecayRates = (0.050, 0.052, 0.054, 0.056, 0.058, 0.060)
+    """Decay rates of the estimation error's six modes, all different, 1/s."""
+    initial_position_error: Vector = (0.0, 0.0, 0.0)
+    """Error of the first estimated position, LVLH, m."""
+    initial_velocity_error: Vector = (0.0, 0.0, 0.0)
+    """Error of the first estimated velocity, LVLH, m/s."""
+
+    def build(self, setting: FlightSetting) -> Observed:
+        """The law and its observer.
+
+        Raises:
+            ValueError: two decay rates coincide, or the law's gains cannot fly.
+        """
+        if len(set(self.decay_rates)) < len(self.decay_rates):
+            raise ValueError(f"observer: decay_rates have to differ from each other, got {self.decay_rates}")
+        transition = cw.transition_matrix(setting.mean_motion, setting.step)
+        eigenvalues = tuple(float(np.exp(-rate * setting.step)) for rate in self.decay_rates)
+        gain = observer_gain(transition, eigenvalues)
+        return Observed(
+            law=self.law.build(setting),
+            model=cw.HeldInputStep.over(setting.mean_motion, setting.step),
+            position_gain=gain[:3].copy(),
+            velocity_gain=gain[3:].copy(),
+            initial_position_error=np.array(self.initial_position_error),
+            initial_velocity_error=np.array(self.initial_velocity_error),
+        )
