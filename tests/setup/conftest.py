@@ -1,0 +1,51 @@
+"""What the tests of the set-up share."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+
+# A machine's way to the package index, which a bare environment would lose.
+_NETWORK = ("PIP_", "UV_", "SSL_CERT_FILE", "REQUESTS_CA_BUNDLE")
+_PROXIES = ("http_proxy", "https_proxy", "no_proxy", "all_proxy")
+
+
+def pytest_configure(config):
+    config.addinivalue_line(
+        "markers",
+        "setup_from_scratch: sets up a fresh clone, which takes a minute or two and the network; "
+        '-m "not setup_from_scratch" leaves it out',
+    )
+
+
+@pytest.fixture
+def bare_environment(tmp_path):
+    """Variables of someone who has just logged in: an empty home, nothing sourced, the way to the index."""
+    home = tmp_path / "home"
+    home.mkdir()
+    network = {
+        name: value
+        for name, value in os.environ.items()
+        if name.startswith(_NETWORK) or name.lower() in _PROXIES
+    }
+    python = Path(getattr(sys, "_base_executable", sys.executable)).parent
+    path = f"{python}:/usr/local/bin:/usr/bin:/bin"
+    return {**network, "HOME": str(home), "PATH": path, "LANG": "C.UTF-8", "TERM": "dumb"}
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A project of nothing but the set-up itself."""
+    root = tmp_path / "project"
+    (root / "tools" / "satform_setup").mkdir(parents=True)
+    (root / "ros_ws" / "src").mkdir(parents=True)
+    for name in ("requirements.txt", "ros_ws/ros_wheels_fix.cmake", "tools/satform"):
+        (root / name).write_bytes((ROOT / name).read_bytes())
+    (root / "tools" / "satform").chmod(0o755)
+    for module in (ROOT / "tools" / "satform_setup").glob("*.py"):
+        (root / "tools" / "satform_setup" / module.name).write_bytes(module.read_bytes())
+    return root

@@ -1,0 +1,72 @@
+"""The first use of a fresh clone, killed half-way and repeated; needs the network and a minute or two."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+USES_EVERYTHING = """
+import rclpy, satform, satform_msgs.msg, satform_nodes
+from rclpy.serialization import deserialize_message, serialize_message
+sent = satform_msgs.msg.Ready(step=7, node="/a")
+assert deserialize_message(serialize_message(sent), satform_msgs.msg.Ready) == sent
+rclpy.init()
+rclpy.create_node("probe").destroy_node()
+rclpy.shutdown()
+print("all of it works")
+"""
+
+
+@pytest.mark.setup_from_scratch
+def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_builds_one_package(
+    tmp_path, bare_environment
+):
+    clone = tmp_path / "clone"
+    subprocess.run(["git", "clone", "--quiet", ROOT, clone], check=True)
+
+    def satform(*arguments):
+        command = [clone / "tools" / "satform", *arguments]
+        return subprocess.run(
+            command,
+            env=bare_environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=900,
+            check=False,
+        )
+
+    with subprocess.Popen(
+        [clone / "tools" / "satform", "setup"], env=bare_environment, stderr=subprocess.PIPE, text=True
+    ) as first:
+        for line in first.stderr:
+            if "Python packages" in line:
+                break
+        time.sleep(3)  # into the middle of an installation; any other moment has to do as well
+        os.kill(first.pid, signal.SIGKILL)
+    assert not (clone / ".venv" / "complete.json").exists()
+
+    second = satform("setup")
+    assert (second.returncode, "building satform" in second.stderr) == (0, True), second.stderr
+    assert "all of it works" in satform("exec", "python", "-c", USES_EVERYTHING).stdout
+
+    stamp = clone / "ros_ws" / "install" / "complete.json"
+    before = json.loads(stamp.read_text())["built"]
+    assert satform("setup").stderr.count("\n") == 1  # nothing to do, said in one line
+    with (clone / "ros_ws" / "src" / "satform_bringup" / "README.md").open("a", encoding="utf-8") as file:
+        file.write("\n")
+    third = satform("setup")
+    assert [line for line in third.stderr.splitlines() if "building" in line] == [
+        "satform: building satform_bringup (a few seconds)"
+    ]
+    after = json.loads(stamp.read_text())["built"]
+    assert {name for name in after if after[name] != before[name]} == {"satform_bringup"}
+
+    start = time.monotonic()
+    assert satform("exec", "true").returncode == 0
+    assert time.monotonic() - start < 1.0  # it takes 0.05 s; a machine under load takes longer

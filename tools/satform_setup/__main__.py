@@ -1,0 +1,10 @@
+"""Entry of `tools/satform`, run by path with an isolated Python."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from satform_setup.command import main
+
+sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,155 @@
+"""Decides at each start whether there is something to set up, does it, and starts the program."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, BinaryIO, NoReturn
+
+from satform_setup.faults import SetupError, os_fault
+from satform_setup.layout import Layout, read_stamp
+from satform_setup.ros import find_ros
+from satform_setup.variables import applied, shell_variables
+from satform_setup.virtual_environment import make_venv, remove_venv, venv_fits, wanted_venv, why_anew
+from satform_setup.workspace import build_workspace, remove_workspace, wanted_install
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from satform_setup.processes import Job
+
+FAULT = 2  # exit code of a set-up that could not be finished
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run `tools/satform`.
+
+    Args:
+        arguments: the command line after the program's name.
+
+    Returns:
+        Exit code, if no program was started in this process's place.
+    """
+    layout = Layout(Path(__file__).resolve().parents[2])
+    try:
+        return _run(layout, list(arguments), os.environ)
+    except SetupError as error:
+        print(f"satform: {error}", file=sys.stderr)
+        return FAULT
+    except KeyboardInterrupt:
+        print("\nsatform: interrupted; the next use starts again what was not finished", file=sys.stderr)
+        return INTERRUPTED
+    except OSError as error:
+        print(f"satform: {os_fault(error)}", file=sys.stderr)
+        return FAULT
+
+
+def _run(layout: Layout, arguments: list[str], environment: Mapping[str, str]) -> int:
+    ros = find_ros(environment)
+    if arguments[:1] == ["setup"]:
+        return _setup(layout, ros, arguments[1:], environment)
+    if arguments[:1] == ["--version"]:
+        print(f"satform {_version(layout)}")
+        return 0
+    stamp = finished(layout, ros) or ensure(layout, ros, environment, clean=False)
+    variables = applied(stamp["variables"], shell_variables(ros, environment))
+    # -P: a file of the folder the user stands in must not take a module's place.
+    program = [str(layout.python), "-P", "-m", "satform_tools", *arguments]
+    return _execute(arguments[1:] if arguments[:1] == ["exec"] else program, variables)
+
+
+def _setup(layout: Layout, ros: str, options: list[str], environment: Mapping[str, str]) -> int:
+    if any(option != "--clean" for option in options):
+        raise SetupError("usage: satform setup [--clean]   (--clean makes the environment anew)")
+    clean = "--clean" in options
+    if clean or not finished(layout, ros):
+        ensure(layout, ros, environment, clean=clean)
+    print(f"satform: the environment is ready ({layout.venv})", file=sys.stderr)
+    return 0
+
+
+def _version(layout: Layout) -> str:
+    text = (layout.sources / "satform" / "package.xml").read_text(encoding="utf-8")
+    return text.partition("<version>")[2].partition("</version>")[0]
+
+
+def _execute(command: list[str], variables: dict[str, str]) -> NoReturn:
+    if not command:
+        raise SetupError("usage: satform exec COMMAND [ARGUMENT...]   (runs COMMAND in the environment)")
+    try:
+        os.execvpe(command[0], command, variables)  # noqa: S606 - no shell is wanted
+    except FileNotFoundError:
+        raise SetupError(f"there is no program {command[0]!r} in the environment or on the PATH") from None
+
+
+def finished(layout: Layout, ros: str) -> dict[str, Any] | None:
+    """Check, in a few milliseconds, that environment and build fit the sources.
+
+    Args:
+        layout: paths of the project.
+        ros: where ROS comes from, see `find_ros`.
+
+    Returns:
+        The build's stamp, with the variables of programs, or None if there is something to do.
+    """
+    if not venv_fits(layout, ros):
+        return None
+    stamp = read_stamp(layout.install_stamp)
+    wanted = wanted_install(layout, ros, read_stamp(layout.venv_stamp))
+    return stamp if wanted == {name: stamp.get(name) for name in wanted} else None
+
+
+def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: bool) -> dict[str, Any]:
+    """Set up what is missing, one process at a time.
+
+    Args:
+        layout: paths of the project.
+        ros: where ROS comes from, see `find_ros`.
+        environment: the shell's variables.
+        clean: make everything anew.
+
+    Returns:
+        The build's stamp.
+
+    Raises:
+        SetupError: the set-up could not be finished.
+    """
+    from satform_setup.processes import Job, end_leftovers  # noqa: PLC0415 - later starts do without
+
+    with layout.launcher.open("rb") as lock:
+        _take(lock)
+        end_leftovers(layout)
+        job = Job(layout, ros, environment)
+        if clean:
+            remove_workspace(layout)
+        if clean or not venv_fits(layout, ros):
+            _renew_venv(job)
+        # Sources saved while they are built make the stamp unfit at the next start, not now.
+        return finished(layout, ros) or build_workspace(job)
+
+
+def _take(lock: BinaryIO) -> None:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print("satform: another satform is setting up this folder; waiting for it to finish", file=sys.stderr)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+
+
+def _renew_venv(job: Job) -> None:
+    from satform_setup.machine import check_machine  # noqa: PLC0415 - later starts do without
+
+    layout = job.layout
+    reason = why_anew(read_stamp(layout.venv_stamp), wanted_venv(layout, job.ros))
+    if Path(sys.executable).parent == layout.python.parent:
+        # This Python belongs to what is about to be removed: the launcher looks for another and starts over.
+        print(f"satform: {reason}", file=sys.stderr)
+        remove_venv(layout)
+        _execute([str(layout.launcher), *sys.argv[1:]], dict(job.environment))
+    check_machine(layout.root, job.ros, job.environment)
+    remove_venv(layout)
+    print("satform: making the environment of this folder: once, about a minute, 0.8 GB", file=sys.stderr)
+    make_venv(job)

@@ -1,0 +1,90 @@
+"""Installs the pinned packages: with uv for its speed, with pip where only pip knows the way to them."""
+
+from __future__ import annotations
+
+import platform
+import re
+from collections.abc import Mapping
+
+from satform_setup.faults import SetupError, pip_fault
+from satform_setup.processes import Job, Progress, run_logged
+from satform_setup.ros import WHEELS
+
+# Settings of pip that uv does not read: a mirror, a proxy, a folder of wheels instead of an index.
+_PIP_ROUTE = re.compile(r"(index-url|no-index|proxy|trusted-host|client-cert)='?[^'\s]")
+
+
+def install_requirements(job: Job, variables: Mapping[str, str]) -> None:
+    """Install the pinned packages into the virtual environment.
+
+    Args:
+        job: the set-up.
+        variables: variables of the installers.
+
+    Raises:
+        SetupError: they could not be installed.
+    """
+    layout = job.layout
+    lines = wanted_requirements(layout.requirements.read_text(encoding="utf-8"), job.ros)
+    chosen = layout.venv / "requirements.txt"
+    chosen.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    pins = [line for line in lines if not line.startswith("-")]
+    what = f"{len(pins)} Python packages (10 s to a few minutes, by network)"
+    progress = Progress(what)
+    settings = run_logged(
+        job, [str(layout.python), "-m", "pip", "config", "list"], variables, progress, layout.root
+    )
+    if asks_for_pip(settings.output) or not _uv_installs(job, pins, variables, progress):
+        progress.count("Collecting ", len(pins))
+        _pip(job, ["-r", str(chosen)], variables, progress)
+    progress.end()
+
+
+def wanted_requirements(text: str, ros: str) -> list[str]:
+    """The lines of the requirements that are installed: with a sourced ROS, not ROS itself.
+
+    Args:
+        text: contents of the requirements file.
+        ros: where ROS comes from, see `find_ros`.
+
+    Returns:
+        Options and pins, without comments.
+    """
+    lines = [line.strip() for line in text.splitlines()]
+    lines = [line for line in lines if line and not line.startswith("#")]
+    return [line for line in lines if ros == WHEELS or not line.startswith("ros-")]
+
+
+def asks_for_pip(settings: str) -> bool:
+    """Whether the user's settings of pip lead to packages on a way that uv would not find.
+
+    Args:
+        settings: what `pip config list` prints.
+
+    Returns:
+        True if pip has to do it.
+    """
+    return bool(_PIP_ROUTE.search(settings))
+
+
+def _uv_installs(job: Job, pins: list[str], variables: Mapping[str, str], progress: Progress) -> bool:
+    # pip brings uv, so a missing network, proxy or disk shows itself here, and in pip's well-known words.
+    _pip(
+        job, ["--only-binary", ":all:", *(pin for pin in pins if pin.startswith("uv=="))], variables, progress
+    )
+    layout = job.layout
+    requirements = str(layout.venv / "requirements.txt")
+    command = [str(layout.venv / "bin" / "uv"), "pip", "install", "--python", str(layout.python), "--no-deps"]
+    command += ["--no-progress", "--color", "never", "-r", requirements, "--build-constraint", requirements]
+    return run_logged(job, command, variables, progress, layout.root).code == 0
+
+
+def _pip(job: Job, arguments: list[str], variables: Mapping[str, str], progress: Progress) -> None:
+    layout = job.layout
+    command = [str(layout.python), "-m", "pip", "install", "--no-deps", "--no-compile", "--no-input"]
+    command += ["--progress-bar", "off", "--disable-pip-version-check", *arguments]
+    outcome = run_logged(job, command, variables, progress, layout.root)
+    if outcome.code:
+        progress.end()
+        clause = pip_fault(outcome.output, platform.python_version())
+        raise SetupError(f"{clause} run the same command again (pip's own words: {layout.log})")
