@@ -1,0 +1,308 @@
+"""The command line, from what is typed to what is printed, kept and returned."""
+
+import json
+import re
+import subprocess
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from flights import SCENARIOS
+from satform_tools import cli, folders, say, testing
+from satform_tools.faults import EXIT_LOST, EXIT_STOPPED
+
+SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")
+NOT_PLAIN = re.compile("[\x1b─-╿]")
+"""Escape codes and box drawing."""
+
+
+def run_in_process(out: Path, *words: str) -> int:
+    return cli.main(["run", "ring_six", "--mode", "inprocess", "--out", str(out), *words])
+
+
+def test_a_run_that_gives_what_it_promises_ends_with_0_and_keeps_the_flight(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    promise = "expect=[{kind: arc_length_spread, at: 0.0, value: 65000.0, absolute: 1.0e-6}]"
+    code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", promise)
+    printed = capsys.readouterr().out
+    assert code == 0
+    assert "arc-length spread at 0 s" in printed
+    assert "pass" in printed
+    assert "x real time" in printed
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["steps"] == result["steps_planned"] == 20
+    assert result["expectations"][0]["figure"] == 65000.0
+    assert result["versions"]["numpy"]
+    assert folders.load_record(tmp_path / "run" / "record.npz").steps == 20
+
+
+def test_a_run_that_misses_a_promise_ends_with_1_and_says_which(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    promise = "expect=[{kind: arc_length_spread, at: 0.0, below: 5.0}]"
+    code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", promise)
+    assert code == 1
+    assert "MISSED: 1 of 1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["run", "triangel"], "did you mean triangle?"),
+        (["run", "nowhere/at_all.yaml"], "nowhere/at_all.yaml: cannot be read: No such file or directory"),
+        (
+            ["run", "triangle", "--set", "timing.stepp=1"],
+            "--set timing.stepp=1: timing.stepp: there is no such",
+        ),
+        (["run", "triangle", "--set", "timing"], "--set timing: is not of the form key=value"),
+        (["run", "triangle", "--seed", "-1"], "--set seed=-1: seed: found -1"),
+        (["show", "triangel"], "did you mean triangle?"),
+        (["report", "nowhere"], "nowhere: there is no such run or bag"),
+        (["run", "triangle", "--mode", "sideways"], "sideways"),
+    ],
+)
+def test_bad_input_ends_with_2_and_a_sentence_on_standard_error(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert "Traceback" not in captured.err
+    assert not captured.out
+
+
+def test_a_run_never_touches_what_is_there_already(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "mine.txt").write_text("kept")
+    assert run_in_process(tmp_path, *SHORT) == 2
+    assert "is there already" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_folder_that_cannot_be_made_is_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    assert run_in_process(tmp_path / "file" / "run", *SHORT) == 2
+    assert "the run's folder cannot be written" in capsys.readouterr().err
+
+
+def test_two_runs_of_one_moment_get_folders_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(folders, "ROOT", tmp_path)
+    made = {folders.make(None, "triangle") for _ in range(3)}
+    assert len(made) == 3
+    assert all(folder.is_dir() and folder.name.startswith("triangle-") for folder in made)
+
+
+def test_json_is_all_that_is_printed_when_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_in_process(tmp_path / "run", "--json", "--seed", "7", *SHORT) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["seed"] == 7
+    assert data["exit_code"] == 0
+    assert data["speed"]["steps_per_second"] > 0.0
+
+
+def test_numbers_that_are_not_finite_become_null_in_json() -> None:
+    assert json.loads(say.to_json({"figure": float("nan"), "list": [float("inf"), 1.0]})) == {
+        "figure": None,
+        "list": [None, 1.0],
+    }
+
+
+@pytest.mark.parametrize("words", [["list"], ["show", "triangle"], ["--help"], ["check", "triangle"]])
+def test_away_from_a_terminal_everything_is_plain_text(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words) == 0
+    printed = capsys.readouterr().out
+    assert printed
+    assert not NOT_PLAIN.search(printed)
+
+
+def test_help_says_what_the_exit_codes_mean(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["run", "--help"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    for meaning in ("0 as expected", "1 an expectation was missed", "2 bad input", "3 a process was lost"):
+        assert meaning in printed
+
+
+def test_list_names_every_shipped_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["list", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in listed] == sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+    triangle = next(entry for entry in listed if entry["name"] == "triangle")
+    assert (triangle["satellites"], triangle["duration"], triangle["graph"]) == (3, 12000.0, "complete")
+
+
+def test_check_says_everything_about_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (SCENARIOS / "triangle.yaml").read_text()
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(text.replace("kind: complete", "kind: complet").replace("period: 6000.0", "period: -1"))
+    assert cli.main(["check", str(wrong), "triangle", "unheard_of"]) == 2
+    captured = capsys.readouterr()
+    lines = text.splitlines()
+    graph = next(number for number, line in enumerate(lines, 1) if line.startswith("graph:"))
+    assert f"{wrong}:{graph}: graph: there is no kind 'complet'; did you mean complete?" in captured.err
+    assert captured.err.count("greater than 0") == 2
+    assert "there is no scenario 'unheard_of'" in captured.err
+    assert captured.out == "triangle: OK\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("switching_gain: 0.1", "switching_gain: 0.005", "switching_gain on axis x is 0.005 m/s^2"),
+        (
+            "kind: complete",
+            "kind: matrix, rows: [[0, 1, 0], [1, 0, 0], [0, 0, 0]]",
+            "graph: it is not connected",
+        ),
+        ("scale: 0.75", "scale: 0.76", "make a lap in the same time only if"),
+        ("step: 0.5,", "step: 600.0,", "delay of 523.599 s"),
+        ("reaching_gain: 0.1", "reaching_gain: 5.0", "the sampled law diverges"),
+    ],
+)
+def test_check_warns_of_what_is_unwise(
+    old: str, new: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SCENARIOS / "triangle.yaml").read_text()
+    assert old in text
+    unwise = tmp_path / "unwise.yaml"
+    unwise.write_text(text.replace(old, new))
+    assert cli.main(["check", str(unwise)]) == 0
+    printed = capsys.readouterr().out
+    assert "warning: " in printed
+    assert said in printed
+
+
+def test_show_tells_the_graph_its_roots_and_who_hears_whom(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "line_six", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["graph"]["hears"]["sat3"] == ["sat2", "sat4"]
+    assert data["consensus"]["modal_roots"][1][0] == pytest.approx(-2.67949e-4, rel=1e-5)
+    assert data["consensus"]["delay_margin"] == pytest.approx(420.894, rel=1e-4)
+    assert data["orbit"]["altitude"] == pytest.approx(758.5e3, abs=50.0)
+    assert {"topic": "/sat3/arc_length", "from": "sat3", "to": ["sat2", "sat4"]} in data["topics"]
+    assert data["processes"][0]["node"] == "plant"
+    assert len(data["processes"]) == 8
+
+
+def test_schema_prints_what_stands_beside_the_scenarios(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["schema"]) == 0
+    assert capsys.readouterr().out == (SCENARIOS / "scenario.schema.json").read_text()
+
+
+def test_version_names_what_has_a_part_in_the_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["version", "--json"]) == 0
+    assert {"python", "satform", "numpy", "scipy"} <= json.loads(capsys.readouterr().out).keys()
+
+
+def test_test_runs_every_part_and_fails_when_one_does(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    called = record_calls(monkeypatch, fails="mypy")
+    assert cli.main(["test"]) == 1
+    assert [command[2] for command in called] == ["ruff", "ruff", "mypy", "pytest"]
+    printed = capsys.readouterr().out
+    assert "mypy --strict: failed" in printed
+    assert "pytest: passed" in printed
+
+
+def test_test_with_arguments_is_pytest_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    called = record_calls(monkeypatch, fails="")
+    assert cli.main(["test", "tests/unit", "-k", "curve", "--help"]) == 0
+    assert called == [[sys.executable, "-m", "pytest", "tests/unit", "-k", "curve", "--help"]]
+
+
+def record_calls(monkeypatch: pytest.MonkeyPatch, fails: str) -> list[list[str]]:
+    called: list[list[str]] = []
+
+    def call(command: list[str], **_: Any) -> subprocess.CompletedProcess[str]:
+        called.append(command)
+        return subprocess.CompletedProcess(command, int(fails in command))
+
+    monkeypatch.setattr(testing.subprocess, "run", call)
+    return called
+
+
+def fly_like(monkeypatch: pytest.MonkeyPatch, **outcome: Any) -> None:
+    """Put a flight over DDS that ends in a given way in the place of the real one."""
+    ended = {
+        "steps": 20,
+        "seconds": 2.0,
+        "start_seconds": 0.5,
+        "plant_seconds": 0.4,
+        "satellite_seconds": {"sat1": 0.6, "sat2": 0.5},
+        "lost": (),
+        "reason": "",
+        "stopped": False,
+        "bag": None,
+        "messages": 0,
+        "missed": (),
+        **outcome,
+    }
+    stand_in = types.ModuleType("satform_bringup.supervise")
+    stand_in.Flight = types.SimpleNamespace  # type: ignore[attr-defined]
+    stand_in.fly = lambda *_, **__: types.SimpleNamespace(**ended)  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "satform_bringup.supervise", stand_in)
+
+
+def run_lockstep(out: Path) -> int:
+    return cli.main(["run", "ring_six", "--no-record", "--out", str(out), *SHORT])
+
+
+def test_a_lost_process_ends_with_3_and_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fly_like(monkeypatch, steps=12, lost=("sat2",), reason="sat2 was silent for 10 s")
+    assert run_lockstep(tmp_path / "run") == EXIT_LOST == 3
+    assert "Lost sat2 at step 12 of 20: sat2 was silent for 10 s." in capsys.readouterr().out
+
+
+def test_messages_missing_from_the_bag_are_no_success(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fly_like(monkeypatch, missed=("/sat1/command: 19 of 20 messages",))
+    assert run_lockstep(tmp_path / "run") == EXIT_LOST
+    assert "cannot be judged: /sat1/command: 19 of 20 messages" in capsys.readouterr().out
+
+
+def test_a_flight_that_was_stopped_ends_with_130(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fly_like(monkeypatch, steps=7, stopped=True, reason="stopped by a signal")
+    assert run_lockstep(tmp_path / "run") == EXIT_STOPPED == 130
+    assert "Stopped at step 7 of 20" in capsys.readouterr().out
+
+
+def test_without_a_record_a_flight_to_the_end_is_flown_but_not_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fly_like(monkeypatch)
+    assert run_lockstep(tmp_path / "run") == 0
+    printed = capsys.readouterr().out
+    assert "nothing to judge by" in printed
+    assert (
+        "DDS and waiting 50 % (50000 us), plant 20 % (20000 us), slowest satellite 30 % (30000 us)" in printed
+    )
+
+
+def test_ctrl_c_in_process_ends_with_130(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(_scenario: Any, progress: Any) -> None:
+        progress(3)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("satform.simulate.simulate", interrupted)
+    assert run_in_process(tmp_path / "run", *SHORT) == EXIT_STOPPED
+    assert "Stopped at step 3 of 20" in capsys.readouterr().out

@@ -1,0 +1,229 @@
+"""What the loader says about a file that cannot fly: where, what was found, what is allowed."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from flights import SCENARIOS, shipped
+from satform.scenario import Problem, ScenarioError, load_scenario, parse_scenario
+
+SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
+TRIANGLE = (SCENARIOS / "triangle.yaml").read_text()
+
+
+def problems(text: str, *changes: str) -> list[Problem]:
+    """What is wrong with the text of a scenario."""
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(text, "f.yaml", changes)
+    return caught.value.problems
+
+
+def broken(old: str, new: str) -> list[Problem]:
+    """What is wrong with the triangle after one replacement."""
+    assert old in TRIANGLE
+    return problems(TRIANGLE.replace(old, new, 1))
+
+
+def line_of(start: str, text: str = TRIANGLE) -> int:
+    return next(number for number, line in enumerate(text.splitlines(), 1) if line.strip().startswith(start))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "sentence"),
+    [
+        ("timing: {step:", "timing: {stepp:", "timing.stepp", "there is no such field; did you mean step?"),
+        ("kind: complete", "kind: complet", "graph", "there is no kind 'complet'; did you mean complete?"),
+        ("graph: {kind: complete}", "graph: {}", "graph", "needs a `kind:`, one of complete, line, matrix"),
+        ("graph: {kind: complete}", "graph: complete", "graph", 'found "complete"; it should be a mapping'),
+        ("graph: {kind: complete}", "graph:", "graph", "found null; it should be a mapping"),
+        ("duration: 12000.0", "duration: long", "timing.duration", 'found "long"; it should be a number'),
+        ("duration: 12000.0", "duration: 12000.3", "timing", "for example 12000.5 s"),
+        (
+            "orbit: {period: 6000.0",
+            "orbit: {period: -5.0",
+            "orbit.period",
+            "found -5.0; it should be",
+        ),
+        (
+            "orbit: {period: 6000.0",
+            "orbit: {period: .nan",
+            "orbit.period",
+            "found NaN; it should be",
+        ),
+        (
+            "orbit: {period: 6000.0",
+            "orbit: {period: .inf",
+            "orbit.period",
+            "found Infinity; it should",
+        ),
+        (
+            "orbit: {period: 6000.0",
+            "orbit: {period: true",
+            "orbit.period",
+            "found true; it should be a number",
+        ),
+        ("orbit: {period: 6000.0", 'orbit: {period: "6"', "orbit.period", 'found "6"; it should be a number'),
+        ("orbit: {period: 6000.0", "orbit: {period: 1.0, mean_motion: 1.0", "orbit", "give exactly one of"),
+        ("kind: harmonic", "kind: harmonics", "dynamics.perturbations[0]", "did you mean harmonic?"),
+        (
+            "amplitude: 0.01",
+            "amplitude: true",
+            "dynamics.perturbations[0].amplitude",
+            "it should be a number",
+        ),
+        ("scale: 0.75", "parameter: angel", "satellites[1].parameter", "did you mean angle?"),
+        ("name: sat2", "name: Sat 2", "satellites[1].name", "lower case letters, digits and underscores"),
+        ("name: sat2", "name: plant", "satellites[1].name", "the name belongs to another node"),
+        ("0.0, 0.0, 100.0e3]", "0.0, 100.0e3]", "satellites[0].curve.centre[2]", "is missing: there are 2"),
+        (
+            "0.0, 0.0, 100.0e3]",
+            "0.0, up, 1.0]",
+            "satellites[0].curve.centre[1]",
+            'found "up"; it should be',
+        ),
+        ("[50.0e3, 0.0, 0.0]", "[50.0e3, 9.0, 0.0]", "satellites[0].curve", "have to be perpendicular"),
+        ("kind: arc_length_mean", "kind: mean", "expect[4]", "there is no kind 'mean'"),
+        (
+            "value: 0.461, relative: 0.005",
+            "value: 0.461",
+            "expect[2]",
+            "needs exactly one of",
+        ),
+        (
+            "[sat1, sat2]",
+            "[sat1, sat9]",
+            "expect[6]",
+            "there is no satellite sat9; there are sat1",
+        ),
+        ("at: 6000.0", "at: 60000.0", "expect[1]", "later than the flight's end at 12000 s"),
+        ("graph: {kind: complete}", "graph: {kind: star, centre: 3}", "graph", "numbered 0 to 2"),
+        ("seed: 1" if "seed: 1" in TRIANGLE else "orbit:", "seed: 1.5\norbit:", "seed", "found 1.5"),
+    ],
+)
+def test_a_mistake_is_named_with_its_line_and_what_is_allowed(
+    old: str, new: str, field: str, sentence: str
+) -> None:
+    found = [problem for problem in broken(old, new) if problem.field == field]
+    assert len(found) == 1
+    assert sentence in found[0].sentence
+    # Where a replacement adds a line before the field, the field's own line is the next one.
+    before = TRIANGLE[: TRIANGLE.index(old)].count("\n") + 1
+    assert found[0].line is not None
+    assert before - 4 <= found[0].line <= before + 1
+
+
+def test_all_mistakes_are_said_at_once_in_the_order_of_the_file() -> None:
+    text = TRIANGLE.replace("step: 0.5", "step: -0.5").replace("kind: complete", "kind: complet")
+    text = text.replace("scale: 0.75", "scale: 0.0")
+    found = problems(text)
+    assert [problem.field for problem in found] == ["timing.step", "graph", "satellites[1].scale"]
+    lines = [problem.line for problem in found]
+    assert lines == [line_of("timing:"), line_of("graph:"), line_of("scale:")]
+
+
+def test_a_list_of_wrong_entries_is_not_called_empty() -> None:
+    found = problems(TRIANGLE.replace("arc_length:", "arclength:"))
+    assert "satellites" not in [problem.field for problem in found]
+    assert found
+
+
+def test_a_name_given_twice_is_said_where_it_is_given_again() -> None:
+    found = broken("name: sat3", "name: sat1")
+    assert ("satellites[2].name", line_of("- name: sat3")) in [(one.field, one.line) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "found nothing"),
+        ("- a\n- b\n", "found a list"),
+        ("hello", "found 'hello'"),
+        ("a: [1, 2\n", "is not YAML"),
+        ("a: 1\na: 2\n", "is not YAML: found duplicate key"),
+        ("a: 1\n---\nb: 2\n", "expected a single document"),
+        ("a: &x 1\nb: *x\n", "aliases (*name) are not used"),
+        ("a: \x00", "special characters are not allowed"),
+        ("a: " + "[" * 5000, "is nested more than"),
+    ],
+)
+def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> None:
+    found = problems(text)
+    assert len(found) == 1
+    assert sentence in found[0].sentence
+    assert "\n" not in found[0].sentence
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ("timing.step", "is not of the form key=value"),
+        ("=3", "is not of the form key=value"),
+        ("timing.step=[", "is not YAML"),
+        ("satellites.7.arc_length=3", "there is no satellites.7 in the scenario"),
+        ("satellites.first.arc_length=3", "there is no satellites.first in the scenario"),
+        ("name.first=3", "there is no name.first in the scenario"),
+        ("timing.step=fast", 'found "fast"; it should be a number'),
+        ("timing.stepp=1.0", "did you mean step?"),
+        ("satellites.1.controller.switching=1.0", "needs a `kind:`"),
+        ("every_satellite.controller.switching=1.0", "there is no such field"),
+    ],
+)
+def test_a_setting_that_cannot_be_laid_over_is_named_itself(change: str, sentence: str) -> None:
+    found = problems(TRIANGLE, change)
+    assert any(problem.file == f"--set {change}" and sentence in problem.sentence for problem in found)
+
+
+def test_settings_reach_into_mappings_and_lists() -> None:
+    scenario = shipped(
+        "triangle", "timing.step=1.0", "satellites.2.arc_length=-10", "every_satellite.rate=1.0", "expect=[]"
+    )
+    assert scenario.timing.step == 1.0
+    assert scenario.satellites[2].arc_length == -10.0
+    assert scenario.satellite(0).rate == 1.0
+    assert not scenario.expect
+
+
+@pytest.mark.parametrize("place", ["missing.yaml", "", "\0"])
+def test_a_file_that_cannot_be_read_is_a_sentence(place: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(f"{tmp_path}/{place}")
+    assert len(caught.value.problems) == 1
+
+
+def test_bytes_that_are_no_text_are_a_sentence(tmp_path: Path) -> None:
+    file = tmp_path / "scenario.yaml"
+    file.write_bytes(b"name: \xff\xfe")
+    with pytest.raises(ScenarioError, match="is not UTF-8 text: byte 0xff at offset 6"):
+        load_scenario(file)
+
+
+def test_two_files_that_describe_the_same_run_have_the_same_digest() -> None:
+    explicit = TRIANGLE.replace("  - name: sat1", "  - scale: 1.0\n    phase_offset: 0\n    name: sat1")
+    assert parse_scenario(explicit).digest() == parse_scenario(TRIANGLE).digest()
+    assert shipped("triangle", "satellites.0.scale=0.5").digest() != parse_scenario(TRIANGLE).digest()
+
+
+def test_a_scenario_written_out_is_read_as_the_same_scenario() -> None:
+    scenario = shipped("triangle")
+    assert parse_scenario(scenario.to_json()) == scenario
+    assert parse_scenario(scenario.to_json()).digest() == scenario.digest()
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.text(max_size=200))
+def test_no_text_whatever_makes_the_loader_stumble(text: str) -> None:
+    with pytest.raises(ScenarioError):
+        parse_scenario(text)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.integers(0, len(TRIANGLE) - 1), st.integers(0, 40), st.text(SIGNS, max_size=6))
+def test_no_slip_of_the_hand_makes_the_loader_stumble(place: int, length: int, typed: str) -> None:
+    text = TRIANGLE[:place] + typed + TRIANGLE[place + length :]
+    try:
+        said = parse_scenario(text).name
+    except ScenarioError as error:
+        said = str(error)
+    assert said

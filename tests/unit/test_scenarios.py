@@ -1,0 +1,60 @@
+"""Every shipped scenario flies in process and gives what it promises."""
+
+import json
+
+import jsonschema
+import pytest
+from ruamel.yaml import YAML
+
+from flights import SCENARIOS, shipped
+from satform.metrics import judge
+from satform.simulate import simulate
+from satform_tools import advice, schemas
+
+NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+QUICK = {"triangle", "ring_six"}
+"""Flown in every test run; the others take longer, or show nothing new about the code."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in NAMES]
+)
+def test_a_shipped_scenario_gives_what_it_promises(name: str) -> None:
+    scenario = shipped(name)
+    verdicts = judge(scenario.expect, simulate(scenario))
+    assert verdicts
+    assert not [verdict for verdict in verdicts if not verdict.met]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_scenario_bears_its_own_name_and_says_where_it_comes_from(name: str) -> None:
+    scenario = shipped(name)
+    assert scenario.name == name
+    assert scenario.sources
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> None:
+    # Some leave a satellite out of the graph on purpose, to show what becomes of it.
+    assert not [warning for warning in advice.warnings(shipped(name)) if not warning.startswith("graph:")]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_schema_accepts_the_shipped_scenario_as_an_editor_would(name: str) -> None:
+    schema = json.loads((SCENARIOS / "scenario.schema.json").read_text())
+    data = YAML(typ="safe").load((SCENARIOS / f"{name}.yaml").read_text())
+    # To an editor a moment is text.
+    jsonschema.Draft202012Validator(schema).validate(json.loads(json.dumps(data, default=str)))
+
+
+def test_the_schema_refuses_what_the_loader_refuses() -> None:
+    schema = json.loads((SCENARIOS / "scenario.schema.json").read_text())
+    validator = jsonschema.Draft202012Validator(schema)
+    data = YAML(typ="safe").load((SCENARIOS / "triangle.yaml").read_text())
+    for wrong in ({"timing": {"stepp": 1.0}}, {"graph": {"kind": "circle"}}, {"orbit": {"period": -1.0}}):
+        assert not validator.is_valid({**data, **wrong})
+
+
+def test_the_schema_beside_the_scenarios_is_that_of_the_code() -> None:
+    kept = (SCENARIOS / "scenario.schema.json").read_text()
+    assert kept == schemas.text(), "run ./tools/satform schema > scenarios/scenario.schema.json"

@@ -1,0 +1,1 @@
+"""The command line: runs, reports and checks of satellite formations."""

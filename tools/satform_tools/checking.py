@@ -1,0 +1,76 @@
+"""Checking scenario files without flying them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from satform.scenario import Problem, ScenarioError
+from satform_tools import catalogue, say
+from satform_tools.faults import EXIT_AS_EXPECTED, EXIT_BAD_INPUT, CommandError
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One file and what was found in it.
+
+    Attributes:
+        file: as the user named it.
+        problems: why it cannot fly; empty when it can.
+        warnings: what is unwise.
+    """
+
+    file: str
+    problems: tuple[Problem, ...]
+    warnings: tuple[str, ...]
+
+
+def check(files: Sequence[str], *, as_json: bool) -> int:
+    """Check scenario files and print what was found.
+
+    Args:
+        files: paths, or names of scenarios.
+        as_json: whether to print for a machine.
+
+    Returns:
+        Exit code: 2 when a file cannot fly.
+    """
+    found = [_check(file) for file in files]
+    if as_json:
+        say.as_json([_data(entry) for entry in found])
+    else:
+        for entry in found:
+            _print(entry)
+    return EXIT_BAD_INPUT if any(entry.problems for entry in found) else EXIT_AS_EXPECTED
+
+
+def _check(file: str) -> Checked:
+    try:
+        scenario = catalogue.load(file)
+    except CommandError as error:
+        return Checked(file, (Problem(file, None, "", str(error)),), ())
+    except ScenarioError as error:
+        return Checked(file, tuple(error.problems), ())
+    from satform_tools import advice  # noqa: PLC0415 - a file that cannot fly needs none
+
+    return Checked(file, (), tuple(advice.warnings(scenario)))
+
+
+def _print(entry: Checked) -> None:
+    for problem in entry.problems:
+        say.error(str(problem))
+    for warning in entry.warnings:
+        say.line(f"{entry.file}: warning: {warning}", "yellow")
+    if not entry.problems:
+        say.line(f"{entry.file}: OK", "green")
+
+
+def _data(entry: Checked) -> dict[str, Any]:
+    return {
+        "file": entry.file,
+        "ok": not entry.problems,
+        "problems": [
+            {"file": problem.file, "line": problem.line, "field": problem.field, "sentence": problem.sentence}
+            for problem in entry.problems
+        ],
+        "warnings": list(entry.warnings),
+    }

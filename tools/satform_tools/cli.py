@@ -1,0 +1,213 @@
+"""The commands and their options; what they do is in the modules beside this one.
+
+Each command loads those modules itself, so that none waits for what another one needs.
+"""
+
+# ruff: noqa: PLC0415
+
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from satform_tools import plan_cli, say
+from satform_tools.faults import EXIT_BAD_INPUT, EXIT_STOPPED, CommandError, sentence_of
+
+_EXIT_CODES = (
+    "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
+    "130 stopped by Ctrl-C."
+)
+
+app = typer.Typer(
+    name="satform",
+    help=f"Fly, judge and report satellite formations. {_EXIT_CODES}",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich" if sys.stdout.isatty() else None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+app.add_typer(plan_cli.app, name="plan")
+
+
+class RunMode(StrEnum):
+    """How a scenario is flown."""
+
+    LOCKSTEP = "lockstep"
+    INPROCESS = "inprocess"
+
+
+ScenarioArgument = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="Name of a scenario in scenarios/, or path of a YAML file.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Change a field of the scenario, e.g. timing.step=1.0. Repeatable."
+    ),
+]
+
+
+@app.command(epilog=_EXIT_CODES)
+def run(
+    scenario: ScenarioArgument,
+    mode: Annotated[
+        RunMode,
+        typer.Option(
+            help="lockstep: a process for each satellite, over DDS; inprocess: one process, no ROS."
+        ),
+    ] = RunMode.LOCKSTEP,
+    record: Annotated[
+        bool, typer.Option("--record/--no-record", help="Keep the flight; it is judged from that.")
+    ] = True,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the run, new or empty; by default a new one in runs/."),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of everything random, instead of the scenario's.")
+    ] = None,
+    changes: Changes = None,
+    json: Json = False,
+    measure: Annotated[
+        bool,
+        typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
+    ] = False,
+) -> None:
+    """Fly a scenario, keep the flight and judge it by what the scenario expects."""
+    if mode is RunMode.LOCKSTEP:
+        from satform_bringup import nursery
+
+        # It imports what nodes need while this process imports and checks the scenario.
+        nursery.prepare()
+    from satform_tools import catalogue, running, tables
+
+    flown = catalogue.load(scenario, changes or (), seed)
+    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure)
+    if json:
+        say.as_json(outcome.data())
+    else:
+        tables.print_outcome(outcome)
+    raise typer.Exit(outcome.exit_code)
+
+
+@app.command("list")
+def list_scenarios(json: Json = False) -> None:
+    """List the scenarios that come with the project."""
+    from satform_tools import listing
+
+    raise typer.Exit(listing.show(as_json=json))
+
+
+@app.command()
+def check(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Scenario files, or names of scenarios.")
+    ],
+    json: Json = False,
+) -> None:
+    """Check scenario files: all that is wrong in all of them, and what is unwise."""
+    from satform_tools import checking
+
+    raise typer.Exit(checking.check(files, as_json=json))
+
+
+@app.command()
+def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False) -> None:
+    """Show what a scenario means: graph, gains, modal roots, processes, topics, expectations."""
+    from satform_tools import catalogue, showing
+
+    showing.show(catalogue.load(scenario, changes or ()), as_json=json)
+
+
+@app.command()
+def report(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, bag folder, or .mcap file.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Where the figures go; by default a folder `report` beside the bag."
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Tell of a flight: figures as a table and as PNG pictures."""
+    from satform_tools import reporting
+
+    reporting.report(run, out, as_json=json)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scenario files, by which editors complete and check them."""
+    from satform_tools import schemas
+
+    sys.stdout.write(schemas.text())
+
+
+@app.command(
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+)
+def test(context: typer.Context) -> None:
+    """Check code and run all tests; with arguments, run pytest with these alone."""
+    from satform_tools import testing
+
+    raise typer.Exit(testing.run(context.args))
+
+
+@app.command()
+def version(json: Json = False) -> None:
+    """Print the versions of everything that flies."""
+    from satform_tools import outcome
+
+    found = outcome.versions()
+    if json:
+        say.as_json(found)
+    else:
+        for name, number in found.items():
+            say.line(f"{name} {number}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: the words after the program's name; those of this process when left out.
+
+    Returns:
+        Exit code.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot show a sign shows a question mark instead of ending the run.
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure:
+            reconfigure(errors="replace")
+    try:
+        app(args=None if arguments is None else list(arguments), prog_name="satform")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else EXIT_BAD_INPUT
+    except CommandError as error:
+        say.error(str(error))
+    except OSError as error:
+        say.error(sentence_of(error))
+    except ValueError as error:
+        _say_problems(error)
+    except KeyboardInterrupt:
+        say.error("stopped")
+        return EXIT_STOPPED
+    return EXIT_BAD_INPUT
+
+
+def _say_problems(error: ValueError) -> None:
+    from satform.scenario import ScenarioError
+
+    if not isinstance(error, ScenarioError):
+        raise error
+    for problem in error.problems:
+        say.error(str(problem))

@@ -1,0 +1,22 @@
+"""What goes wrong in a command, as sentences for the person who typed it, and the exit codes."""
+
+import errno
+
+EXIT_AS_EXPECTED = 0
+EXIT_MISSED = 1
+EXIT_BAD_INPUT = 2
+EXIT_LOST = 3
+EXIT_STOPPED = 130
+
+
+class CommandError(Exception):
+    """A command that cannot do what was asked; its text is what the user reads."""
+
+
+def sentence_of(error: OSError) -> str:
+    """What the operating system refused, and where."""
+    if error.errno == errno.ENOSPC:
+        reason = "the disk is full"
+    else:
+        reason = (error.strerror or str(error) or type(error).__name__).lower()
+    return f"{error.filename}: {reason}" if error.filename else reason

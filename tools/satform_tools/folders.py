@@ -1,0 +1,100 @@
+"""Where a run is kept: its folder, and the record of a run that has no bag."""
+
+import json
+import zipfile
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from satform.record import QUANTITIES, FlightRecord
+from satform_tools.catalogue import ROOT
+from satform_tools.faults import CommandError, sentence_of
+
+RECORD = "record.npz"
+BAG = "bag"
+SCENARIO = "scenario.json"
+RESULT = "result.json"
+LOGS = "log"
+
+
+def make(out: Path | None, scenario: str) -> Path:
+    """Make the folder of a run; an existing run is never touched.
+
+    Args:
+        out: where the user wants it; None for a new folder in `runs`.
+        scenario: name of what is flown.
+
+    Returns:
+        The folder, empty.
+
+    Raises:
+        CommandError: the folder holds something already or cannot be made.
+    """
+    try:
+        if out is None:
+            return _new_folder(scenario)
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise CommandError(f"{out} is there already and is not an empty folder; name another with --out")
+        out.mkdir(parents=True, exist_ok=True)
+        # A folder that was there already may be one that cannot be written to.
+        probe = out / RESULT
+        probe.touch()
+        probe.unlink()
+    except (OSError, ValueError) as error:
+        reason = sentence_of(error) if isinstance(error, OSError) else str(error)
+        raise CommandError(f"the run's folder cannot be written: {reason}") from None
+    return out
+
+
+def _new_folder(scenario: str) -> Path:
+    moment = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    (ROOT / "runs").mkdir(exist_ok=True)
+    number = 1
+    while True:
+        folder = ROOT / "runs" / (f"{scenario}-{moment}" + (f"-{number}" if number > 1 else ""))
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            number += 1
+        else:
+            return folder
+
+
+def save_record(record: FlightRecord, path: Path) -> None:
+    """Keep a flight as a numpy archive.
+
+    Args:
+        record: the flight.
+        path: of the archive, which has not to exist.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    arrays = {name: getattr(record, name) for name in QUANTITIES}
+    head = json.dumps({"satellites": record.satellites, "step": record.step})
+    with path.open("xb") as file:
+        np.savez(file, head=np.array(head), **arrays)
+
+
+def load_record(path: Path) -> FlightRecord:
+    """Read a flight from a numpy archive.
+
+    Args:
+        path: of the archive.
+
+    Returns:
+        The flight, with the bits that were saved.
+
+    Raises:
+        CommandError: there is no such archive, or it holds no flight.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            head = json.loads(str(archive["head"]))
+            arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in QUANTITIES}
+        return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays)
+    except OSError as error:
+        raise CommandError(f"{path}: cannot be read: {sentence_of(error)}") from None
+    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise CommandError(f"{path}: is not the record of a run: {error}") from None

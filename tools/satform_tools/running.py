@@ -1,0 +1,150 @@
+"""Flying a scenario, in this process or over DDS, and judging the flight."""
+
+import os
+import time
+from pathlib import Path
+
+from satform.metrics import Verdict, judge
+from satform.record import FlightRecord
+from satform.scenario import Scenario
+from satform_tools import folders, progress, say
+from satform_tools.faults import CommandError, sentence_of
+from satform_tools.outcome import Mode, Outcome, Speed
+from satform_tools.summary import Summary, summarise
+
+
+def run(scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measure: bool) -> Outcome:
+    """Fly a scenario and keep what came of it.
+
+    Args:
+        scenario: what to fly.
+        mode: in this process, or as separate processes over DDS.
+        record: whether to keep the flight.
+        out: folder of the run; None for a new one.
+        measure: whether to measure the bare message exchange, too.
+
+    Returns:
+        What came of it; also written to the folder.
+
+    Raises:
+        CommandError: the run cannot be started or kept.
+    """
+    folder = folders.make(out, scenario.name)
+    try:
+        (folder / folders.SCENARIO).write_text(scenario.to_json() + "\n", encoding="utf-8")
+        if mode == "inprocess":
+            outcome = _in_process(scenario, folder, record=record)
+        else:
+            outcome = _lockstep(scenario, folder, record=record, measure=measure)
+        outcome.write(folder / folders.RESULT)
+    except OSError as error:
+        raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
+    return outcome
+
+
+def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
+    from satform.simulate import simulate  # noqa: PLC0415 - lockstep does without
+
+    total = scenario.timing.steps
+    done = 0
+    with progress.shown(scenario) as report:
+
+        def advance(steps: int) -> None:
+            nonlocal done
+            done = steps
+            report(steps, total)
+
+        start = time.perf_counter()
+        try:
+            flight = simulate(scenario, progress=advance)
+        except KeyboardInterrupt:
+            speed = Speed(done, time.perf_counter() - start, scenario.timing.step)
+            reason = f"stopped after step {done} of {total}; the flight so far is not kept"
+            return Outcome(scenario, "inprocess", folder, speed, recorded=False, reason=reason, stopped=True)
+    speed = Speed(total, time.perf_counter() - start, scenario.timing.step)
+    if record:
+        folders.save_record(flight, folder / folders.RECORD)
+    verdicts, summary = _judged(scenario, flight)
+    return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
+
+
+def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool) -> Outcome:
+    try:
+        from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - needs ROS, in-process runs do not
+    except ImportError as error:
+        raise CommandError(
+            f"ROS 2 is not in this environment ({error}); start with ./tools/satform, or use --mode inprocess"
+        ) from None
+
+    try:
+        with progress.shown(scenario) as report:
+            flight: Flight = fly(scenario, folder, record=record, progress=report)
+    except RuntimeError as error:
+        raise CommandError(str(error)) from None
+    speed = Speed(
+        steps=flight.steps,
+        seconds=flight.seconds,
+        step_length=scenario.timing.step,
+        start_seconds=flight.start_seconds,
+        plant_seconds=flight.plant_seconds,
+        satellite_seconds=flight.satellite_seconds,
+        ping_pong_seconds=_ping_pong() if measure and not flight.stopped else None,
+    )
+    reason = flight.reason or "; ".join(flight.missed)
+    broken = bool(flight.lost or flight.stopped or reason)
+    verdicts: tuple[Verdict, ...] = ()
+    summary = None
+    if flight.bag is not None and not broken:
+        try:
+            verdicts, summary = _judged(scenario, _read(scenario, flight.bag))
+        except CommandError as error:
+            reason = str(error)
+    return Outcome(
+        scenario=scenario,
+        mode="lockstep",
+        folder=folder,
+        speed=speed,
+        verdicts=verdicts,
+        summary=summary,
+        recorded=flight.bag is not None,
+        lost=flight.lost,
+        reason=reason,
+        stopped=flight.stopped,
+        messages=flight.messages,
+    )
+
+
+def _read(scenario: Scenario, path: Path) -> FlightRecord:
+    """The whole flight from its bag.
+
+    Raises:
+        CommandError: the bag does not hold the whole flight.
+    """
+    from satform_nodes.bag_reader import BagError, read_bag  # noqa: PLC0415 - needs ROS, in-process runs do not
+
+    try:
+        bag = read_bag(path)
+    except BagError as error:
+        raise CommandError(str(error)) from None
+    if not bag.complete:
+        steps = f"{bag.record.steps} of {scenario.timing.steps} steps"
+        raise CommandError(f"the bag is not complete: it holds {steps}")
+    return bag.record
+
+
+def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary]:
+    return tuple(judge(scenario.expect, flight)), summarise(flight)
+
+
+def _ping_pong() -> float | None:
+    """Median time in s of a bare message there and back between two processes; None where it fails."""
+    from satform_bringup.domain import own_domain  # noqa: PLC0415 - needs ROS, in-process runs do not
+    from satform_nodes.ping_pong import measure  # noqa: PLC0415
+
+    try:
+        with own_domain() as domain:
+            os.environ["ROS_DOMAIN_ID"] = str(domain)
+            return measure().median
+    except RuntimeError as error:
+        say.note(f"the bare message exchange was not measured: {error}")
+        return None

@@ -1,0 +1,32 @@
+"""The JSON Schema of scenario files, from the one declaration that also checks them."""
+
+import json
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from satform.scenario import Scenario
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema() -> dict[str, Any]:
+    """The schema as data."""
+    return {"$schema": DIALECT, **Scenario.model_json_schema(schema_generator=_InputSchema)}
+
+
+def text() -> str:
+    """The schema as the text of `scenarios/scenario.schema.json`."""
+    return json.dumps(schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+class _InputSchema(GenerateJsonSchema):
+    """Also allows what a validator turns into three components: one number for all axes."""
+
+    def function_before_schema(self, schema: core_schema.BeforeValidatorFunctionSchema) -> JsonSchemaValue:
+        inner = super().function_before_schema(schema)
+        components = inner.get("prefixItems", [])
+        if len(components) == 3 and all(component == components[0] for component in components):
+            return {"anyOf": [components[0], inner]}
+        return inner

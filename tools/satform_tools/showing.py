@@ -1,0 +1,270 @@
+"""What a scenario means before it flies: who hears whom, gains, agreement, processes and topics."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
+from satform.reference import steady_motion
+from satform.satellite import flight_plan
+from satform.scenario import Scenario
+from satform_tools import advice, folders, say
+from satform_tools.say import Table
+
+_EARTH_RADIUS = 6378137.0
+"""Equatorial, m (WGS 84)."""
+
+_ALLOWED = {"value", "relative", "absolute", "below", "above"}
+"""Fields of an expectation that say what is allowed."""
+
+
+def show(scenario: Scenario, *, as_json: bool) -> None:
+    """Print everything about a scenario.
+
+    Args:
+        scenario: to be shown.
+        as_json: whether to print for a machine.
+    """
+    data = describe(scenario)
+    if as_json:
+        say.as_json(data)
+        return
+    say.heading(f"{scenario.name}: {scenario.title}")
+    say.line()
+    say.paragraph(scenario.text)
+    _print_sources(scenario)
+    _print_setting(data)
+    _print_satellites(data["satellites"])
+    _print_graph(data)
+    _print_processes(data)
+    _print_expectations(data["expectations"])
+    for warning in data["warnings"]:
+        say.line(f"warning: {warning}", "yellow")
+
+
+def describe(scenario: Scenario) -> dict[str, Any]:
+    """Everything that `show` prints, as data."""
+    graph = scenario.communication_graph()
+    names = [satellite.name for satellite in scenario.satellites]
+    return {
+        "name": scenario.name,
+        "title": scenario.title,
+        "text": scenario.text,
+        "sources": [source.model_dump() for source in scenario.sources],
+        "digest": scenario.digest(),
+        "seed": scenario.seed,
+        "orbit": {
+            "period": 2.0 * np.pi / scenario.orbit.rate,
+            "mean_motion": scenario.orbit.rate,
+            "radius": scenario.orbit.radius,
+            "altitude": scenario.orbit.radius - _EARTH_RADIUS,
+        },
+        "timing": {**scenario.timing.model_dump(), "steps": scenario.timing.steps},
+        "dynamics": scenario.dynamics.model_dump(),
+        "graph": {
+            "kind": getattr(scenario.graph, "kind", ""),
+            "hears": {name: [names[j] for j in graph.neighbours(i)] for i, name in enumerate(names)},
+            "directed": graph.directed,
+            "connected": graph.connected(),
+            "eigenvalues": [_complex(value) for value in graph.eigenvalues],
+        },
+        "consensus": {
+            **scenario.consensus.model_dump(),
+            "modal_roots": _roots(scenario),
+            "delay_margin": advice.margin(scenario),
+        },
+        "satellites": [_satellite(scenario, index) for index in range(len(names))],
+        "processes": _processes(scenario),
+        "topics": _topics(scenario),
+        "expectations": [
+            {
+                "label": expectation.describe(),
+                "unit": expectation.unit,
+                **expectation.model_dump(include=_ALLOWED, exclude_none=True),
+            }
+            for expectation in scenario.expect
+        ],
+        "warnings": advice.warnings(scenario),
+    }
+
+
+def _complex(value: Any) -> float | list[float]:
+    number = complex(value)
+    return [number.real, number.imag] if number.imag else number.real
+
+
+def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
+    law = scenario.consensus
+    if not isinstance(law, ArcLengthConsensusSpec):
+        return []
+    eigenvalues = scenario.communication_graph().eigenvalues
+    roots = modal_roots(eigenvalues, law.tracking_gain, law.coupling_gain, law.rate_gain)
+    return [[_complex(root) for root in pair] for pair in roots]
+
+
+def _satellite(scenario: Scenario, index: int) -> dict[str, Any]:
+    spec, plan = scenario.satellite(index), flight_plan(scenario, index)
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to both
+    assert spec.controller is not None  # noqa: S101
+    steady = steady_motion(plan.path, float(plan.nominal_rate))
+    return {
+        "name": spec.name,
+        "curve": spec.curve.model_dump(exclude_none=True),
+        "parameter": spec.parameter,
+        "scale": spec.scale,
+        "perimeter": float(plan.path.curve.perimeter),
+        "nominal_rate": float(plan.nominal_rate),
+        "largest_reference_acceleration": steady.acceleration_max,
+        "largest_reference_jerk": steady.jerk_max,
+        "controller": spec.controller.model_dump(),
+    }
+
+
+def _processes(scenario: Scenario) -> list[dict[str, Any]]:
+    from satform_bringup.processes import processes  # noqa: PLC0415 - only `show` needs it
+
+    listed = processes(scenario, Path(folders.SCENARIO), Path(folders.BAG))
+    return [{"node": process.name, "executable": process.executable} for process in listed]
+
+
+def _topics(scenario: Scenario) -> list[dict[str, Any]]:
+    """Name, speaker and listeners of each topic; the recorder, which hears all, is left out."""
+    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
+
+    graph = scenario.communication_graph()
+    names = [satellite.name for satellite in scenario.satellites]
+    found = [_topic(topics.CLOCK, "plant", [])]
+    for index, name in enumerate(names):
+        found += [
+            _topic(topics.state(name), "plant", [name]),
+            _topic(topics.arc_length(name), name, [names[listener] for listener in graph.listeners(index)]),
+            _topic(topics.command(name), name, ["plant"]),
+            _topic(topics.tracking(name), name, []),
+            _topic(topics.parameter_changes(name), name, []),
+        ]
+        if scenario.satellite(index).sensor is not None:
+            found.append(_topic(topics.truth(name), "plant", []))
+        if scenario.satellite(index).thruster is not None:
+            found.append(_topic(topics.propulsion(name), "plant", []))
+    return [*found, _topic(topics.STATUS, "plant", names), _topic(topics.READY, "each", ["plant"])]
+
+
+def _topic(name: str, speaker: str, listeners: list[str]) -> dict[str, Any]:
+    return {"topic": name, "from": speaker, "to": listeners}
+
+
+def _print_sources(scenario: Scenario) -> None:
+    for source in scenario.sources:
+        say.paragraph(f"Source: {source.reference}")
+        if source.printed:
+            say.paragraph(f"Printed there: {source.printed}", "  ")
+        if source.chosen:
+            say.paragraph(f"Chosen here: {source.chosen}", "  ")
+
+
+def _print_setting(data: dict[str, Any]) -> None:
+    orbit, timing = data["orbit"], data["timing"]
+    say.line(
+        f"chief: period {orbit['period']:.7g} s, mean motion {orbit['mean_motion']:.7g} rad/s, "
+        f"altitude {orbit['altitude'] / 1e3:.1f} km"
+    )
+    say.line(f"flight: {timing['duration']:g} s in {timing['steps']} steps of {timing['step']:g} s")
+    say.line(f"dynamics: {_words(data['dynamics'])}")
+    say.line(f"digest: {data['digest']}")
+    say.line()
+
+
+def _print_satellites(satellites: list[dict[str, Any]]) -> None:
+    headings = (
+        "satellite",
+        "curve",
+        "perimeter [km]",
+        "scale",
+        "rate [m/s]",
+        "reference [m/s²]",
+        "jerk [m/s³]",
+    )
+    rows = [
+        (
+            entry["name"],
+            str(entry["curve"].get("kind", "")),
+            f"{entry['perimeter'] / 1e3:.6g}",
+            f"{entry['scale']:g}",
+            f"{entry['nominal_rate']:.7g}",
+            f"{entry['largest_reference_acceleration']:.5g}",
+            f"{entry['largest_reference_jerk']:.3g}",
+        )
+        for entry in satellites
+    ]
+    say.table(Table(headings, rows, frozenset(range(2, len(headings)))))
+    say.line()
+    gains: dict[str, list[str]] = {}
+    for entry in satellites:
+        gains.setdefault(_words(entry["controller"]), []).append(entry["name"])
+    for words, names in gains.items():
+        say.line(f"controller of {', '.join(names)}: {words}")
+    say.line()
+
+
+def _print_graph(data: dict[str, Any]) -> None:
+    graph, consensus = data["graph"], data["consensus"]
+    kind = ("directed" if graph["directed"] else "undirected") + (
+        ", connected" if graph["connected"] else ", not connected"
+    )
+    say.line(f"graph: {graph['kind']} ({kind})")
+    for name, heard in graph["hears"].items():
+        say.line(f"  {name} hears {', '.join(heard) or 'nobody'}")
+    own = {key: value for key, value in consensus.items() if key not in {"modal_roots", "delay_margin"}}
+    say.line(f"consensus: {_words(own)}")
+    rows = [
+        (_number(value), ", ".join(_number(root) for root in roots))
+        for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"], strict=False)
+    ]
+    say.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
+    if consensus["delay_margin"] is not None:
+        say.line(f"delay of all arc lengths that agreement bears: {consensus['delay_margin']:.6g} s")
+    say.line()
+
+
+def _print_processes(data: dict[str, Any]) -> None:
+    listed = [f"{process['node']} ({process['executable']})" for process in data["processes"]]
+    say.line(f"processes: {', '.join(listed)}")
+    rows = [(topic["topic"], topic["from"], ", ".join(topic["to"])) for topic in data["topics"]]
+    say.table(Table(("topic", "from", "to, besides the recorder"), rows))
+    say.line()
+
+
+def _print_expectations(expectations: list[dict[str, Any]]) -> None:
+    if not expectations:
+        return
+    rows = [
+        (entry["label"], entry["unit"], _words({key: entry[key] for key in entry if key in _ALLOWED}))
+        for entry in expectations
+    ]
+    say.table(Table(("expectation", "unit", "allowed"), rows))
+
+
+def _words(fields: dict[str, Any]) -> str:
+    """Fields of a specification as words; equal components are said once."""
+    words = [
+        f"{key} {_value(value)}"
+        for key, value in fields.items()
+        if key != "kind" and value not in (None, [], ())
+    ]
+    return ", ".join([str(fields.get("kind", "")), *words]).lstrip(", ")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return f"({_words(value)})"
+    if isinstance(value, list | tuple):
+        texts = [_value(item) for item in value]
+        return texts[0] if len(set(texts)) == 1 else f"[{', '.join(texts)}]"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _number(value: float | list[float]) -> str:
+    if isinstance(value, list):
+        return f"{value[0]:.6g} {'+' if value[1] >= 0.0 else '-'} {abs(value[1]):.6g}i"
+    return f"{0.0 if abs(value) < 1e-12 else value:.6g}"

@@ -1,0 +1,129 @@
+"""What a run came to, as tables and lines for people."""
+
+import math
+from collections.abc import Sequence
+
+from satform.metrics import Verdict
+from satform_tools import progress, say
+from satform_tools.outcome import Outcome, Speed
+from satform_tools.say import Table, number
+from satform_tools.summary import Summary
+
+_PASS, _MISS = "green", "bold red"
+
+
+def print_outcome(outcome: Outcome) -> None:
+    """Print the result of a run: expectations, whether they were met, and how fast it was."""
+    say.heading(f"{outcome.scenario.name}: {outcome.scenario.title}")
+    if outcome.verdicts:
+        print_verdicts(outcome.verdicts)
+    say.line(conclusion(outcome), _PASS if outcome.exit_code == 0 else _MISS)
+    if outcome.speed.steps:
+        _print_speed(outcome)
+    say.line(
+        f"kept in {outcome.folder}"
+        + (f" ({outcome.messages} messages in the bag)" if outcome.messages else "")
+    )
+
+
+def conclusion(outcome: Outcome) -> str:
+    """What came of a run in one line."""
+    flown = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
+    if outcome.stopped:
+        return f"Stopped at {flown}: nothing is judged."
+    if outcome.lost:
+        return f"Lost {', '.join(outcome.lost)} at {flown}: {outcome.reason}."
+    if not outcome.complete:
+        return f"The flight cannot be judged: {outcome.reason or f'it ended at {flown}'}."
+    if not outcome.recorded:
+        return "Flown to the end. Nothing was recorded, so there is nothing to judge by."
+    if not outcome.verdicts:
+        return "Flown to the end. The scenario expects nothing in particular."
+    met = sum(verdict.met for verdict in outcome.verdicts)
+    count = len(outcome.verdicts)
+    return f"As expected: {count} of {count} met." if met == count else f"MISSED: {count - met} of {count}."
+
+
+def print_verdicts(verdicts: Sequence[Verdict]) -> None:
+    """Print each expectation with its figure, what is allowed, and whether it was met."""
+    rows = [
+        (
+            verdict.label,
+            number(verdict.figure),
+            verdict.unit,
+            verdict.allowed,
+            "pass" if verdict.met else "MISSED",
+        )
+        for verdict in verdicts
+    ]
+    styles = {index: _MISS for index, verdict in enumerate(verdicts) if not verdict.met}
+    say.table(Table(("expectation", "figure", "unit", "allowed", "result"), rows, frozenset({1}), styles))
+
+
+def print_summary(summary: Summary) -> None:
+    """Print a flight in figures."""
+    headings = (
+        "satellite",
+        "final error [m]",
+        "final sliding variable [m/s]",
+        "mean control [m/s²]",
+        "largest control [m/s²]",
+        "delta-v [m/s]",
+    )
+    rows = [
+        (
+            entry.name,
+            number(entry.final_error),
+            number(entry.final_sliding_variable),
+            number(entry.mean_control),
+            number(entry.largest_control),
+            number(entry.delta_v),
+        )
+        for entry in summary.satellites
+    ]
+    say.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+    _print_thrusters(summary)
+    say.line(f"final and mean: from {summary.final_from:g} s to {summary.duration:g} s")
+    if len(summary.satellites) > 1:
+        say.line(
+            f"arc-length spread {number(summary.spread_at_start)} m at the start, "
+            f"{number(summary.spread_at_end)} m at the end; "
+            f"smallest distance between two satellites {number(summary.smallest_distance)} m"
+        )
+
+
+def _print_thrusters(summary: Summary) -> None:
+    headings = ("satellite", "propellant used [kg]", "clipped", "withheld", "starved")
+    rows = [
+        (
+            entry.name,
+            number(entry.propellant_used),
+            str(entry.clipped),
+            str(entry.withheld),
+            str(entry.starved),
+        )
+        for entry in summary.satellites
+        if not math.isnan(entry.propellant_used)
+    ]
+    if rows:
+        say.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+
+
+def _print_speed(outcome: Outcome) -> None:
+    speed = outcome.speed
+    start = f", start {speed.start_seconds:.2f} s" if speed.start_seconds else ""
+    took = f"{speed.steps} steps in {speed.seconds:.2f} s{start}"
+    say.line(f"{progress.pace(outcome.scenario, speed.steps_per_second)} ({took})")
+    shares = speed.shares()
+    # A flight that ended early has no tally of its parts.
+    if shares and outcome.complete:
+        say.line(_share_words(speed, shares))
+    if speed.ping_pong_seconds is not None:
+        say.line(f"bare message there and back: {1e6 * speed.ping_pong_seconds:.0f} us")
+
+
+def _share_words(speed: Speed, shares: dict[str, float]) -> str:
+    step = 1e6 * speed.seconds / speed.steps
+    parts = [("DDS and waiting", "dds"), ("plant", "plant"), ("slowest satellite", "slowest_satellite")]
+    words = [f"{name} {100 * shares[key]:.0f} % ({step * shares[key]:.0f} us)" for name, key in parts]
+    return f"of a step of {step:.0f} us: {', '.join(words)}"
