@@ -11,7 +11,8 @@ import pytest
 from ament_index_python.packages import get_package_prefix
 
 from satform_bringup.domain import own_domain
-from satform_bringup.processes import PACKAGE, NodeProcess
+from satform_bringup import PACKAGE
+from satform_bringup.processes import NodeProcess
 
 
 @pytest.fixture(autouse=True)

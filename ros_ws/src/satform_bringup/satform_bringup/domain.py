@@ -23,7 +23,7 @@ def own_domain() -> Iterator[int]:
         RuntimeError: all domains are held by other runs.
     """
     given = os.environ.get("ROS_DOMAIN_ID", "")
-    if given.isdigit():
+    if given.isdecimal():
         yield int(given)
         return
     folder = Path(tempfile.gettempdir()) / f"satform-domains-{os.getuid()}"

@@ -17,7 +17,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import ModuleType
 
-from satform_bringup.processes import PACKAGE
+from satform_bringup import PACKAGE
 
 _PRELOADED = f"{PACKAGE}.everything"
 _TITLE_LENGTH = 15

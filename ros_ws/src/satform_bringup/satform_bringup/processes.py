@@ -6,8 +6,6 @@ from pathlib import Path
 
 from satform.scenario import Scenario
 
-PACKAGE = "satform_nodes"
-
 
 @dataclass(frozen=True)
 class NodeProcess:
@@ -28,7 +26,7 @@ class NodeProcess:
         words = ["--ros-args", "-r", f"__node:={self.name}"]
         for name, value in self.parameters.items():
             # Quoted, since a bare `on` or `1` would be read as something else than a string.
-            words += ["-p", f"{name}:={json.dumps(value)}"]
+            words += ["-p", f"{name}:={json.dumps(value, ensure_ascii=False)}"]
         return words
 
 

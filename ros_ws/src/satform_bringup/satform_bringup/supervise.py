@@ -72,7 +72,7 @@ def fly(scenario: Scenario, out: Path, *, record: bool, progress: Callable[[int,
         OSError: the folder cannot be written to, or a process cannot be started.
     """
     scenario_file = out / "scenario.json"
-    scenario_file.write_text(scenario.to_json())
+    scenario_file.write_text(scenario.to_json(), encoding="utf-8")
     bag = out / "bag" if record else None
     with own_domain() as domain, _asked_to_stop() as signals:
         watch = _Watch(scenario, signals, progress)

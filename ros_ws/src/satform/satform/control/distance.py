@@ -85,8 +85,9 @@ class DistanceField:
         Source: Zhu, Du & Wang for a potential of this kind; this form was chosen here.
         """
         margin, wanted = self._margins(relative_position)
-        missing = (margin - wanted) ** 2
-        value: Array = missing / margin if self.barrier else 0.5 * missing / wanted
+        missing = margin - wanted
+        squared = missing * missing
+        value: Array = squared / margin if self.barrier else 0.5 * squared / wanted
         return value
 
     def guidance(self, neighbour: RelativeNeighbour) -> Guidance:
@@ -104,23 +105,24 @@ class DistanceField:
         apart, closing = neighbour.position, neighbour.velocity
         margin, wanted = self._margins(apart)
         if self.barrier:
-            ratio = (wanted / margin) ** 2
+            share = wanted / margin
+            ratio = share * share
             stretch, bend = 1.0 - ratio, 4.0 * ratio / margin
         else:
             stretch, bend = margin / wanted - 1.0, 2.0 / wanted
         stretch = (2.0 * self.slope * stretch)[..., None]
         pull = stretch * apart
         pull_rate = stretch * closing + (2.0 * self.slope * bend * dot(apart, closing))[..., None] * apart
-        limit = self.speed_limit**2
+        limit = self.speed_limit * self.speed_limit
         growth = np.sqrt(1.0 + dot(pull, pull) / limit)
-        shrink = (dot(pull, pull_rate) / (limit * growth**3))[..., None]
+        shrink = (dot(pull, pull_rate) / (limit * growth * growth * growth))[..., None]
         velocity = self.common_velocity - pull / growth[..., None]
         return Guidance(velocity, pull * shrink - pull_rate / growth[..., None])
 
     def _margins(self, relative_position: Array) -> tuple[Array, Array]:
         """Squared distances beyond the safe one: now (kept positive) and wanted, m^2."""
-        safe = self.safe_distance**2
-        wanted = self.distance**2 - safe
+        safe = self.safe_distance * self.safe_distance
+        wanted = self.distance * self.distance - safe
         now = dot(relative_position, relative_position) - safe
         return np.maximum(now, 1e-6 * wanted) if self.barrier else now, wanted
 

@@ -378,3 +378,22 @@ def _shifted(patrol: Patrol, draft: _Draft, leg: int, shift: float) -> _Draft:
     burns, later = shifted.burns(), zip(patrol.targets[leg:], draft.starts[leg:], strict=True)
     seen = [closest_pass(patrol, burns, target, since=start) for target, start in later]
     return replace(shifted, seen=(*draft.seen[:leg], *seen))
+
+
+def burn_in_lvlh(patrol: Patrol, burns: Sequence[Burn], burn: Burn, chief_longitude: float) -> Array:
+    """A tangential burn of the watcher in the LVLH axes of a geostationary chief.
+
+    Args:
+        patrol: gives the watcher's first orbit.
+        burns: all of them, in order of time.
+        burn: the one that is wanted.
+        chief_longitude: east of Greenwich, rad.
+
+    Returns:
+        m/s, shape (3,). The watcher's direction of flight is taken square to its radius.
+    """
+    place = watcher_position(patrol, burns, np.array([burn.time]))[0]
+    motion = math.sqrt(GRAVITATIONAL_PARAMETER / GEOSTATIONARY_RADIUS**3)
+    chief = greenwich_angle(patrol.start_day) + chief_longitude + motion * burn.time
+    ahead = math.atan2(place[1], place[0]) - chief
+    return burn.speed_change * np.array([-math.sin(ahead), math.cos(ahead), 0.0])

@@ -62,7 +62,7 @@ class CircularOrbit:
         radius, motion = np.asarray(self.radius)[..., None], np.asarray(self.mean_motion)[..., None]
         outward = radius * (self.radial * np.cos(angle) + self.transverse * np.sin(angle))
         ahead = radius * (self.transverse * np.cos(angle) - self.radial * np.sin(angle))
-        return Jet(outward, motion * ahead, -(motion**2) * outward)
+        return Jet(outward, motion * ahead, -(motion * motion) * outward)
 
 
 def circular_orbit_over(latitude: float, longitude: float, heading: float, altitude: float) -> CircularOrbit:

@@ -1,6 +1,7 @@
 """Where the sun stands, to a hundredth of a degree, and whether the Earth hides it."""
 
 import math
+from datetime import UTC, datetime
 
 import numpy as np
 
@@ -81,3 +82,27 @@ def in_cylindrical_shadow(position: Array, sun: Array) -> bool:
     along = float(np.dot(position, sun))
     off_axis = float(np.linalg.norm(position - along * sun))
     return along < 0.0 and off_axis < EQUATORIAL_RADIUS
+
+
+def sun_in_lvlh(days: float, longitude: float) -> Array:
+    """Unit vector to the sun in the LVLH axes of a geostationary chief.
+
+    Args:
+        days: since 2000-01-01 12:00 UTC.
+        longitude: of the chief, east of Greenwich, rad.
+
+    Returns:
+        Components radial, along-track and cross-track, shape (3,).
+
+    Source: Geometry; see `sun_direction` for the accuracy.
+    """
+    x, y, z = sun_direction(days).tolist()
+    angle = greenwich_angle(days) + longitude
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([cosine * x + sine * y, cosine * y - sine * x, z])
+
+
+def days_at(moment: datetime) -> float:
+    """Days since 2000-01-01 12:00 UTC of a moment; without a time zone it is in UTC."""
+    utc = moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
+    return (utc - datetime(2000, 1, 1, 12, tzinfo=UTC)).total_seconds() / 86400.0

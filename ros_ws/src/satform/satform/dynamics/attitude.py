@@ -27,7 +27,8 @@ def direction_cosines(mrp: Array) -> Array:
     squared = dot(mrp, mrp)[..., None, None]
     skew = _cross_matrix(mrp)
     skew_squared = mrp[..., :, None] * mrp[..., None, :] - squared * np.eye(3)
-    matrix: Array = np.eye(3) + (8.0 * skew_squared - 4.0 * (1.0 - squared) * skew) / (1.0 + squared) ** 2
+    larger = 1.0 + squared
+    matrix: Array = np.eye(3) + (8.0 * skew_squared - 4.0 * (1.0 - squared) * skew) / (larger * larger)
     return matrix
 
 
@@ -61,7 +62,7 @@ def mrp_from_direction_cosines(matrix: Array) -> Array:
     squares = np.stack((1.0 + xx + yy + zz, from_x[..., 1], from_y[..., 2], from_z[..., 3]), axis=-1)
     best = np.argmax(squares, axis=-1)[..., None, None]
     chosen = np.take_along_axis(candidates, best, axis=-2)[..., 0, :]
-    length = np.sqrt(chosen[..., 0] ** 2 + dot(chosen[..., 1:], chosen[..., 1:]))
+    length = np.sqrt(chosen[..., 0] * chosen[..., 0] + dot(chosen[..., 1:], chosen[..., 1:]))
     return _mrp_from_quaternion(chosen[..., 0] / length, chosen[..., 1:] / length[..., None])
 
 

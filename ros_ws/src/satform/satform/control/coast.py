@@ -1,0 +1,32 @@
+"""No control at all: the satellite moves as nature has it."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.reference import Reference
+
+
+@dataclass(frozen=True)
+class Coast:
+    """The law that never commands anything, of one satellite or of many."""
+
+    def start(self, motion: Motion) -> None:
+        """The law has no memory."""
+
+    def act(self, motion: Motion, reference: Reference, memory: Any) -> Action:
+        """Zero command and zero sliding variable, shape (..., 3); arguments as in `Controller.act`."""
+        still = np.zeros_like(motion.position)
+        return Action(still, still)
+
+
+class CoastSpec(ControllerSpec):
+    """No thrust: shows what the truth does to a satellite that is left alone."""
+
+    kind: Literal["coast"] = "coast"
+
+    def build(self, setting: FlightSetting) -> Coast:
+        """The law itself."""
+        return Coast()
