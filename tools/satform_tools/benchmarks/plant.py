@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any
 
 import brahe
 import numpy as np
@@ -130,11 +131,13 @@ def _by_satform(starts: Array, method: str, step: float) -> Flight:
     return flight
 
 
-def _by_brahe(starts: Array, method: object, step: float | None) -> Flight:
+def _by_brahe(starts: Array, method: Any, step: float | None) -> Flight:
     epoch = brahe_epoch(_EPOCH)
+    # The package's type stubs take the constants of its enumerations for methods.
+    turning: Any = brahe.FrameTransformationModel.EARTH_ROTATION_ONLY
     config = brahe.ForceModelConfig(
         gravity=brahe.GravityConfiguration(degree=DEGREE, order=DEGREE),
-        frame_transform=brahe.FrameTransformationModel.EARTH_ROTATION_ONLY,
+        frame_transform=turning,
     )
     numerics = brahe.NumericalPropagationConfig.with_method(method)
     if step is not None:

@@ -42,8 +42,11 @@ def _stack_values(values: list[Any], name: str) -> Any:
     sample = values[0]
     if dataclasses.is_dataclass(sample) and not isinstance(sample, type):
         return stack(values)
-    if isinstance(sample, np.ndarray | np.generic):
+    arrays = [isinstance(value, np.ndarray | np.generic) for value in values]
+    if all(arrays):
+        if any(value.shape != sample.shape for value in values):
+            raise ValueError(f"cannot stack {name}: its shape differs between satellites")
         return np.stack(values)
-    if any(value != sample for value in values):
+    if any(arrays) or any(value != sample for value in values):
         raise ValueError(f"cannot stack {name}: it differs between satellites")
     return sample

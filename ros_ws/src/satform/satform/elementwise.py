@@ -1,8 +1,9 @@
 """Vector algebra that gives the same bits for one satellite and for a thousand.
 
 Everything on the flight path is built from element-wise operations in a fixed order. Matrix
-products go through BLAS, whose order of summation depends on the shape of its arguments, and
-`np.arctan2` differs in the last bit between an array and a scalar, so neither is used in flight.
+products go through BLAS, whose order of summation depends on the shape of its arguments; `np.arctan2`
+and powers (`**`, the square too) differ in the last bit between an array and a scalar. None of them
+is used in flight.
 The last axis of an array holds the components x, y, z; leading axes, if any, are satellites.
 """
 

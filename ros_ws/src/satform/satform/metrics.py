@@ -75,6 +75,10 @@ class Expectation(Spec):
         """What is wrong with this expectation in a scenario with these satellites and times."""
         return []
 
+    def complaints_about_thrusters(self, satellites: set[str], equipped: set[str]) -> list[str]:
+        """What is wrong with this expectation if only the satellites equipped have thrusters."""
+        return []
+
     def describe(self) -> str:
         """The label, or one made from the fields."""
         return self.label or type(self).__name__
@@ -99,7 +103,7 @@ class Expectation(Spec):
         return Verdict(self.describe(), self.unit, figure, " and ".join(allowed), met)
 
 
-class _OfSatellites(Expectation):
+class OfSatellites(Expectation):
     """An expectation of all satellites or of some of them."""
 
     satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
@@ -120,7 +124,7 @@ class _OfSatellites(Expectation):
         return f", {', '.join(self.satellites)}" if self.satellites else ""
 
 
-class _OverWindow(_OfSatellites):
+class OverWindow(OfSatellites):
     """An expectation over a stretch of the flight."""
 
     after: NonNegative = 0.0
@@ -138,7 +142,12 @@ class _OverWindow(_OfSatellites):
         return super().complaints(satellites, timing) + own
 
     def window(self, series: Array, record: FlightRecord) -> Array:
-        """The rows of a series whose times lie in the stretch, and the columns that are meant."""
+        """The rows of a series whose times lie in the stretch, and the columns that are meant.
+
+        No rows when the record ends before the stretch does.
+        """
+        if self.before is not None and self.before * (1 - _TIME_SLACK) > record.steps * record.step:
+            return series[:0, self.columns(record)]
         time = np.arange(len(series)) * record.step
         end = math.inf if self.before is None else self.before * (1 + _TIME_SLACK)
         chosen: Array = series[(time >= self.after * (1 - _TIME_SLACK)) & (time <= end)]
@@ -150,7 +159,7 @@ class _OverWindow(_OfSatellites):
         return words + (f" before {self.before:g} s" if self.before is not None else "")
 
 
-class _AtTime(Expectation):
+class AtTime(Expectation):
     """An expectation at one moment."""
 
     at: NonNegative | None = None
@@ -162,60 +171,65 @@ class _AtTime(Expectation):
             own.append(f"at {self.at:g} s is later than the flight's end at {timing.duration:g} s")
         return super().complaints(satellites, timing) + own
 
-    def row(self, record: FlightRecord) -> int:
-        """Row of the state nearest to the moment."""
-        return record.steps if self.at is None else min(record.steps, round(self.at / record.step))
+    def sample(self, series: Array, record: FlightRecord) -> Array:
+        """The row of a series nearest to the moment, as its only row; none when the record ends before."""
+        row = record.steps if self.at is None else round(self.at / record.step)
+        if row > record.steps:
+            return series[:0]
+        # What is decided in a step has no row for the state after the last step.
+        row = min(row, len(series) - 1)
+        return series[row : row + 1]
 
     def moment(self) -> str:
         """The moment, as the end of a label."""
         return " at the end" if self.at is None else f" at {self.at:g} s"
 
 
-def _largest(values: Array) -> float:
+def largest(values: Array) -> float:
+    """The largest of the values; NaN when there are none."""
     return float(np.max(values)) if values.size else math.nan
 
 
-class TrackingError(_OverWindow):
+class TrackingError(OverWindow):
     """Largest distance between a satellite and its reference, in m."""
 
     unit = "m"
     kind: Literal["tracking_error"] = "tracking_error"
 
     def measure(self, record: FlightRecord) -> float:
-        return _largest(self.window(record.tracking_error, record))
+        return largest(self.window(record.tracking_error, record))
 
     def describe(self) -> str:
         return self.label or f"largest tracking error{self.when()}{self.whose()}"
 
 
-class TrackingErrorAt(_AtTime, _OfSatellites):
+class TrackingErrorAt(AtTime, OfSatellites):
     """Largest distance between a satellite and its reference at one moment, in m."""
 
     unit = "m"
     kind: Literal["tracking_error_at"] = "tracking_error_at"
 
     def measure(self, record: FlightRecord) -> float:
-        row = min(self.row(record), record.steps - 1)
-        return _largest(record.tracking_error[row, self.columns(record)])
+        return largest(self.sample(record.tracking_error, record)[:, self.columns(record)])
 
     def describe(self) -> str:
         return self.label or f"tracking error{self.moment()}{self.whose()}"
 
 
-class SlidingVariable(_OverWindow):
+class SlidingVariable(OverWindow):
     """Largest component of the sliding variable, in m/s."""
 
     unit = "m/s"
     kind: Literal["sliding_variable"] = "sliding_variable"
 
     def measure(self, record: FlightRecord) -> float:
-        return _largest(np.abs(self.window(record.sliding_variable, record)))
+        return largest(np.abs(self.window(record.sliding_variable, record)))
 
     def describe(self) -> str:
         return self.label or f"largest sliding variable{self.when()}{self.whose()}"
 
 
-class ReachingTime(_OfSatellites):
+class ReachingTime(OfSatellites):
     """Time at which a component of the sliding variable first comes within a level, in s."""
 
     unit = "s"
@@ -234,7 +248,7 @@ class ReachingTime(_OfSatellites):
         return self.label or f"reaching time, {self.axis}{self.whose()}"
 
 
-class Control(_OverWindow):
+class Control(OverWindow):
     """Mean or largest magnitude of the commanded acceleration, in m/s^2."""
 
     unit = "m/s²"
@@ -244,26 +258,27 @@ class Control(_OverWindow):
 
     def measure(self, record: FlightRecord) -> float:
         chosen = self.window(record.control, record)
-        return float(np.mean(chosen)) if self.statistic == "mean" and chosen.size else _largest(chosen)
+        return float(np.mean(chosen)) if self.statistic == "mean" and chosen.size else largest(chosen)
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} control{self.when()}{self.whose()}"
 
 
-class DeltaV(_OverWindow):
-    """Integral of the commanded acceleration's magnitude, the largest of the satellites, in m/s."""
+class DeltaV(OverWindow):
+    """Delta-v as the thrusters count it, or integral of an ideal command; the largest, in m/s."""
 
     unit = "m/s"
     kind: Literal["delta_v"] = "delta_v"
 
     def measure(self, record: FlightRecord) -> float:
-        return _largest(np.sum(self.window(record.control, record), axis=0) * record.step)
+        chosen = self.window(record.effort, record)
+        return largest(np.sum(chosen, axis=0)) if chosen.size else math.nan
 
     def describe(self) -> str:
         return self.label or f"delta-v{self.when()}{self.whose()}"
 
 
-class SettlingTime(_OfSatellites):
+class SettlingTime(OfSatellites):
     """Time after which the tracking error never exceeds a level again, in s."""
 
     unit = "s"
@@ -280,14 +295,14 @@ class SettlingTime(_OfSatellites):
         return self.label or f"tracking error settles to {self.level:g} m{self.whose()}"
 
 
-class ArcLengthSpread(_AtTime):
+class ArcLengthSpread(AtTime):
     """Largest minus smallest generalised arc length, in m."""
 
     unit = "m"
     kind: Literal["arc_length_spread"] = "arc_length_spread"
 
     def measure(self, record: FlightRecord) -> float:
-        return float(arc_length_spread(record)[self.row(record)])
+        return largest(self.sample(arc_length_spread(record), record))
 
     def describe(self) -> str:
         return self.label or f"arc-length spread{self.moment()}"
@@ -309,7 +324,7 @@ class ArcLengthSettling(Expectation):
         return self.label or f"arc-length spread settles to {100 * self.fraction:g} %"
 
 
-class ArcLengthMean(_AtTime):
+class ArcLengthMean(AtTime):
     """Mean generalised arc length less the nominal rate times the time, in m."""
 
     unit = "m"
@@ -318,14 +333,14 @@ class ArcLengthMean(_AtTime):
     """Rate that is taken off, m/s."""
 
     def measure(self, record: FlightRecord) -> float:
-        row = self.row(record)
-        return float(np.mean(record.arc_length[row])) - self.nominal_rate * row * record.step
+        arc_length, time = self.sample(record.arc_length, record), self.sample(record.time, record)
+        return float(np.mean(arc_length) - self.nominal_rate * time[0]) if time.size else math.nan
 
     def describe(self) -> str:
         return self.label or f"mean arc length in the nominal motion{self.moment()}"
 
 
-class ArcLengthRate(_AtTime, _OfSatellites):
+class ArcLengthRate(AtTime, OfSatellites):
     """Departure of the rate furthest from a nominal one, in m/s."""
 
     unit = "m/s"
@@ -334,13 +349,14 @@ class ArcLengthRate(_AtTime, _OfSatellites):
     """Rate that is taken off, m/s."""
 
     def measure(self, record: FlightRecord) -> float:
-        return _largest(np.abs(record.rate[self.row(record), self.columns(record)] - self.nominal_rate))
+        rate = self.sample(record.rate, record)[:, self.columns(record)]
+        return largest(np.abs(rate - self.nominal_rate))
 
     def describe(self) -> str:
         return self.label or f"arc-length rate off nominal{self.moment()}{self.whose()}"
 
 
-class Distance(_OverWindow):
+class Distance(OverWindow):
     """Smallest or largest distance between two satellites, in m."""
 
     unit = "m"
@@ -349,6 +365,11 @@ class Distance(_OverWindow):
     """The two satellites."""
     statistic: Literal["smallest", "largest"]
     """Which distance of the stretch is meant."""
+
+    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+        first, second = self.satellites
+        same = f"a distance is between two different satellites; found {first} twice"
+        return super().complaints(satellites, timing) + ([same] if first == second else [])
 
     def measure(self, record: FlightRecord) -> float:
         pair = self.window(record.position, record)
@@ -373,9 +394,7 @@ def judge(expectations: tuple[Expectation, ...], record: FlightRecord) -> list[V
 
 
 def _settled(series: Array, level: float, step: float) -> float:
-    """Time from which a series stays at or below a level; NaN when it ends above it."""
+    """Time from which a series stays at or below a level; NaN when it ends above it or is empty."""
     outside = np.flatnonzero(series > level)
-    if not outside.size:
-        return 0.0
-    last = int(outside[-1]) + 1
-    return math.nan if last >= len(series) else last * step
+    first = int(outside[-1]) + 1 if outside.size else 0
+    return math.nan if first >= len(series) else first * step

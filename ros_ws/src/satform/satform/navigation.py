@@ -293,9 +293,13 @@ class Estimator:
 
     Attributes:
         filter: on whose dynamics and noise it rests.
+        update: steps between two measurements; satellites that differ in it cannot be stacked.
+        latency: steps from a measurement to its arrival; likewise.
     """
 
     filter: CwKalmanFilter
+    update: int = 1
+    latency: int = 0
 
     def start(self, measurement: Measurement) -> EstimatorMemory:
         """The memory at the step of a first measurement."""
@@ -345,7 +349,7 @@ class FilterSpec(Spec):
             navigation: whose noise is believed where nothing else is said.
 
         Raises:
-            ValueError: a believed noise is zero.
+            ValueError: a believed noise is zero, or the sensor's times are no whole control periods.
         """
         position = self.position_noise or navigation.position_noise
         velocity = self.velocity_noise or navigation.velocity_noise
@@ -356,7 +360,8 @@ class FilterSpec(Spec):
                 f"velocity_noise {velocity} m/s; give the filter positive ones"
             )
         density = np.array(self.acceleration_density)
-        return Estimator(cw_kalman_filter(mean_motion, step, noise, density))
+        sensor = navigation.build(step)
+        return Estimator(cw_kalman_filter(mean_motion, step, noise, density), sensor.update, sensor.latency)
 
 
 def _product(left: Array, right: Array) -> Array:

@@ -1,17 +1,30 @@
 """The true states of all satellites: commands in, states out."""
 
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform import batch
 from satform.control.protocol import Motion
 from satform.dynamics.protocol import DynamicsSetting
 from satform.elementwise import Array
+from satform.navigation import NOISE_PER_STEP, Sensor
+from satform.noise import NAVIGATION_STREAM, THRUSTER_STREAM, SeededNormals
 from satform.satellite import motion_at_start
 from satform.scenario.model import Scenario
+from satform.thruster import ERRORS_PER_STEP, Propulsion, Thruster
+
+Steps = NDArray[np.int64]
 
 
 class Plant:
-    """What really happens to the satellites of a scenario.
+    """What really happens to the satellites of a scenario, and what they are told of it.
 
     Attributes:
         step: number of the step that comes next.
+        given: acceleration of all satellites in the last step, LVLH, m/s^2, shape (N, 3).
+        thrusters: of the satellites that have one; None when nobody has.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -25,11 +38,23 @@ class Plant:
         start = motion_at_start(scenario)
         self._state = self._dynamics.start(start.position, start.velocity)
         self.step = 0
+        self.given: Array = np.zeros_like(start.position)
+        self.thrusters = _thrusters_of(scenario)
+        self._motion = Motion(*self._dynamics.lvlh(self._state))
+        self._sensors = _sensors_of(scenario, self._motion)
+        self._measured, self._measured_steps = self._measure()
 
     def motion(self) -> Motion:
-        """Position in m and velocity in m/s of all satellites in LVLH, shapes (N, 3)."""
-        position, velocity = self._dynamics.lvlh(self._state)
-        return Motion(position, velocity)
+        """True position in m and velocity in m/s of all satellites in LVLH, shapes (N, 3)."""
+        return self._motion
+
+    def measured(self) -> Motion:
+        """What each satellite is told of its motion, shapes (N, 3); the truth where nobody measures."""
+        return self._measured
+
+    def measured_steps(self) -> Steps:
+        """Number of the step at which each satellite moved as it is told now, shape (N,)."""
+        return self._measured_steps
 
     def advance(self, acceleration: Array) -> None:
         """Move on by one step.
@@ -37,5 +62,96 @@ class Plant:
         Args:
             acceleration: commands of all satellites, held over the step, LVLH, m/s^2, shape (N, 3).
         """
-        self._state = self._dynamics.advance(self._state, acceleration, self.step)
+        self.given = acceleration
+        if self.thrusters is not None:
+            self.given = self.thrusters.fire(acceleration, self.step)
+        self._state = self._dynamics.advance(self._state, self.given, self.step)
         self.step += 1
+        self._motion = Motion(*self._dynamics.lvlh(self._state))
+        for sensors in self._sensors:
+            sensors.look(self._motion, self.step)
+        self._measured, self._measured_steps = self._measure()
+
+    def _measure(self) -> tuple[Motion, Steps]:
+        steps = np.full(len(self._motion.position), self.step)
+        if not self._sensors:
+            return self._motion, steps
+        told = Motion(self._motion.position.copy(), self._motion.velocity.copy())
+        for sensors in self._sensors:
+            delivered = sensors.memory.delivered
+            told.position[sensors.members] = delivered.position
+            told.velocity[sensors.members] = delivered.velocity
+            steps[sensors.members] = delivered.step
+        return told, steps
+
+
+class Thrusters:
+    """The thrusters of the satellites that have one.
+
+    Attributes:
+        members: places of these satellites in the formation, ascending, shape (M,).
+        propulsion: their state, each array of shape (M,).
+    """
+
+    def __init__(self, members: Sequence[int], thruster: Thruster, seed: int) -> None:
+        self.members = np.asarray(members)
+        self.propulsion: Propulsion = thruster.start()
+        self._thruster = thruster
+        self._errors = SeededNormals(seed, THRUSTER_STREAM, members, ERRORS_PER_STEP)
+
+    def fire(self, acceleration: Array, step: int) -> Array:
+        """One step of thrust.
+
+        Args:
+            acceleration: commands of all satellites, m/s^2, shape (N, 3).
+            step: number of the step.
+
+        Returns:
+            What all satellites really get, m/s^2, shape (N, 3).
+        """
+        given = acceleration.copy()
+        given[self.members], self.propulsion = self._thruster.fire(
+            self.propulsion, acceleration[self.members], self._errors.at(step)
+        )
+        return given
+
+
+class _Sensors:
+    """Sensors that measure at the same steps and deliver equally late."""
+
+    def __init__(self, members: Sequence[int], sensor: Sensor, seed: int, start: Motion) -> None:
+        self.members = np.asarray(members)
+        self._sensor = sensor
+        self._noise = SeededNormals(seed, NAVIGATION_STREAM, members, NOISE_PER_STEP)
+        position, velocity = start.position[self.members], start.velocity[self.members]
+        self.memory = sensor.start(position, velocity, self._noise.at(0))
+
+    def look(self, motion: Motion, step: int) -> None:
+        """Take in the true motion of all satellites at a step."""
+        position, velocity = motion.position[self.members], motion.velocity[self.members]
+        self.memory = self._sensor.measure(self.memory, position, velocity, step, self._noise.at(step))
+
+
+def _thrusters_of(scenario: Scenario) -> Thrusters | None:
+    specs = [scenario.satellite(index).thruster for index in range(len(scenario.satellites))]
+    members = [index for index, spec in enumerate(specs) if spec is not None]
+    built = [spec.build(scenario.timing.step) for spec in specs if spec is not None]
+    return Thrusters(members, batch.stack(built), scenario.seed) if built else None
+
+
+def _sensors_of(scenario: Scenario, start: Motion) -> list[_Sensors]:
+    alike: dict[tuple[int, int], list[tuple[int, Sensor]]] = {}
+    for index in range(len(scenario.satellites)):
+        spec = scenario.satellite(index).sensor
+        if spec is not None:
+            sensor = spec.build(scenario.timing.step)
+            alike.setdefault((sensor.update, sensor.latency), []).append((index, sensor))
+    return [
+        _Sensors(
+            [index for index, _ in group],
+            batch.stack([sensor for _, sensor in group]),
+            scenario.seed,
+            start,
+        )
+        for group in alike.values()
+    ]

@@ -17,28 +17,51 @@ class FlightRecord:
     Attributes:
         satellites: names, in the order of the columns.
         step: control period, s.
-        position: m, shape (K + 1, N, 3).
-        velocity: in the rotating frame, m/s, shape (K + 1, N, 3).
+        position: true, m, shape (K + 1, N, 3).
+        velocity: true, in the rotating frame, m/s, shape (K + 1, N, 3).
+        measured_position: as told to the satellite at the step, m, shape (K + 1, N, 3); the truth
+            where there is no sensor.
+        measured_velocity: the same of the velocity, m/s, shape (K + 1, N, 3).
         acceleration: commanded, m/s^2, shape (K, N, 3).
+        given_acceleration: what the thrusters made of it, m/s^2, shape (K, N, 3); the command where
+            there is no thruster.
         arc_length: generalised, as announced to the neighbours, m, shape (K + 1, N).
         rate: of the generalised arc length, m/s, shape (K + 1, N).
         reference_position: m, shape (K, N, 3).
         reference_velocity: m/s, shape (K, N, 3).
         reference_acceleration: feed-forward used in the step, m/s^2, shape (K, N, 3).
         sliding_variable: m/s, shape (K, N, 3).
+        believed_position_error: position less reference as the satellite believes, after its filter
+            if it has one, m, shape (K, N, 3).
+        believed_velocity_error: the same of the velocity, m/s, shape (K, N, 3).
+        propellant: left, kg, shape (K + 1, N); NaN where there is no thruster.
+        delta_v: given by the thrusters so far, m/s, shape (K + 1, N); NaN where there is no thruster.
+        clipped: steps so far in which the command was above the thrust limit, shape (K + 1, N).
+        withheld: steps so far in which it was below the smallest impulse, shape (K + 1, N).
+        starved: steps so far in which the tank could not give it, shape (K + 1, N).
     """
 
     satellites: tuple[str, ...]
     step: float
     position: Array
     velocity: Array
+    measured_position: Array
+    measured_velocity: Array
     acceleration: Array
+    given_acceleration: Array
     arc_length: Array
     rate: Array
     reference_position: Array
     reference_velocity: Array
     reference_acceleration: Array
     sliding_variable: Array
+    believed_position_error: Array
+    believed_velocity_error: Array
+    propellant: Array
+    delta_v: Array
+    clipped: Array
+    withheld: Array
+    starved: Array
 
     @property
     def steps(self) -> int:
@@ -69,6 +92,25 @@ class FlightRecord:
         length: Array = np.linalg.norm(self.acceleration, axis=-1)
         return length
 
+    @property
+    def effort(self) -> Array:
+        """Delta-v of each step, m/s, shape (K, N): as the thrusters count it, or of the command."""
+        counted = np.diff(self.delta_v, axis=0)
+        ideal = self.step * np.linalg.norm(self.given_acceleration, axis=-1)
+        return np.where(np.isnan(counted), ideal, counted)
+
+    @property
+    def navigation_error(self) -> Array:
+        """Distance between where a satellite is told to be and where it is, m, shape (K + 1, N)."""
+        error: Array = np.linalg.norm(self.measured_position - self.position, axis=-1)
+        return error
+
+    @property
+    def estimation_error(self) -> Array:
+        """Distance between where a satellite believes to be and where it is, m, shape (K, N)."""
+        error: Array = np.linalg.norm(self.believed_position_error - self.position_error, axis=-1)
+        return error
+
     def differences(self, other: "FlightRecord") -> list[str]:
         """Where two records of the same flight are not the same to the last bit.
 
@@ -82,6 +124,8 @@ class FlightRecord:
         found = []
         if self.satellites != other.satellites:
             found.append(f"satellites: {self.satellites} and {other.satellites}")
+        if self.step != other.step:
+            found.append(f"step: {self.step!r} s and {other.step!r} s")
         for name in QUANTITIES:
             mine, theirs = getattr(self, name), getattr(other, name)
             if mine.shape != theirs.shape:
@@ -92,6 +136,13 @@ class FlightRecord:
                 first = int(np.argwhere(unequal)[0][0])
                 found.append(f"{name}: {int(unequal.sum())} numbers differ, the first at step {first}")
         return found
+
+
+def no_propulsion(states: int, satellites: int) -> dict[str, Array]:
+    """The quantities of propulsion of satellites without a thruster, each of shape (states, satellites)."""
+    unknown = {name: np.full((states, satellites), np.nan) for name in ("propellant", "delta_v")}
+    counters = {name: np.zeros((states, satellites)) for name in ("clipped", "withheld", "starved")}
+    return unknown | counters
 
 
 QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in {"satellites", "step"})

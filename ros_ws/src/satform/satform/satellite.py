@@ -14,8 +14,9 @@ from satform import batch
 from satform.consensus.arc_length import ArcLengthConsensus, Heard, propagate
 from satform.control.protocol import Controller, ControllerSpec, FlightSetting, Motion
 from satform.elementwise import Array
+from satform.navigation import Estimator, EstimatorMemory, Measurement
 from satform.reference import Path, Reference
-from satform.scenario.model import Scenario
+from satform.scenario.model import SatelliteSpec, Scenario
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class FlightPlan:
         arc_length: generalised, at the start, m, shape (...).
         rate: of the generalised arc length at the start, m/s, shape (...).
         step: control period, s.
+        estimator: what is made of the measurements; None to take them as they are.
     """
 
     path: Path
@@ -41,6 +43,7 @@ class FlightPlan:
     arc_length: Array
     rate: Array
     step: float
+    estimator: Estimator | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,8 @@ class SatelliteState:
         rate: of the generalised arc length, m/s, shape (...).
         announcement: what the neighbours hear in that step.
         memory: the control law's own state.
+        estimate: the estimator's state; None without one and before the first step.
+        acceleration: commanded in the step before, m/s^2, shape (..., 3); None before the first step.
     """
 
     step: int
@@ -75,6 +80,8 @@ class SatelliteState:
     rate: Array
     announcement: Announcement
     memory: Any
+    estimate: EstimatorMemory | None = None
+    acceleration: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -85,11 +92,13 @@ class Decision:
         acceleration: commanded until the next step, LVLH, m/s^2, shape (..., 3).
         reference: the motion that is desired.
         sliding_variable: of the control law, m/s, shape (..., 3).
+        motion: where the satellite believes to be: the estimator's word, or what it was told.
     """
 
     acceleration: Array
     reference: Reference
     sliding_variable: Array
+    motion: Motion
 
 
 class Satellite:
@@ -118,17 +127,23 @@ class Satellite:
         """What the neighbours may hear in the coming step."""
         return self.state.announcement
 
-    def act(self, motion: Motion, heard: Heard) -> Decision:
+    def act(self, motion: Motion, heard: Heard, measured_step: int | None = None) -> Decision:
         """One step of flight software: decide the command and move on to the next step.
 
         Args:
             motion: the satellite's own position and velocity, measured or true, shapes (..., 3).
             heard: the announcements of its neighbours, shapes (..., K).
+            measured_step: number of the step at which the motion was so; this one when left out.
 
         Returns:
             The command with the reference that it follows.
         """
         plan, state = self.plan, self.state
+        estimate = None
+        if plan.estimator is not None:
+            at = state.step if measured_step is None else measured_step
+            estimate = _estimated(plan.estimator, state, Measurement(motion.position, motion.velocity, at))
+            motion = Motion(estimate.state[..., :3], estimate.state[..., 3:])
         if state.step == 0:
             state = replace(state, memory=plan.controller.start(motion))
         time = state.step * plan.step
@@ -147,8 +162,10 @@ class Satellite:
         else:
             moment = np.full_like(phase, (state.step + 1) * plan.step)
             said = Announcement(moment, next_arc_length - plan.phase_offset, next_rate)
-        self.state = SatelliteState(state.step + 1, next_arc_length, next_rate, said, action.memory)
-        return Decision(action.acceleration, reference, action.sliding_variable)
+        self.state = SatelliteState(
+            state.step + 1, next_arc_length, next_rate, said, action.memory, estimate, action.acceleration
+        )
+        return Decision(action.acceleration, reference, action.sliding_variable, motion)
 
     def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
         """Change the gains from the next step on, keeping what the control law remembers.
@@ -157,6 +174,12 @@ class Satellite:
             ValueError: the gains cannot fly in this setting.
         """
         self.plan = replace(self.plan, controller=spec.build(setting))
+
+
+def _estimated(estimator: Estimator, state: SatelliteState, measurement: Measurement) -> EstimatorMemory:
+    if state.estimate is None or state.acceleration is None:
+        return estimator.start(measurement)
+    return estimator.observe(state.estimate, measurement, state.acceleration)
 
 
 def flight_setting(scenario: Scenario) -> FlightSetting:
@@ -184,7 +207,15 @@ def flight_plan(scenario: Scenario, index: int) -> FlightPlan:
         arc_length=_scalar(spec.arc_length),
         rate=_scalar(nominal if spec.rate is None else spec.rate),
         step=scenario.timing.step,
+        estimator=_estimator(scenario, spec),
     )
+
+
+def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
+    if spec.filter is None:
+        return None
+    assert spec.sensor is not None  # noqa: S101 - the scenario's validator has seen to it
+    return spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor)
 
 
 def _scalar(value: float) -> Array:

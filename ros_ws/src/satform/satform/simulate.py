@@ -1,7 +1,7 @@
 """The in-process run: one loop, no ROS, the oracle that every other way to run is held against."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from satform.consensus.arc_length import Heard
 from satform.consensus.graph import Graph
 from satform.control.protocol import Motion
 from satform.plant import Plant
-from satform.record import FlightRecord
+from satform.record import FlightRecord, no_propulsion
 from satform.satellite import Decision, Satellite
 from satform.scenario.model import Scenario
 
@@ -52,19 +52,21 @@ def simulate(
     groups = _groups(scenario, together=together)
     log = _Log(scenario)
     for step in range(scenario.timing.steps):
-        motion = plant.motion()
+        motion, measured_steps = plant.measured(), plant.measured_steps()
         log.announced(groups)
-        log.moved(motion)
+        log.moved(plant)
         for group in groups:
             own = Motion(motion.position[group.members], motion.velocity[group.members])
-            log.decided(group.members, group.satellite.act(own, log.heard(group)))
+            # Satellites whose filters are told at different times do not fly as one.
+            measured_step = int(measured_steps[group.members].flat[0])
+            log.decided(group.members, group.satellite.act(own, log.heard(group), measured_step))
         plant.advance(log.record.acceleration[step])
         log.step = step + 1
         if progress:
             progress(step + 1)
     log.announced(groups)
-    log.moved(plant.motion())
-    return log.record
+    log.moved(plant)
+    return log.finished()
 
 
 def _groups(scenario: Scenario, *, together: bool) -> list[_Group]:
@@ -96,20 +98,32 @@ class _Log:
 
     def __init__(self, scenario: Scenario) -> None:
         steps, count = scenario.timing.steps, len(scenario.satellites)
+        satellites = [scenario.satellite(index) for index in range(count)]
         self.step = 0
         self._time = np.zeros(count)
+        self._measures = any(satellite.sensor is not None for satellite in satellites)
+        self._filters = any(satellite.filter is not None for satellite in satellites)
+        position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
+        acceleration = np.empty((steps, count, 3))
+        thrusts = any(satellite.thruster is not None for satellite in satellites)
         self.record = FlightRecord(
             satellites=tuple(satellite.name for satellite in scenario.satellites),
             step=scenario.timing.step,
-            position=np.empty((steps + 1, count, 3)),
-            velocity=np.empty((steps + 1, count, 3)),
-            acceleration=np.empty((steps, count, 3)),
+            position=position,
+            velocity=velocity,
+            measured_position=np.empty_like(position) if self._measures else position,
+            measured_velocity=np.empty_like(velocity) if self._measures else velocity,
+            acceleration=acceleration,
+            given_acceleration=np.empty_like(acceleration) if thrusts else acceleration,
             arc_length=np.empty((steps + 1, count)),
             rate=np.empty((steps + 1, count)),
             reference_position=np.empty((steps, count, 3)),
             reference_velocity=np.empty((steps, count, 3)),
             reference_acceleration=np.empty((steps, count, 3)),
             sliding_variable=np.empty((steps, count, 3)),
+            believed_position_error=np.empty((steps if self._filters else 0, count, 3)),
+            believed_velocity_error=np.empty((steps if self._filters else 0, count, 3)),
+            **no_propulsion(steps + 1, count),
         )
 
     def announced(self, groups: list[_Group]) -> None:
@@ -119,9 +133,23 @@ class _Log:
             self.record.arc_length[self.step, group.members] = said.arc_length
             self.record.rate[self.step, group.members] = said.rate
 
-    def moved(self, motion: Motion) -> None:
-        self.record.position[self.step] = motion.position
-        self.record.velocity[self.step] = motion.velocity
+    def moved(self, plant: Plant) -> None:
+        record, step, motion, measured = self.record, self.step, plant.motion(), plant.measured()
+        record.position[step] = motion.position
+        record.velocity[step] = motion.velocity
+        if self._measures:
+            record.measured_position[step] = measured.position
+            record.measured_velocity[step] = measured.velocity
+        if plant.thrusters is None:
+            return
+        members, propulsion = plant.thrusters.members, plant.thrusters.propulsion
+        record.propellant[step, members] = propulsion.propellant
+        record.delta_v[step, members] = propulsion.delta_v
+        record.clipped[step, members] = propulsion.clipped
+        record.withheld[step, members] = propulsion.withheld
+        record.starved[step, members] = propulsion.starved
+        if step > 0:
+            record.given_acceleration[step - 1] = plant.given
 
     def heard(self, group: _Group) -> Heard:
         arc_length, rate = self.record.arc_length[self.step], self.record.rate[self.step]
@@ -139,3 +167,18 @@ class _Log:
         record.reference_velocity[step, members] = decision.reference.velocity
         record.reference_acceleration[step, members] = decision.reference.acceleration
         record.sliding_variable[step, members] = decision.sliding_variable
+        if self._filters:
+            reference, believed = decision.reference, decision.motion
+            record.believed_position_error[step, members] = believed.position - reference.position
+            record.believed_velocity_error[step, members] = believed.velocity - reference.velocity
+
+    def finished(self) -> FlightRecord:
+        record = self.record
+        if self._filters:
+            return record
+        # Without filters satellites believe what they are told.
+        return replace(
+            record,
+            believed_position_error=record.measured_position[:-1] - record.reference_position,
+            believed_velocity_error=record.measured_velocity[:-1] - record.reference_velocity,
+        )

@@ -20,6 +20,11 @@ class Spec(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
+    def model_post_init(self, _context: Any) -> None:
+        """Count `kind` as given: without it what was built in Python could not be read again."""
+        if "kind" in type(self).model_fields:
+            self.model_fields_set.add("kind")
+
 
 def _three(value: Any) -> Any:
     """A lone number stands for the same value on each axis."""
@@ -46,7 +51,8 @@ def specs(group: str) -> dict[str, type[Spec]]:
         Specification classes by the name under which a scenario chooses them.
 
     Raises:
-        TypeError: an entry point is not a `Spec` or its `kind` differs from its registered name.
+        TypeError: an entry point is not a `Spec`, its `kind` differs from its registered name, or two
+            packages register the same name.
     """
     found: dict[str, type[Spec]] = {}
     for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
@@ -56,6 +62,8 @@ def specs(group: str) -> dict[str, type[Spec]]:
         kind = spec.model_fields["kind"].default if "kind" in spec.model_fields else None
         if kind != entry.name:
             raise TypeError(f"entry point {group}:{entry.name} ({entry.value}) declares kind {kind!r}")
+        if found.get(entry.name, spec) is not spec:
+            raise TypeError(f"entry point {group}:{entry.name} is registered twice, by {entry.value} too")
         found[entry.name] = spec
     return found
 
@@ -70,6 +78,10 @@ class Plugin:
         choices = tuple(specs(self.group).values())
         if not choices:
             raise TypeError(f"no entry point is registered in the group {self.group}")
+        for choice in choices:
+            if not issubclass(choice, source):
+                name = f"{choice.__module__}:{choice.__qualname__}"
+                raise TypeError(f"{name} is registered in {self.group} but is not a {source.__name__}")
         if len(choices) == 1:
             return handler.generate_schema(choices[0])
         return handler.generate_schema(Annotated[Union[choices], Discriminator("kind")])  # noqa: UP007

@@ -2,6 +2,7 @@
 
 import struct
 from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,15 @@ from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
-from satform.record import FlightRecord
+from satform.record import FlightRecord, no_propulsion
 from satform.scenario import Scenario, ScenarioError, parse_scenario
+from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
 from satform_nodes.bag_writer import RUN_METADATA, SCENARIO_ATTACHMENT
 from satform_nodes.wire import layout
+
+Table = NDArray[Any]
+"""Messages of one topic: a structured array with a field for each number."""
 
 _READ_FAILURES = (
     McapError,
@@ -139,39 +144,70 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
 
 def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord:
     names = tuple(satellite.name for satellite in scenario.satellites)
-    tables = {
-        kind: [_table(contents, kind, getattr(topics, kind)(name), file) for name in names]
-        for kind in ("state", "arc_length", "command", "tracking")
-    }
-    states = min(len(table) for kind in ("state", "arc_length") for table in tables[kind])
-    decided = min(len(table) for kind in ("command", "tracking") for table in tables[kind])
-    steps = min(decided, max(states - 1, 0))
+    satellites = [scenario.satellite(index) for index in range(len(names))]
+
+    def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
+        """Each satellite's table of one kind of message, or of another kind where it has none of these."""
+        chosen = [kind if wanted(satellite) else instead for satellite in satellites]
+        return [
+            _table(contents, kind, getattr(topics, kind)(name), file)
+            for kind, name in zip(chosen, names, strict=True)
+        ]
+
+    state, arc_length, tracking = tables("state"), tables("arc_length"), tables("tracking")
+    truth = tables("truth", "state", lambda satellite: satellite.sensor)
+    command = tables("command")
+    given = tables("propulsion", "command", lambda satellite: satellite.thruster)
+    states = min(len(table) for table in (*state, *truth, *arc_length))
     if states == 0:
         raise BagError(f"{file}: holds no complete step")
-
-    def series(kind: str, fields: tuple[str, ...], rows: int) -> NDArray[np.float64]:
-        columns = [np.stack([table[field][:rows] for field in fields], axis=-1) for table in tables[kind]]
-        return np.stack(columns, axis=1)
-
-    def vectors(kind: str, field: str, rows: int) -> NDArray[np.float64]:
-        return series(kind, tuple(f"{field}.{axis}" for axis in "xyz"), rows)
-
+    steps = min(states - 1, *(len(table) for table in (*command, *given, *tracking)))
     return FlightRecord(
         satellites=names,
         step=scenario.timing.step,
-        position=vectors("state", "position", steps + 1),
-        velocity=vectors("state", "velocity", steps + 1),
-        acceleration=vectors("command", "acceleration", steps),
-        arc_length=series("arc_length", ("arc_length",), steps + 1)[..., 0],
-        rate=series("arc_length", ("rate",), steps + 1)[..., 0],
-        reference_position=vectors("tracking", "reference_position", steps),
-        reference_velocity=vectors("tracking", "reference_velocity", steps),
-        reference_acceleration=vectors("tracking", "reference_acceleration", steps),
-        sliding_variable=vectors("tracking", "sliding_variable", steps),
+        position=_vectors(truth, "position", steps + 1),
+        velocity=_vectors(truth, "velocity", steps + 1),
+        measured_position=_vectors(state, "position", steps + 1),
+        measured_velocity=_vectors(state, "velocity", steps + 1),
+        acceleration=_vectors(command, "acceleration", steps),
+        given_acceleration=_vectors(given, "acceleration", steps),
+        arc_length=_series(arc_length, ("arc_length",), steps + 1)[..., 0],
+        rate=_series(arc_length, ("rate",), steps + 1)[..., 0],
+        reference_position=_vectors(tracking, "reference_position", steps),
+        reference_velocity=_vectors(tracking, "reference_velocity", steps),
+        reference_acceleration=_vectors(tracking, "reference_acceleration", steps),
+        sliding_variable=_vectors(tracking, "sliding_variable", steps),
+        believed_position_error=_vectors(tracking, "position_error", steps),
+        believed_velocity_error=_vectors(tracking, "velocity_error", steps),
+        **_propulsion(given, satellites, steps),
     )
 
 
-def _table(contents: _Contents, kind: str, topic: str, file: Path) -> NDArray[Any]:
+def _series(tables: list[Table], fields: tuple[str, ...], rows: int) -> NDArray[np.float64]:
+    """Fields of every satellite's messages, shape (rows, N, fields)."""
+    columns = [np.stack([table[field][:rows] for field in fields], axis=-1) for table in tables]
+    return np.stack(columns, axis=1)
+
+
+def _vectors(tables: list[Table], field: str, rows: int) -> NDArray[np.float64]:
+    return _series(tables, tuple(f"{field}.{axis}" for axis in "xyz"), rows)
+
+
+def _propulsion(
+    tables: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """What the thrusters counted at each state; at the first one the tanks are as the scenario fills them."""
+    found = no_propulsion(steps + 1, len(satellites))
+    for column, (table, satellite) in enumerate(zip(tables, satellites, strict=True)):
+        if satellite.thruster is None:
+            continue
+        for name, values in found.items():
+            values[0, column] = satellite.thruster.propellant if name == "propellant" else 0.0
+            values[1:, column] = table[name][:steps]
+    return found
+
+
+def _table(contents: _Contents, kind: str, topic: str, file: Path) -> Table:
     """All messages of a topic as one structured array, with steps 0, 1, 2, ... without a gap."""
     form = layout(topics.TYPES[kind], topics.FRAME)
     messages = contents.messages.get(topic, [])

@@ -44,6 +44,7 @@ class BagWriter:
             chunk_size=CHUNK_BYTES,
             compression=CompressionType.NONE,
             index_types=IndexType.ALL,
+            enable_data_crcs=True,
         )
         self._writer.start(profile="ros2", library="satform")
         self._writer.add_metadata(

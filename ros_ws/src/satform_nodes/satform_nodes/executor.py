@@ -1,9 +1,10 @@
 """An executor for nodes that live from a few small messages at every step.
 
 The stock executor gathers all entities, builds a wait set and makes a task for every message, which
-costs several times what DDS itself does. Here the hot subscriptions stand in a wait set of their own
-that is built once, and their messages go straight to their callbacks, in the thread that waits.
-Everything else (parameters, services, events, timers) is handed to the parent class now and then.
+costs several times what DDS itself does. Here the hot subscriptions stand in a wait set that is built
+once, and their messages go straight to their callbacks, in the thread that waits. A second wait set,
+looked at now and then, holds all else (parameter services, latched topics); what is ready there is handed
+to the parent class.
 """
 
 import time
@@ -14,8 +15,14 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
-HOUSEKEEPING_PERIOD = 0.02
-"""Wall-clock time between two looks at everything that is not hot, s."""
+HOUSEKEEPING_PERIOD = 1.0
+"""Wall-clock time between two looks at what no wait set holds: timers, events, new entities; s."""
+
+LONGEST_WAIT = 0.02
+"""Wall-clock time after which a wait is broken off to look at the condition and at all else, s."""
+
+LEISURE = 0.005
+"""Wall-clock time that a node which nobody waits for lets messages gather, s."""
 
 _NANOSECONDS = 1_000_000_000
 
@@ -26,8 +33,12 @@ class StepExecutor(SingleThreadedExecutor):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self._hot: list[tuple[Any, Any, Callable[[bytes], None]]] = []
-        self._wait_set: Any = None
+        self._cold: list[Any] = []
+        self._services: list[Any] = []
+        self._hot_wait_set: Any = None
+        self._cold_wait_set: Any = None
         self._next_housekeeping = 0.0
+        self._next_cold_look = 0.0
 
     def subscribe(
         self, node: Node, message_type: Any, topic: str, callback: Callable[[bytes], None], qos: Any
@@ -46,7 +57,7 @@ class StepExecutor(SingleThreadedExecutor):
         """
         subscription = node.create_subscription(message_type, topic, callback, qos, raw=True)
         self._hot.append((subscription, message_type, callback))
-        self._wait_set = None
+        self._hot_wait_set = None
         return subscription
 
     def spin_while(self, condition: Callable[[], bool], timeout: float) -> bool:
@@ -62,14 +73,37 @@ class StepExecutor(SingleThreadedExecutor):
         last = time.monotonic()
         while condition():
             now = time.monotonic()
-            if now >= self._next_housekeeping:
-                self._housekeeping()
-                self._next_housekeeping = time.monotonic() + HOUSEKEEPING_PERIOD
-                continue
-            if self._take_hot(self._next_housekeeping - now):
+            if now >= self._next_cold_look:
+                self._look_at_cold(now)
+            if self._take_hot(LONGEST_WAIT):
                 last = now
             elif now - last > timeout:
                 return False
+        return True
+
+    def spin_at_leisure(
+        self, condition: Callable[[], bool], timeout: float, pause: Callable[[float], Any]
+    ) -> bool:
+        """As `spin_while`, for a node that nobody waits for: it takes what has gathered, then pauses.
+
+        Args:
+            condition: asked after every round.
+            timeout: wall-clock time without any hot message after which to give up, s.
+            pause: waits for the given time in s, or less when there is reason to.
+
+        Returns:
+            True when the condition has ended; False when the time was up.
+        """
+        last = time.monotonic()
+        while condition():
+            now = time.monotonic()
+            if now >= self._next_cold_look:
+                self._look_at_cold(now)
+            if self._drain_hot():
+                last = now
+            elif now - last > timeout:
+                return False
+            pause(LEISURE)
         return True
 
     def spin_until(self, condition: Callable[[], bool], timeout: float) -> bool:
@@ -87,30 +121,64 @@ class StepExecutor(SingleThreadedExecutor):
             left = end - time.monotonic()
             if left <= 0.0:
                 return False
-            super().spin_once(timeout_sec=min(left, HOUSEKEEPING_PERIOD))
+            super().spin_once(timeout_sec=min(left, LONGEST_WAIT))
         return True
 
     def _take_hot(self, timeout: float) -> bool:
         """Wait for hot messages and hand them out; whether there were any."""
-        wait_set = self._wait_set or self._build()
+        wait_set = self._hot_wait_set
+        if wait_set is None:
+            wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, self.context.handle)
+            self._hot_wait_set = wait_set
         wait_set.clear_entities()
+        add = wait_set.add_subscription
         for subscription, _, _ in self._hot:
-            wait_set.add_subscription(subscription.handle)
+            add(subscription.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
-        ready = False
+        taken_any = False
         for index, (subscription, message_type, callback) in enumerate(self._hot):
-            if not wait_set.is_ready("subscription", index):
-                continue
-            taken = subscription.handle.take_message(message_type, True)
-            if taken is not None:
-                ready = True
+            if wait_set.is_ready("subscription", index):
+                taken = subscription.handle.take_message(message_type, True)
+                if taken is not None:
+                    taken_any = True
+                    callback(taken[0])
+        return taken_any
+
+    def _drain_hot(self) -> bool:
+        """Hand out all hot messages that have arrived, without waiting; whether there were any."""
+        taken_any = False
+        for subscription, message_type, callback in self._hot:
+            take = subscription.handle.take_message
+            while (taken := take(message_type, True)) is not None:
+                taken_any = True
                 callback(taken[0])
-        return ready
+        return taken_any
 
-    def _build(self) -> Any:
-        self._wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, self.context.handle)
-        return self._wait_set
+    def _look_at_cold(self, now: float) -> None:
+        """Hand to the parent what has become ready besides hot messages."""
+        self._next_cold_look = now + LONGEST_WAIT
+        if now >= self._next_housekeeping:
+            self._next_housekeeping = now + HOUSEKEEPING_PERIOD
+            self._gather_cold()
+            super().spin_once(timeout_sec=0.0)
+        wait_set = self._cold_wait_set
+        wait_set.clear_entities()
+        for subscription in self._cold:
+            wait_set.add_subscription(subscription.handle)
+        for service in self._services:
+            wait_set.add_service(service.handle)
+        wait_set.wait(0)
+        ready = len(wait_set.get_ready_entities("subscription"))
+        ready += len(wait_set.get_ready_entities("service"))
+        for _ in range(ready):
+            super().spin_once(timeout_sec=0.0)
 
-    def _housekeeping(self) -> None:
-        """One round of the parent for each thing that waits there, without waiting."""
-        super().spin_once(timeout_sec=0.0)
+    def _gather_cold(self) -> None:
+        hot = {id(subscription) for subscription, _, _ in self._hot}
+        nodes = self.get_nodes()
+        subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
+        self._cold = [subscription for subscription in subscriptions if id(subscription) not in hot]
+        self._services = [service for node in nodes for service in node.services]
+        self._cold_wait_set = _rclpy.WaitSet(
+            len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle
+        )

@@ -1,5 +1,7 @@
 """Starting and ending a node's process: scenario, signals, exit codes, one sentence on failure."""
 
+import os
+import select
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -36,8 +38,15 @@ class StopRequest:
 
     def __init__(self) -> None:
         self.asked = False
+        self._reader, writer = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        # A signal writes a byte here, which ends a pause at once.
+        signal.set_wakeup_fd(writer)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, self._on_signal)
+
+    def pause(self, duration: float) -> None:
+        """Wait for a time in s, or until a signal arrives."""
+        select.select([self._reader], [], [], 0.0 if self.asked else duration)
 
     def _on_signal(self, number: int, _frame: Any) -> None:
         if self.asked:

@@ -41,16 +41,22 @@ def declare_fixed(node: Node, name: str, default: Any, description: str) -> Any:
 def declare_spec(node: Node, prefix: str, spec: Spec) -> None:
     """Declare every field of a specification as `<prefix>.<field>`, with its bounds and description.
 
-    Numbers become doubles, triples arrays of doubles, choices strings; the `kind` is read-only.
+    Numbers become doubles and triples arrays of doubles, which may change in flight. Choices and flags
+    make another law of it: they become strings and bools that are read-only. A specification within it
+    gives parameters with one more dot in their names; lists of such are no parameters.
     """
     for name, field in type(spec).model_fields.items():
-        value = _to_parameter(getattr(spec, name))
+        inner = getattr(spec, name)
+        if isinstance(inner, Spec):
+            declare_spec(node, f"{prefix}.{name}", inner)
+            continue
+        value = _to_parameter(inner)
         if value is None:
             continue
         bounds = _bounds(field)
         descriptor = ParameterDescriptor(
             description=(field.description or f"{name} of {prefix}").strip(),
-            read_only=name == "kind",
+            read_only=isinstance(value, bool | str),
             additional_constraints=_in_words(bounds),
         )
         limits = _limits(bounds)
@@ -84,7 +90,7 @@ def on_spec_change(
         if not fields:
             return SetParametersResult(successful=True)
         try:
-            spec = type(current()).model_validate({**current().model_dump(), **fields})
+            spec = type(current()).model_validate(_changed_data(current().model_dump(), fields))
             node.sentence = accept(spec, fields)
             return SetParametersResult(successful=True)
         except ValidationError as error:
@@ -93,6 +99,17 @@ def on_spec_change(
             return SetParametersResult(successful=False, reason=str(error))
 
     node.add_on_set_parameters_callback(_changed)
+
+
+def _changed_data(data: dict[str, Any], fields: dict[str, Any]) -> dict[str, Any]:
+    """The data of a specification with fields changed, by dotted names where they are further within."""
+    for name, value in fields.items():
+        *path, last = name.split(".")
+        place = data
+        for part in path:
+            place = place[part]
+        place[last] = value
+    return data
 
 
 def _sentences(error: ValidationError, prefix: str) -> str:
@@ -105,7 +122,8 @@ def _sentences(error: ValidationError, prefix: str) -> str:
 
 def _to_parameter(value: Any) -> Any:
     if isinstance(value, tuple):
-        return [float(number) for number in value]
+        numbers = bool(value) and all(isinstance(item, int | float) for item in value)
+        return [float(number) for number in value] if numbers else None
     if isinstance(value, bool | str):
         return value
     return float(value) if isinstance(value, int | float) else None

@@ -10,7 +10,7 @@ import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from satform_msgs.msg import Command, FormationStatus, Ready, Recorded, RelativeState
+from satform_msgs.msg import Command, FormationStatus, Propulsion, Ready, Recorded, RelativeState
 
 from satform.plant import Plant
 from satform.scenario import Scenario
@@ -34,6 +34,7 @@ from satform_nodes.wire import layout
 _STATE = layout(RelativeState, topics.FRAME)
 _COMMAND = layout(Command, topics.FRAME)
 _RECORDED = layout(Recorded, topics.FRAME)
+_PROPULSION = layout(Propulsion, topics.FRAME)
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
@@ -70,6 +71,16 @@ class PlantNode:
         self._say_state = [
             node.create_publisher(RelativeState, topics.state(name), topics.STEPPED) for name in self._names
         ]
+        self._say_truth = [
+            (index, node.create_publisher(RelativeState, topics.truth(name), topics.STEPPED))
+            for index, name in enumerate(self._names)
+            if scenario.satellite(index).sensor is not None
+        ]
+        self._say_propulsion = [
+            node.create_publisher(Propulsion, topics.propulsion(name), topics.STEPPED)
+            for index, name in enumerate(self._names)
+            if scenario.satellite(index).thruster is not None
+        ]
         node.create_subscription(Ready, topics.READY, self._on_ready, topics.LATCHED)
         subscriptions = [
             executor.subscribe(
@@ -85,6 +96,8 @@ class PlantNode:
         self._expected = [
             *((publisher.get_subscription_count, 1 + watching) for publisher in self._say_state),
             *((subscription.get_publisher_count, 1) for subscription in subscriptions),
+            *((publisher.get_subscription_count, watching) for _, publisher in self._say_truth),
+            *((publisher.get_subscription_count, watching) for publisher in self._say_propulsion),
             (self._say_clock.get_subscription_count, watching),
             (self._say_status.get_subscription_count, len(self._names) + watching),
         ]
@@ -167,11 +180,34 @@ class PlantNode:
         self.plant.advance(self._commands)
         self.busy_seconds += time.thread_time() - begin
         self._answered.clear()
+        self._publish_propulsion()
         self._publish_state()
         now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + _PROGRESS_PERIOD
             self.report.say("step", step=self.plant.step)
+
+    def _publish_propulsion(self) -> None:
+        """What became of the commands of the step that was just taken."""
+        thrusters = self.plant.thrusters
+        if thrusters is None:
+            return
+        step = self.plant.step - 1
+        seconds, nanoseconds = self._stamps.at(step)
+        state = thrusters.propulsion
+        given = self.plant.given[thrusters.members].tolist()
+        counters = np.stack((state.clipped, state.withheld, state.starved), axis=-1).astype(np.uint64)
+        for publisher, acceleration, delta_v, propellant, counts in zip(
+            self._say_propulsion,
+            given,
+            state.delta_v.tolist(),
+            state.propellant.tolist(),
+            counters.tolist(),
+            strict=True,
+        ):
+            publisher.publish(
+                _PROPULSION.pack(seconds, nanoseconds, step, *acceleration, delta_v, propellant, *counts)
+            )
 
     def _publish_state(self) -> None:
         step = self.plant.step
@@ -179,10 +215,14 @@ class PlantNode:
         if self._state_due:
             return
         seconds, nanoseconds = self._stamps.at(step)
-        motion = self.plant.motion()
-        for publisher, position, velocity in zip(
-            self._say_state, motion.position.tolist(), motion.velocity.tolist(), strict=True
+        told, moments = self.plant.measured(), self.plant.measured_steps()
+        for publisher, moment, position, velocity in zip(
+            self._say_state, moments.tolist(), told.position.tolist(), told.velocity.tolist(), strict=True
         ):
+            publisher.publish(_STATE.pack(*self._stamps.at(moment), step, *position, *velocity))
+        truth = self.plant.motion()
+        for index, publisher in self._say_truth:
+            position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
             publisher.publish(_STATE.pack(seconds, nanoseconds, step, *position, *velocity))
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds

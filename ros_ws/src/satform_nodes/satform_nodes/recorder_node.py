@@ -69,9 +69,12 @@ class RecorderNode:
             (self._say_recorded.get_subscription_count, 1),
             (self._say_ready.get_subscription_count, 1),
         ]
-        for satellite in scenario.satellites:
-            # A state and a phase are told for the state after the last step too.
-            for kind, last in (("state", 0), ("arc_length", 0), ("command", 1), ("tracking", 1)):
+        for index, satellite in enumerate(scenario.satellites):
+            equipped = scenario.satellite(index)
+            # States and phases are told for the state after the last step too.
+            told = ["state", "arc_length", *(["truth"] if equipped.sensor is not None else [])]
+            decided = ["command", "tracking", *(["propulsion"] if equipped.thruster is not None else [])]
+            for kind, last in (*((kind, 0) for kind in told), *((kind, 1) for kind in decided)):
                 self._follow(executor, kind, getattr(topics, kind)(satellite.name), self._last_step - last)
             self._listen("parameter_changes", topics.parameter_changes(satellite.name), self._write_stepped)
         self._clock = self._add_topic(topics.CLOCK, "clock", topics.STEPPED)
@@ -180,7 +183,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         recorder.say_ready()
         recorder.report.say("ready", node="recorder")
         patience = max(START_TIMEOUT, 2.0 * scenario.tolerated_silence)
-        executor.spin_while(lambda: recorder.ended is None and not stop.asked, patience)
+        executor.spin_at_leisure(lambda: recorder.ended is None and not stop.asked, patience, stop.pause)
     finally:
         recorder.bag.close()
         recorder.report.say(

@@ -76,6 +76,7 @@ class SatelliteNode:
         self._heard_next: dict[int, tuple[float, float, float]] = {}
         self._weight = np.ones(len(self._neighbours))
         self._state: tuple[float, ...] | None = None
+        self._measured_step = 0
         self._changes: list[tuple[str, list[float]]] = []
         self.step = 0
         self.refused = 0
@@ -150,6 +151,7 @@ class SatelliteNode:
             self.refused += 1
             return
         self._state = numbers[3:]
+        self._measured_step = self._stamps.step(numbers[0], numbers[1])
         if self.step == 0:
             self._announce()
         self._act_if_complete()
@@ -169,7 +171,8 @@ class SatelliteNode:
         begin = time.thread_time()
         heard = np.array([self._heard_now[neighbour] for neighbour in self._neighbours]).reshape(-1, 3)
         motion = Motion(np.array(state[:3]), np.array(state[3:6]))
-        decision = self.satellite.act(motion, Heard(heard[:, 0], heard[:, 1], heard[:, 2], self._weight))
+        neighbours = Heard(heard[:, 0], heard[:, 1], heard[:, 2], self._weight)
+        decision = self.satellite.act(motion, neighbours, self._measured_step)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
         self._say_command.publish(_COMMAND.pack(seconds, nanoseconds, step, *decision.acceleration.tolist()))
@@ -177,7 +180,7 @@ class SatelliteNode:
         self._heard_now, self._heard_next = self._heard_next, {}
         self.step = step + 1
         self._announce()
-        self._show(seconds, nanoseconds, step, motion, decision)
+        self._show(seconds, nanoseconds, step, decision)
         self._tell_changes(step)
 
     def _announce(self) -> None:
@@ -187,8 +190,8 @@ class SatelliteNode:
             _ARC_LENGTH.pack(seconds, nanoseconds, self.step, float(said.arc_length), float(said.rate))
         )
 
-    def _show(self, seconds: int, nanoseconds: int, step: int, motion: Motion, decision: Decision) -> None:
-        reference = decision.reference
+    def _show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
+        reference, motion = decision.reference, decision.motion
         self._say_tracking.publish(
             _TRACKING.pack(
                 seconds,

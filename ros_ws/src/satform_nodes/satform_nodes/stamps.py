@@ -24,6 +24,10 @@ class Stamps:
         """Seconds and nanoseconds of a simulated moment in s, which lies on the grid of steps."""
         return self.at(round(time / self._step))
 
+    def step(self, seconds: int, nanoseconds: int) -> int:
+        """The step nearest to a stamp."""
+        return round((seconds * NANOSECONDS + nanoseconds) / self._step_nanoseconds)
+
     def time(self, seconds: int, nanoseconds: int) -> float:
         """Simulated moment of a stamp, s; on the grid of steps with the bits of step number times length."""
         total = seconds * NANOSECONDS + nanoseconds

@@ -7,6 +7,7 @@ from satform_msgs.msg import (
     Command,
     FormationStatus,
     ParameterChange,
+    Propulsion,
     Ready,
     Recorded,
     RelativeState,
@@ -26,8 +27,18 @@ RECORDER_WINDOW = 1024
 
 
 def state(satellite: str) -> str:
-    """Topic on which the plant tells a satellite its own state."""
+    """Topic on which the plant tells a satellite its own state, as its sensor gives it."""
     return f"/{satellite}/state"
+
+
+def truth(satellite: str) -> str:
+    """Topic on which the plant shows where a satellite with a sensor really is."""
+    return f"/{satellite}/truth"
+
+
+def propulsion(satellite: str) -> str:
+    """Topic on which the plant shows what a satellite's thrusters made of its commands."""
+    return f"/{satellite}/propulsion"
 
 
 def arc_length(satellite: str) -> str:
@@ -56,6 +67,8 @@ TYPES = {
     "ready": Ready,
     "recorded": Recorded,
     "state": RelativeState,
+    "truth": RelativeState,
+    "propulsion": Propulsion,
     "arc_length": ArcLength,
     "command": Command,
     "tracking": Tracking,

@@ -7,8 +7,6 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from satform.elementwise import Array
 from satform.spec import Spec
@@ -108,6 +106,9 @@ class Graph:
         return self._strong_components()[0] == 1
 
     def _strong_components(self) -> tuple[int, NDArray[np.int32]]:
+        from scipy.sparse import csr_array  # noqa: PLC0415  slow to import, and not needed in flight
+        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415  slow to import, and not needed in flight
+
         count, labels = connected_components(csr_array(self.adjacency), directed=True, connection="strong")
         return int(count), labels
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import solve_continuous_are
 
 from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
 from satform.control.sampling import require_stable_hold
@@ -32,6 +31,8 @@ def linear_quadratic_gain(state: Array, command: Array, state_weight: Array, com
 
     Source: Anderson & Moore, Optimal Control: Linear Quadratic Methods, ch. 3.
     """
+    from scipy.linalg import solve_continuous_are  # noqa: PLC0415  slow to import, and not needed in flight
+
     try:
         cost = solve_continuous_are(state, command, state_weight, command_weight)
     except ValueError as error:

@@ -5,7 +5,6 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
-from scipy.signal import place_poles
 
 from satform.control.hill_pd import HillPdSpec
 from satform.control.integral import LqiSpec
@@ -38,6 +37,8 @@ def observer_gain(transition: Array, eigenvalues: tuple[float, ...]) -> Array:
 
     Source: Luenberger 1971; pole placement by Tits & Yang 1996.
     """
+    from scipy.signal import place_poles  # noqa: PLC0415  slow to import, and not needed in flight
+
     gain: Array = place_poles(transition.T, position_matrix().T, np.asarray(eigenvalues)).gain_matrix.T
     return gain
 

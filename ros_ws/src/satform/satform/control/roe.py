@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import expm
 
 from satform.control.lqr import holding_acceleration
 from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
@@ -135,6 +134,8 @@ def propagate_elements(elements: RelativeElements, drift: Array, duration: float
     Returns:
         The elements, m.
     """
+    from scipy.linalg import expm  # noqa: PLC0415  slow to import, and not needed in flight
+
     return RelativeElements.from_array(elements.as_array() @ expm(drift * duration).T)
 
 

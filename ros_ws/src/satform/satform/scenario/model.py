@@ -13,7 +13,9 @@ from satform.control.protocol import ControllerSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSpec
 from satform.metrics import Expectation
+from satform.navigation import FilterSpec, NavigationSpec
 from satform.spec import NonNegative, Number, PerAxis, Plugin, Positive, Spec
+from satform.thruster import ThrusterSpec
 
 EARTH_GRAVITATIONAL_PARAMETER = 3.986004418e14
 """Of the Earth with its atmosphere, m^3/s^2 (WGS 84)."""
@@ -147,6 +149,39 @@ class SatelliteFields(Spec):
     """Position at the start minus the reference, in LVLH, m."""
     velocity_error: PerAxis = (0.0, 0.0, 0.0)
     """Velocity at the start minus the reference, in rotating LVLH, m/s."""
+    thruster: ThrusterSpec | None = None
+    """What becomes of a command; when left out it is given as it is."""
+    sensor: NavigationSpec | None = None
+    """How the satellite is told of its motion; when left out it is told the truth at once."""
+    filter: FilterSpec | None = None
+    """What the satellite makes of its measurements; when left out it takes them as they are."""
+
+    def equipment_faults(self, mean_motion: float, step: float) -> list[tuple[str, str]]:
+        """What thruster, sensor and filter cannot do in this setting.
+
+        Args:
+            mean_motion: of the chief, rad/s.
+            step: control period, s.
+
+        Returns:
+            Field and sentence of each fault.
+        """
+        faults: list[tuple[str, str]] = []
+        for name, part in (("thruster", self.thruster), ("sensor", self.sensor)):
+            try:
+                if part is not None:
+                    part.build(step)
+            except ValueError as error:
+                faults.append((name, str(error)))
+        if self.filter is None or any(name == "sensor" for name, _ in faults):
+            return faults
+        if self.sensor is None:
+            return [*faults, ("filter", "a filter needs a sensor, whose measurements it works with")]
+        try:
+            self.filter.build(mean_motion, step, self.sensor)
+        except ValueError as error:
+            faults.append(("filter", str(error)))
+        return faults
 
 
 class SatelliteSpec(SatelliteFields):
@@ -192,11 +227,12 @@ class Scenario(Spec):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
-        complaints = [*self._satellite_complaints(), *self._graph_complaints()]
-        known = {satellite.name for satellite in self.satellites}
-        for index, expectation in enumerate(self.expect):
-            found = expectation.complaints(known, self.timing)
-            complaints += [(("expect", index), sentence) for sentence in found]
+        complaints = [
+            *self._satellite_complaints(),
+            *self._equipment_complaints(),
+            *self._graph_complaints(),
+            *self._expectation_complaints(),
+        ]
         if complaints:
             # The loader turns each complaint into a problem with a line of its own.
             summary = "; ".join(sentence for _, sentence in complaints)
@@ -221,6 +257,36 @@ class Scenario(Spec):
                 if getattr(satellite, field) is None and getattr(self.every_satellite, field) is None:
                     sentence = f"satellite {name} has no {field}: give it one, or give every_satellite one"
                     complaints.append((("satellites", index), sentence))
+        return complaints
+
+    def _equipment_complaints(self) -> list[Complaint]:
+        complaints: list[Complaint] = []
+        inherits_all = False
+        for index, own in enumerate(self.satellites):
+            given = own.model_fields_set & {"thruster", "sensor", "filter"}
+            if inherits_all and not given:
+                # One satellite with nothing of its own is like another.
+                continue
+            inherits_all = inherits_all or not given
+            for field, sentence in self.satellite(index).equipment_faults(self.orbit.rate, self.timing.step):
+                place = ("satellites", index, field) if field in given else ("every_satellite", field)
+                if (place, sentence) not in complaints:
+                    complaints.append((place, sentence))
+        return complaints
+
+    def _expectation_complaints(self) -> list[Complaint]:
+        known = {satellite.name for satellite in self.satellites}
+        equipped = {
+            satellite.name
+            for index, satellite in enumerate(self.satellites)
+            if self.satellite(index).thruster is not None
+        }
+        complaints: list[Complaint] = []
+        for index, expectation in enumerate(self.expect):
+            found = expectation.complaints(known, self.timing) or expectation.complaints_about_thrusters(
+                known, equipped
+            )
+            complaints += [(("expect", index), sentence) for sentence in found]
         return complaints
 
     def _graph_complaints(self) -> list[Complaint]:

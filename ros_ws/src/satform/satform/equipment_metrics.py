@@ -1,0 +1,107 @@
+"""Figures of what a satellite is equipped with: thrusters, sensor and filter."""
+
+from typing import Literal
+
+import numpy as np
+
+from satform.elementwise import Array
+from satform.metrics import OverWindow, largest
+from satform.record import FlightRecord
+
+
+class _OfThrusters(OverWindow):
+    """An expectation of something that the thrusters count."""
+
+    def complaints_about_thrusters(self, satellites: set[str], equipped: set[str]) -> list[str]:
+        bare = sorted(set(self.satellites or satellites) - equipped)
+        return [f"{', '.join(bare)} {'has' if len(bare) == 1 else 'have'} no thruster"] if bare else []
+
+    def counted(self, series: Array, record: FlightRecord) -> float:
+        """Change of a series over the stretch, the largest of the satellites."""
+        chosen = self.window(series, record)
+        return largest(np.abs(chosen[-1] - chosen[0])) if chosen.size else largest(chosen)
+
+
+class PropellantUsed(_OfThrusters):
+    """Propellant that a satellite's thrusters take, the largest of the satellites, in kg."""
+
+    unit = "kg"
+    kind: Literal["propellant_used"] = "propellant_used"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.propellant, record)
+
+    def describe(self) -> str:
+        return self.label or f"propellant used{self.when()}{self.whose()}"
+
+
+class ClippedCommands(_OfThrusters):
+    """Steps with a command above the thrust limit, the most of the satellites."""
+
+    kind: Literal["clipped_commands"] = "clipped_commands"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.clipped, record)
+
+    def describe(self) -> str:
+        return self.label or f"clipped commands{self.when()}{self.whose()}"
+
+
+class WithheldCommands(_OfThrusters):
+    """Steps with a command below the smallest impulse, the most of the satellites."""
+
+    kind: Literal["withheld_commands"] = "withheld_commands"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.withheld, record)
+
+    def describe(self) -> str:
+        return self.label or f"withheld commands{self.when()}{self.whose()}"
+
+
+class StarvedSteps(_OfThrusters):
+    """Steps with a command that the tank could not give, the most of the satellites."""
+
+    kind: Literal["starved_steps"] = "starved_steps"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.starved, record)
+
+    def describe(self) -> str:
+        return self.label or f"steps with an empty tank{self.when()}{self.whose()}"
+
+
+def _largest_or_rms(values: Array, statistic: str) -> float:
+    if statistic == "largest" or not values.size:
+        return largest(values)
+    return float(np.sqrt(np.mean(values**2)))
+
+
+class NavigationError(OverWindow):
+    """Distance between where a satellite is told to be and where it is, in m."""
+
+    unit = "m"
+    kind: Literal["navigation_error"] = "navigation_error"
+    statistic: Literal["largest", "rms"] = "largest"
+    """Largest over the stretch, or root of the mean square."""
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest_or_rms(self.window(record.navigation_error, record), self.statistic)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} navigation error{self.when()}{self.whose()}"
+
+
+class EstimationError(OverWindow):
+    """Distance between where a satellite believes to be, after its filter, and where it is, in m."""
+
+    unit = "m"
+    kind: Literal["estimation_error"] = "estimation_error"
+    statistic: Literal["largest", "rms"] = "largest"
+    """Largest over the stretch, or root of the mean square."""
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest_or_rms(self.window(record.estimation_error, record), self.statistic)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} estimation error{self.when()}{self.whose()}"

@@ -1,0 +1,149 @@
+"""Figures of how a satellite comes to its reference and stays there: overshoot, times, offset, ripple."""
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+import numpy as np
+from pydantic import Field
+
+from satform.elementwise import Array
+from satform.metrics import OfSatellites, OverWindow, largest
+from satform.record import FlightRecord
+
+if TYPE_CHECKING:
+    from satform.scenario.model import Timing
+
+Axis: TypeAlias = Literal["x", "y", "z"]
+Quantity: TypeAlias = Literal["x", "y", "z", "range"]
+
+_WORDS = {"x": "x", "y": "y", "z": "z", "range": "distance to the chief"}
+
+
+class _Response(OfSatellites):
+    """An expectation of how far a satellite has come, its start being 0 and its reference 1."""
+
+    quantity: Quantity
+    """Coordinate in LVLH, or distance to the chief; its reference has to stay away from the start."""
+
+    def progress(self, record: FlightRecord) -> Array:
+        """Part of the way from the start to the reference of each step, shape (K, satellites)."""
+        columns = self.columns(record)
+        flown = self._values(record.position[:-1, columns])
+        wanted = self._values(record.reference_position[:, columns])
+        start = flown[:1]
+        part: Array = (flown - start) / (wanted - start)
+        return part
+
+    def _values(self, vectors: Array) -> Array:
+        if self.quantity == "range":
+            length: Array = np.linalg.norm(vectors, axis=-1)
+            return length
+        chosen: Array = vectors[..., "xyz".index(self.quantity)]
+        return chosen
+
+
+class Overshoot(_Response):
+    """How far a coordinate goes beyond its reference, in percent of the way from the start to it."""
+
+    unit = "%"
+    kind: Literal["overshoot"] = "overshoot"
+
+    def measure(self, record: FlightRecord) -> float:
+        return 100.0 * (largest(self.progress(record)) - 1.0)
+
+    def describe(self) -> str:
+        return self.label or f"overshoot of {_WORDS[self.quantity]}{self.whose()}"
+
+
+class ResponseTime(_Response):
+    """Time at which a coordinate first crosses its reference, peaks, or stays near it for good, in s."""
+
+    unit = "s"
+    kind: Literal["response_time"] = "response_time"
+    event: Literal["crossing", "peak", "settled"]
+    """First reaches the reference; is furthest on; has come within `band` for good."""
+    band: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
+    """What counts as settled, as a fraction of the way from the start to the reference."""
+
+    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+        own = []
+        if (self.event == "settled") != (self.band is not None):
+            own.append("a response_time of event settled needs a band, and no other event has one")
+        return super().complaints(satellites, timing) + own
+
+    def measure(self, record: FlightRecord) -> float:
+        progress = self.progress(record)
+        if not progress.size:
+            return math.nan
+        return max(self._moment(column) for column in progress.T) * record.step
+
+    def _moment(self, progress: Array) -> float:
+        if self.event == "peak":
+            return float(np.argmax(progress))
+        if self.event == "crossing":
+            reached = progress >= 1.0
+            return float(np.argmax(reached)) if reached.any() else math.nan
+        outside = np.flatnonzero(np.abs(progress - 1.0) > (self.band or 0.0))
+        first = int(outside[-1]) + 1 if outside.size else 0
+        return float(first) if first < len(progress) else math.nan
+
+    def describe(self) -> str:
+        words = {
+            "crossing": "first reaches its reference",
+            "peak": "peaks",
+            "settled": f"settles to {100.0 * (self.band or 0.0):g} %",
+        }
+        return self.label or f"{_WORDS[self.quantity]} {words[self.event]}{self.whose()}"
+
+
+class Offset(OverWindow):
+    """Mean of one coordinate of the position error, in m; the one furthest from zero."""
+
+    unit = "m"
+    kind: Literal["offset"] = "offset"
+    axis: Axis
+    """Coordinate in LVLH."""
+
+    def measure(self, record: FlightRecord) -> float:
+        chosen = self.window(record.position_error, record)
+        if not chosen.size:
+            return math.nan
+        means = np.mean(chosen[..., "xyz".index(self.axis)], axis=0)
+        return float(means[np.argmax(np.abs(means))])
+
+    def describe(self) -> str:
+        return self.label or f"mean error in {self.axis}{self.when()}{self.whose()}"
+
+
+class Ripple(OverWindow):
+    """Half of what one coordinate of the position error goes up and down, in m."""
+
+    unit = "m"
+    kind: Literal["ripple"] = "ripple"
+    axis: Axis
+    """Coordinate in LVLH."""
+
+    def measure(self, record: FlightRecord) -> float:
+        chosen = self.window(record.position_error, record)[..., "xyz".index(self.axis)]
+        return 0.5 * largest(np.ptp(chosen, axis=0)) if chosen.size else math.nan
+
+    def describe(self) -> str:
+        return self.label or f"ripple in {self.axis}{self.when()}{self.whose()}"
+
+
+class Range(OverWindow):
+    """Smallest or largest distance between a satellite and the chief, in m."""
+
+    unit = "m"
+    kind: Literal["range"] = "range"
+    statistic: Literal["smallest", "largest"]
+    """Which distance of the stretch is meant."""
+
+    def measure(self, record: FlightRecord) -> float:
+        away = np.linalg.norm(self.window(record.position, record), axis=-1)
+        if not away.size:
+            return math.nan
+        return float(np.min(away) if self.statistic == "smallest" else np.max(away))
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} distance to the chief{self.when()}{self.whose()}"

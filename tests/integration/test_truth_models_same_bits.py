@@ -1,0 +1,57 @@
+"""Every truth model, thruster, sensor and filter flies over DDS as it does in one process, bit for bit."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flights import shipped, shortened
+from satform.record import FlightRecord
+from satform.simulate import simulate
+from satform_bringup.supervise import fly
+from satform_nodes.bag_reader import read_bag
+
+STEPS = 40
+
+
+def flown(name: str, out: Path) -> tuple[FlightRecord, FlightRecord, dict[str, int]]:
+    """The record of a short lockstep flight, that of the same flight in process, and the bag's messages."""
+    scenario = shortened(name, STEPS * shipped(name).timing.step)
+    flight = fly(scenario, out, record=True, progress=lambda _done, _all: None)
+    assert not flight.lost, flight.reason
+    assert flight.bag is not None
+    bag = read_bag(flight.bag)
+    assert bag.complete
+    return bag.record, simulate(scenario), bag.messages
+
+
+@pytest.mark.parametrize(
+    "name", ["leo_degree10", "geo_degree10", "leo_drag_srp", "triangle_inertial", "truth_j2"]
+)
+def test_a_lockstep_flight_under_each_truth_has_the_bits_of_the_in_process_run(
+    name: str, tmp_path: Path
+) -> None:
+    recorded, in_process, _ = flown(name, tmp_path)
+    assert in_process.differences(recorded) == []
+
+
+def test_measured_states_and_estimates_are_the_same_and_the_truth_has_a_topic_of_its_own(
+    tmp_path: Path,
+) -> None:
+    recorded, in_process, messages = flown("noisy_navigation", tmp_path)
+    assert in_process.differences(recorded) == []
+    assert [messages[f"/{name}/truth"] for name in ("raw", "filtered", "late")] == [STEPS + 1] * 3
+    assert np.all(recorded.navigation_error[:, 0] > 0.0)
+
+
+def test_what_the_thrusters_gave_is_the_same_and_has_a_topic_of_its_own(tmp_path: Path) -> None:
+    recorded, in_process, messages = flown("thruster_limited", tmp_path)
+    assert in_process.differences(recorded) == []
+    assert [messages[f"/sat{number}/propulsion"] for number in (1, 2, 3)] == [STEPS] * 3
+    assert recorded.clipped[-1].min() > 0.0
+    assert np.all(np.diff(recorded.propellant, axis=0) <= 0.0)
+
+
+def test_satellites_without_sensor_and_thruster_have_no_topics_for_them(tmp_path: Path) -> None:
+    _, _, messages = flown("triangle", tmp_path)
+    assert not [topic for topic in messages if topic.endswith(("/truth", "/propulsion"))]
