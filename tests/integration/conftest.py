@@ -10,17 +10,15 @@ from pathlib import Path
 import pytest
 from ament_index_python.packages import get_package_prefix
 
-from satform_bringup.domain import own_domain
 from satform_bringup import PACKAGE
+from satform_bringup.domain import on_domain, own_domain
 from satform_bringup.processes import NodeProcess
 
 
 @pytest.fixture(autouse=True)
-def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+def domain() -> Iterator[int]:
     """A DDS domain that no other test and no other run on this machine uses."""
-    with own_domain() as number:
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
-        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    with own_domain() as number, on_domain(number):
         yield number
 
 
@@ -59,6 +57,8 @@ def start_run(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            # As from a terminal: in a process group of its own, to which Ctrl-C goes as a whole.
+            start_new_session=True,
         )
         started.append(process)
         return process

@@ -2,7 +2,6 @@
 
 import os
 import random
-import shutil
 import signal
 import subprocess
 import time
@@ -70,31 +69,75 @@ def test_a_lost_satellite_ends_the_flight_and_is_named(tmp_path: Path) -> None:
 
     def kill_one(done: int, _all: int) -> None:
         if done > 200 and not killed:
-            found = subprocess.run(["pgrep", "-x", "sat2"], capture_output=True, text=True, check=True)
-            killed.extend(int(number) for number in found.stdout.split())
-            for number in killed:
-                os.kill(number, signal.SIGKILL)
+            assert len(processes_of(tmp_path)) == 5
+            killed.append(processes_of(tmp_path)["sat2"])
+            os.kill(killed[0], signal.SIGKILL)
 
     flight = fly(scenario, tmp_path, record=True, progress=kill_one)
     assert flight.lost == ("sat2",)
     assert "signal 9" in flight.reason
     assert 200 < flight.steps < scenario.timing.steps
-    assert_nothing_runs_in(tmp_path)
+    assert processes_of(tmp_path) == {}
     assert read_bag(tmp_path / "bag").record.steps > 100
 
 
-def test_ctrl_c_is_a_clean_end(start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path) -> None:
+def test_a_silent_plant_is_named_and_not_those_who_notice(tmp_path: Path) -> None:
+    scenario = shortened("triangle", 12000.0)
+    held: list[int] = []
+
+    def hold_the_plant(done: int, _all: int) -> None:
+        if done > 200 and not held:
+            held.append(processes_of(tmp_path)["plant"])
+            os.kill(held[0], signal.SIGSTOP)
+
+    flight = fly(scenario, tmp_path, record=False, progress=hold_the_plant)
+    assert flight.lost == ("plant",)
+    assert "nothing heard from the plant" in flight.reason
+    assert processes_of(tmp_path) == {}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("moment", ["before the first step", "in flight"])
+def test_a_signal_to_everyone_in_the_terminal_is_a_clean_end(
+    moment: str, number: signal.Signals, start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
     process = start_run("triangle")
-    wait_for_bytes(tmp_path / "run" / "bag" / "bag_0.mcap", 400_000)
-    process.send_signal(signal.SIGINT)
-    output, errors = process.communicate(timeout=30)
+    folder = tmp_path / "run"
+    if moment == "in flight":
+        wait_for_bytes(folder / "bag" / "bag_0.mcap", 400_000)
+        assert len(processes_of(folder)) == 5
+    else:
+        wait_for_bytes(folder / "scenario.json", 1)
+    os.killpg(process.pid, number)
+    output, errors = process.communicate(timeout=60)
     assert process.returncode == 130, output + errors
     assert "Traceback" not in output + errors
-    assert_nothing_runs_in(tmp_path)
-    assert read_bag(tmp_path / "run" / "bag").record.steps > 100
+    assert processes_of(folder) == {}
+    if moment == "in flight":
+        assert read_bag(folder / "bag").record.steps > 100
 
 
-def assert_nothing_runs_in(folder: Path) -> None:
-    assert shutil.which("pgrep"), "pgrep is needed to look for processes left behind"
-    left = subprocess.run(["pgrep", "-fa", str(folder)], capture_output=True, text=True, check=False)
-    assert left.stdout == ""
+def test_nobody_flies_on_when_the_one_who_started_it_is_killed(
+    start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    process = start_run("triangle")
+    folder = tmp_path / "run"
+    wait_for_bytes(folder / "bag" / "bag_0.mcap", 200_000)
+    process.kill()
+    end = time.monotonic() + 30.0
+    while processes_of(folder):
+        assert time.monotonic() < end, f"still flying: {processes_of(folder)}"
+        time.sleep(0.05)  # what is awaited is the end of processes that are not this one's children
+
+
+def processes_of(folder: Path) -> dict[str, int]:
+    """Numbers of the processes that print into a run's logs, by the log's name."""
+    found = {}
+    for descriptor in Path("/proc").glob("[0-9]*/fd/1"):
+        try:
+            target = descriptor.readlink()
+        except OSError:
+            continue
+        if target.is_relative_to(folder / "log"):
+            found[target.stem] = int(descriptor.parts[2])
+    return found

@@ -35,11 +35,12 @@ def observer() -> Node:
 
 
 def listeners(observer: Node, scenario: Scenario) -> np.ndarray:
-    """Adjacency as seen on the network: entry i, j is 1 when satellite i subscribes to j's arc length."""
+    """Adjacency as seen on the network: entry i, j is 1 when satellite i subscribes to what j announces."""
+    topic_of = getattr(topics, scenario.consensus.announces)
     names = [satellite.name for satellite in scenario.satellites]
     seen = np.zeros((len(names), len(names)), dtype=int)
     for column, name in enumerate(names):
-        for endpoint in observer.get_subscriptions_info_by_topic(topics.arc_length(name)):
+        for endpoint in observer.get_subscriptions_info_by_topic(topic_of(name)):
             if endpoint.node_name in names:
                 seen[names.index(endpoint.node_name), column] += 1
     return seen
@@ -60,7 +61,25 @@ def everyone_is_seen(observer: Node, scenario: Scenario) -> bool:
 def test_a_satellite_subscribes_to_its_neighbours_and_to_nobody_else(
     graph: str, observer: Node, fleet: Callable[..., None], tmp_path: Path
 ) -> None:
-    scenario = four_satellites(graph)
+    flies_on_its_graph(four_satellites(graph), observer, fleet, tmp_path)
+
+
+def test_where_satellites_share_their_motion_each_hears_the_one_that_it_follows_and_nothing_else(
+    observer: Node, fleet: Callable[..., None], tmp_path: Path
+) -> None:
+    scenario = shortened("directed_triangle", 200.0)
+    flies_on_its_graph(scenario, observer, fleet, tmp_path)
+    names = {satellite.name for satellite in scenario.satellites}
+    for name in names:
+        for topic, _ in observer.get_subscriber_names_and_types_by_node(name, "/"):
+            speakers = {endpoint.node_name for endpoint in observer.get_publishers_info_by_topic(topic)}
+            assert not speakers & (names - {name}) or topic.endswith("/motion") or topic == topics.READY
+
+
+def flies_on_its_graph(
+    scenario: Scenario, observer: Node, fleet: Callable[..., None], tmp_path: Path
+) -> None:
+    """Start a scenario's nodes and hold what satellites subscribe to against the adjacency matrix."""
     wanted = scenario.communication_graph().adjacency.astype(int)
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())

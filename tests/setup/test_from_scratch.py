@@ -22,6 +22,17 @@ print("all of it works")
 """
 
 
+def until_it_installs(venv, process):
+    """Wait until the first package is there that does not come with the virtual environment itself."""
+    until = time.monotonic() + 300
+    while process.poll() is None and time.monotonic() < until:
+        found = {path.name.partition("-")[0] for path in venv.glob("lib/python*/site-packages/*.dist-info")}
+        if found - {"pip", "setuptools"}:
+            return
+        time.sleep(0.02)
+    raise AssertionError(f"no package was installed (exit code {process.poll()})")
+
+
 @pytest.mark.setup_from_scratch
 def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_builds_one_package(
     tmp_path, bare_environment
@@ -44,10 +55,7 @@ def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_build
     with subprocess.Popen(
         [clone / "tools" / "satform", "setup"], env=bare_environment, stderr=subprocess.PIPE, text=True
     ) as first:
-        for line in first.stderr:
-            if "Python packages" in line:
-                break
-        time.sleep(3)  # into the middle of an installation; any other moment has to do as well
+        until_it_installs(clone / ".venv", first)
         os.kill(first.pid, signal.SIGKILL)
     assert not (clone / ".venv" / "complete.json").exists()
 
@@ -67,6 +75,5 @@ def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_build
     after = json.loads(stamp.read_text())["built"]
     assert {name for name in after if after[name] != before[name]} == {"satform_bringup"}
 
-    start = time.monotonic()
-    assert satform("exec", "true").returncode == 0
-    assert time.monotonic() - start < 1.0  # it takes 0.05 s; a machine under load takes longer
+    fourth = satform("exec", "true")
+    assert (fourth.returncode, fourth.stderr) == (0, "")

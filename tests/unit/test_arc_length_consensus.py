@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.linalg import expm
+from scipy.optimize import newton
+
 from satform.batch import stack
 from satform.consensus.arc_length import (
     ArcLengthConsensus,
@@ -13,8 +16,6 @@ from satform.consensus.arc_length import (
     propagate,
 )
 from satform.consensus.graph import CompleteSpec, LineSpec, MatrixSpec, NoneSpec, RingSpec, StarSpec
-from scipy.linalg import expm
-from scipy.optimize import newton
 
 SLOW, MID, FAST = (1e-3, 1e-6, 1e-3), (1e-2, 1e-4, 1e-2), (0.1, 0.01, 0.1)
 NOMINAL = 484422.4110 / 6000.0

@@ -53,7 +53,12 @@ def messages_of(record: FlightRecord) -> Messages:
             yield "arc_length", name, k, {"arc_length": record.arc_length[k, i], "rate": record.rate[k, i]}
             if k == record.steps:
                 continue
-            yield "command", name, k, vectors(acceleration=record.acceleration[k, i])
+            yield (
+                "command",
+                name,
+                k,
+                vectors(acceleration=record.acceleration[k, i], wheel_torque=np.zeros(3)),
+            )
             tracking = {
                 "reference_position": record.reference_position[k, i],
                 "reference_velocity": record.reference_velocity[k, i],

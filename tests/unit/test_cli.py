@@ -1,6 +1,7 @@
 """The command line, from what is typed to what is printed, kept and returned."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -10,9 +11,11 @@ from typing import Any
 
 import pytest
 
-from flights import SCENARIOS
-from satform_tools import cli, folders, say, testing
-from satform_tools.faults import EXIT_LOST, EXIT_STOPPED
+from flights import SCENARIOS, shortened
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST, EXIT_STOPPED
+from satform.scenario import load_scenario
+from satform_bringup import SCENARIO_FILE
+from satform_tools import cli, folders, ros, say, testing
 
 SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")
 NOT_PLAIN = re.compile("[\x1b─-╿]")
@@ -47,6 +50,16 @@ def test_a_run_that_misses_a_promise_ends_with_1_and_says_which(
     code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", promise)
     assert code == 1
     assert "MISSED: 1 of 1" in capsys.readouterr().out
+
+
+def test_a_shorter_run_is_judged_by_what_lies_within_it_and_says_what_does_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--json") == 0
+    captured = capsys.readouterr()
+    assert captured.err.count("expectations lie beyond the shorter flight and are not judged\n") == 1
+    judged = json.loads(captured.out)["expectations"]
+    assert [entry["label"] for entry in judged] == ["arc-length spread at 0 s"]
 
 
 @pytest.mark.parametrize(
@@ -258,6 +271,60 @@ def fly_like(monkeypatch: pytest.MonkeyPatch, **outcome: Any) -> None:
 
 def run_lockstep(out: Path) -> int:
     return cli.main(["run", "ring_six", "--no-record", "--out", str(out), *SHORT])
+
+
+@pytest.mark.parametrize("missing", ["rclpy", "satform_msgs"])
+def test_without_ros_a_sentence_says_so_before_anything_is_started(
+    missing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail() -> None:
+        raise AssertionError("started in spite of it")
+
+    monkeypatch.setattr(ros, "find_spec", lambda name: None if name == missing else object())
+    monkeypatch.setattr("satform_bringup.nursery.prepare", fail)
+    assert run_lockstep(tmp_path / "run") == EXIT_BAD_INPUT == 2
+    assert f"ROS 2 is not in this environment (there is no {missing})" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+    assert run_in_process(tmp_path / "run", *SHORT) == 0
+
+
+def test_the_scenario_of_a_run_is_kept_once_by_those_who_fly_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fly_like(monkeypatch)
+    assert run_lockstep(tmp_path / "over_dds") == 0
+    assert [path.name for path in (tmp_path / "over_dds").iterdir()] == [folders.RESULT]
+    assert run_in_process(tmp_path / "in_process", *SHORT) == 0
+    kept = load_scenario(tmp_path / "in_process" / SCENARIO_FILE)
+    assert kept.digest() == shortened("ring_six", 20.0).digest()
+
+
+@pytest.mark.parametrize("range_before", [None, "SUBNET"])
+def test_the_bare_exchange_is_measured_on_a_domain_of_its_own_and_leaves_no_trace(
+    range_before: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[tuple[str | None, str | None]] = []
+
+    def measure() -> Any:
+        seen.append((os.environ.get("ROS_DOMAIN_ID"), os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE")))
+        return types.SimpleNamespace(median=1.0e-4)
+
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
+    if range_before:
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", range_before)
+    before = dict(os.environ)
+    stand_in = types.ModuleType("satform_nodes.ping_pong")
+    stand_in.measure = measure  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "satform_nodes.ping_pong", stand_in)
+    fly_like(monkeypatch)
+    out = str(tmp_path / "run")
+    assert cli.main(["run", "ring_six", "--no-record", "--measure", "--out", out, *SHORT]) == 0
+    ((domain, where),) = seen
+    assert domain is not None
+    assert domain.isdigit()
+    assert where == (range_before or "LOCALHOST")
+    assert dict(os.environ) == before
 
 
 def test_a_lost_process_ends_with_3_and_is_named(

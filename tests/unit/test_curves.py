@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
+
 from satform.batch import stack
 from satform.curves import CircleSpec, EllipseSpec, FixedPointSpec, ellipse
 

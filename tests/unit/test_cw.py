@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
 from satform.dynamics.cw import (
     DisturbedStep,
     HeldInputStep,
@@ -11,8 +14,6 @@ from satform.dynamics.cw import (
     system_matrices,
     transition_matrix,
 )
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 MEAN_MOTION = 2.0 * np.pi / 6000.0
 # Length and velocity scales that make every entry of the matrices of order one.

@@ -154,14 +154,39 @@ def test_the_spread_is_between_the_outermost_at_every_state() -> None:
     assert arc_length_spread(flight()).tolist() == [100.0, 70.0, 10.0, 1.0, 0.5]
 
 
-@pytest.mark.parametrize("statistic", ["mean", "largest"])
-def test_a_stretch_includes_both_of_its_ends_in_spite_of_rounding(statistic: str) -> None:
+def test_a_stretch_of_states_includes_both_of_its_ends_in_spite_of_rounding() -> None:
     tenths = dataclasses.replace(flight(), step=0.1)
     # Three times 0.1 s is a little more than 0.3 s.
-    window = Control(below=0, statistic=statistic, after=0.3, before=0.3 + 1e-12)
-    assert window.measure(tenths) == pytest.approx(3.5 if statistic == "mean" else 6.0)
-    before = Control(below=0, statistic=statistic, before=0.3)
-    assert before.measure(tenths) == pytest.approx(2.75 if statistic == "mean" else 6.0)
+    assert SlidingVariable(below=0, after=0.3, before=0.3 + 1e-12).measure(tenths) == 0.9
+    assert TrackingError(below=0, after=0.2, before=0.3).measure(tenths) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("statistic", "figure"), [("mean", 2.5), ("largest", 3.0)])
+def test_a_command_that_is_held_from_the_end_of_a_stretch_on_is_not_part_of_it(
+    statistic: str, figure: float
+) -> None:
+    tenths = dataclasses.replace(flight(), step=0.1)
+    # What is held from 0.3 s on, once by a little more and once by a little less than three times 0.1 s.
+    for end in (0.3, 0.3 + 1e-12):
+        held = Control(below=0, statistic=statistic, after=0.2, before=end)
+        assert held.measure(tenths) == pytest.approx(figure)
+
+
+def test_one_metre_per_second_squared_for_ten_seconds_is_ten_metres_per_second() -> None:
+    """Of a flight of 15 s, so that the command goes on after the stretch."""
+    full = flight()
+    steady = {name: np.repeat(getattr(full, name)[:1], 15, axis=0) for name in QUANTITIES}
+    steady["acceleration"] = steady["given_acceleration"] = along(*[[1, 1]] * 15, direction=(0.0, 1.0, 0.0))
+    longer = {
+        name: np.repeat(getattr(full, name)[:1], 16, axis=0)
+        for name in QUANTITIES
+        if len(getattr(full, name)) > full.steps
+    }
+    even = dataclasses.replace(full, step=1.0, **{**steady, **longer})
+    assert DeltaV(below=0, before=10.0).measure(even) == 10.0
+    assert DeltaV(below=0, after=5.0, before=10.0).measure(even) == 5.0
+    assert DeltaV(below=0).measure(even) == 15.0
+    assert Control(below=0, before=10.0).measure(even) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -221,6 +246,22 @@ def test_bounds_include_themselves_and_both_have_to_hold() -> None:
     assert ArcLengthSpread(at=1.0, above=9.0, below=11.0).judge(flight()).met
     assert not ArcLengthSpread(at=1.0, above=11.0, below=12.0).judge(flight()).met
     assert not ArcLengthSpread(at=1.0, above=1.0, below=9.0).judge(flight()).met
+
+
+@pytest.mark.parametrize(
+    ("expectation", "needed"),
+    [
+        (ArcLengthSpread(below=1), 2.0),
+        (ArcLengthSpread(below=1, at=0.5), 0.5),
+        (Control(below=1, after=0.5), 2.0),
+        (Control(below=1, after=0.5, before=1.5), 1.5),
+        (SettlingTime(below=1, level=1.0), 2.0),
+    ],
+)
+def test_an_expectation_needs_a_flight_to_the_end_that_it_names(
+    expectation: Expectation, needed: float
+) -> None:
+    assert expectation.needs(TIMING.duration) == needed
 
 
 def test_a_verdict_says_what_was_measured_in_which_unit_and_what_is_allowed() -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
+
 from satform.dynamics.perturbations import (
     BoundedNoiseSpec,
     ConstantSpec,

@@ -1,5 +1,6 @@
 """Which processes fly a scenario, what they are told, and the domain that they are given."""
 
+import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -12,7 +13,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from flights import shipped
-from satform_bringup.domain import FIRST, LAST, own_domain
+from satform_bringup.domain import FIRST, LAST, DomainError, on_domain, own_domain
 from satform_bringup.processes import NodeProcess, processes
 
 FILE = Path("/somewhere/scenario.json")
@@ -138,15 +139,30 @@ def test_when_all_domains_are_held_the_next_one_is_told_so() -> None:
 
 @pytest.mark.usefixtures("no_domain_set")
 @pytest.mark.parametrize("given", ["0", "42", "101"])
-def test_a_domain_that_is_set_is_respected_by_all(monkeypatch: pytest.MonkeyPatch, given: str) -> None:
+def test_a_domain_that_is_set_is_taken_unless_another_run_has_it(
+    monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", given)
-    with own_domain() as one, own_domain() as other:
-        assert one == other == int(given)
+    with own_domain() as one:
+        assert one == int(given)
+        with (
+            pytest.raises(DomainError, match=f"ROS_DOMAIN_ID={given} is in use by another run"),
+            own_domain(),
+        ):
+            pass
 
 
 @pytest.mark.usefixtures("no_domain_set")
-@pytest.mark.parametrize("given", ["", "²", "-1", "lab"])
-def test_what_is_no_number_is_not_a_domain_that_is_set(monkeypatch: pytest.MonkeyPatch, given: str) -> None:
-    monkeypatch.setenv("ROS_DOMAIN_ID", given)
+def test_a_program_started_on_a_domain_shares_it_with_its_starter() -> None:
     with own_domain() as one:
-        assert FIRST <= one <= LAST
+        with on_domain(one), own_domain() as other:
+            assert other == one
+        assert "ROS_DOMAIN_ID" not in os.environ
+
+
+@pytest.mark.usefixtures("no_domain_set")
+@pytest.mark.parametrize("given", ["²", "-1", "lab", "233"])
+def test_what_is_no_domain_is_refused_with_a_sentence(monkeypatch: pytest.MonkeyPatch, given: str) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", given)
+    with pytest.raises(DomainError, match="is not a DDS domain; it is a number from 0 to 232"), own_domain():
+        pass

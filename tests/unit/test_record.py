@@ -16,7 +16,7 @@ STEPS, COUNT = 4, 3
 @functools.cache
 def record() -> FlightRecord:
     """A flight of four steps and three satellites, filled with numbers that mean nothing."""
-    flight = simulate(shortened("triangle", 2.0))
+    flight = simulate(shortened("formation_pointing", 2.0))
     generator = np.random.default_rng(7)
     numbers = {name: generator.normal(size=getattr(flight, name).shape) for name in QUANTITIES}
     return dataclasses.replace(flight, **numbers)

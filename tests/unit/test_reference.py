@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from satform.batch import stack
 from satform.curves import CircleSpec, EllipseSpec, FixedPointSpec
 from satform.dynamics.cw import acceleration

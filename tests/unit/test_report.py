@@ -39,6 +39,7 @@ def test_a_report_tells_the_flight_and_draws_it(flown: Path, capsys: pytest.Capt
     assert drawn == [
         "arc_length_spread.png",
         "control.png",
+        "delta_v.png",
         "flight.png",
         "orbits.png",
         "sliding_variable.png",

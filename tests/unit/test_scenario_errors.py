@@ -227,3 +227,47 @@ def test_no_slip_of_the_hand_makes_the_loader_stumble(place: int, length: int, t
     except ScenarioError as error:
         said = str(error)
     assert said
+
+
+def test_what_a_file_expects_beyond_the_end_of_a_shortened_flight_is_left_out_and_said() -> None:
+    said: list[str] = []
+    scenario = load_scenario(SCENARIOS / "triangle.yaml", ["timing.duration=6000.0"], said.append)
+    every = shipped("triangle").expect
+    # Those that name no end are about the whole flight as it was written.
+    assert [expectation.describe() for expectation in scenario.expect] == [
+        "arc-length spread at 0 s",
+        "arc-length spread at 6000 s",
+    ]
+    assert said == [f"{len(every) - 2} expectations lie beyond the shorter flight and are not judged"]
+
+
+@pytest.mark.parametrize("change", ["timing.duration=12000.0", "timing.duration=12000.5", "timing.step=1.0"])
+def test_nothing_is_left_out_of_a_flight_that_is_no_shorter(change: str) -> None:
+    said: list[str] = []
+    scenario = load_scenario(SCENARIOS / "triangle.yaml", [change], said.append)
+    assert scenario.expect == shipped("triangle").expect
+    assert not said
+
+
+def test_a_file_that_expects_something_beyond_its_own_end_stays_wrong() -> None:
+    short = TRIANGLE.replace("duration: 12000.0", "duration: 9600.0")
+    for changes in ((), ("timing.duration=9000.0",)):
+        (first, *_) = problems(short, *changes)
+        assert first.line == line_of("- {kind: arc_length_spread, at: 12000.0", short)
+        assert "at 12000 s is later than the flight's end" in first.sentence
+
+
+def test_what_is_expected_on_the_command_line_is_meant_for_the_flight_that_is_set_there() -> None:
+    late = "expect=[{kind: arc_length_spread, at: 5000.0, below: 1.0}]"
+    (problem,) = problems(TRIANGLE, "timing.duration=3000.0", late)
+    assert problem.file == f"--set {late}"
+    (problem,) = problems(TRIANGLE, "timing.duration=3000.0", "expect.1.at=5000.0")
+    assert problem.field == "expect[1]"
+
+
+def test_problems_of_a_shortened_flight_keep_their_lines() -> None:
+    last = TRIANGLE.rstrip().rpartition("\n")[2]
+    unknown = TRIANGLE.replace(last, "  - {kind: arc_length_spread, at: 1.0, below: 1.0, labell: a}")
+    (problem,) = problems(unknown, "timing.duration=3000.0")
+    line = line_of("- {kind: arc_length_spread, at: 1.0,", unknown)
+    assert (problem.line, problem.field) == (line, "expect[17].labell")

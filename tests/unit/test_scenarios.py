@@ -12,13 +12,10 @@ from satform.simulate import simulate
 from satform_tools import advice, schemas
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
-QUICK = {"triangle", "ring_six"}
-"""Flown in every test run; the others take longer, or show nothing new about the code."""
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in NAMES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_scenario_gives_what_it_promises(name: str) -> None:
     scenario = shipped(name)
     verdicts = judge(scenario.expect, simulate(scenario))

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from satform.batch import stack
 from satform.control.protocol import FlightSetting, Motion
 from satform.control.sliding_mode import (
@@ -15,7 +17,6 @@ from satform.control.sliding_mode import (
 from satform.curves import EllipseSpec
 from satform.dynamics.cw import HeldInputStep
 from satform.reference import Path, Reference
-from scipy.integrate import solve_ivp
 
 MEAN_MOTION = 2.0 * np.pi / 6000.0
 SETTING = FlightSetting(mean_motion=MEAN_MOTION, step=0.1)

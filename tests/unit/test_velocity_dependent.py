@@ -9,9 +9,7 @@ from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
 
 SPEC = VelocityDependentDynamicsSpec(
-    perturbations=(
-        HarmonicSpec(amplitude=0.5, angular_frequency=0.5, phase=(0.0, 1.1, 2.2), phase_step=0.7),
-    )
+    perturbations=(HarmonicSpec(amplitude=0.5, angular_frequency=0.5, phase=(0.0, 1.1, 2.2), phase_step=0.7),)
 )
 
 
@@ -27,8 +25,8 @@ def test_flight_agrees_with_an_independent_integration_of_the_printed_formula() 
         return np.stack((velocity, force + 0.5 * np.sin(0.5 * time + phase) + command)).ravel()
 
     start = np.stack((state.position, state.velocity)).ravel()
-    found = solve_ivp(rate, (0.0, 20.0), start, method="DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
-    for number in range(200):
+    found = solve_ivp(rate, (0.0, 5.0), start, method="DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
+    for number in range(50):
         state = plant.advance(state, command, number)
     position, velocity = plant.lvlh(state)
     assert np.stack((position, velocity)).ravel() == pytest.approx(found, abs=1e-6)

@@ -2,6 +2,10 @@
 
 import sys
 
-from satform_tools.cli import main
+try:
+    from satform_tools.cli import main
 
-sys.exit(main())
+    sys.exit(main())
+except KeyboardInterrupt:
+    # Before a command has its own way to end.
+    sys.exit(130)

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from satform.scenario import Scenario, load_scenario
+from satform_tools import say
 from satform_tools.faults import CommandError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -47,7 +48,7 @@ def find(scenario: str) -> Path:
 
 
 def load(scenario: str, changes: Iterable[str] = (), seed: int | None = None) -> Scenario:
-    """Read a scenario.
+    """Read a scenario; what its file expects of a longer flight than is wanted is left out, and said.
 
     Args:
         scenario: its name or the path of its file.
@@ -62,7 +63,7 @@ def load(scenario: str, changes: Iterable[str] = (), seed: int | None = None) ->
         ScenarioError: it cannot fly.
     """
     seeds = () if seed is None else (f"seed={seed}",)
-    return load_scenario(find(scenario), (*changes, *seeds))
+    return load_scenario(find(scenario), (*changes, *seeds), say.note)
 
 
 def _is_file(path: Path) -> bool:

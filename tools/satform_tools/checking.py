@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
 from satform.scenario import Problem, ScenarioError
 from satform_tools import catalogue, say
-from satform_tools.faults import EXIT_AS_EXPECTED, EXIT_BAD_INPUT, CommandError
+from satform_tools.faults import CommandError
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ def check(files: Sequence[str], *, as_json: bool) -> int:
     else:
         for entry in found:
             _print(entry)
-    return EXIT_BAD_INPUT if any(entry.problems for entry in found) else EXIT_AS_EXPECTED
+    return EXIT_BAD_INPUT if any(entry.problems for entry in found) else EXIT_DONE
 
 
 def _check(file: str) -> Checked:

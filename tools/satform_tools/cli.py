@@ -13,8 +13,9 @@ from typing import Annotated
 
 import typer
 
-from satform_tools import plan_cli, say
-from satform_tools.faults import EXIT_BAD_INPUT, EXIT_STOPPED, CommandError, sentence_of
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
+from satform_tools import bench_cli, plan_cli, say
+from satform_tools.faults import CommandError, sentence_of
 
 _EXIT_CODES = (
     "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
@@ -33,6 +34,7 @@ app = typer.Typer(
 
 
 app.add_typer(plan_cli.app, name="plan")
+app.add_typer(bench_cli.app, name="bench")
 
 
 class RunMode(StrEnum):
@@ -75,6 +77,9 @@ def run(
     ] = None,
     changes: Changes = None,
     json: Json = False,
+    group: Annotated[
+        int, typer.Option(min=1, help="Satellites that share a process; they talk over DDS all the same.")
+    ] = 1,
     measure: Annotated[
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
@@ -82,6 +87,9 @@ def run(
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is RunMode.LOCKSTEP:
+        from satform_tools import ros
+
+        ros.require()
         from satform_bringup import nursery
 
         # It imports what nodes need while this process imports and checks the scenario.
@@ -89,7 +97,7 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure)
+    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure, group=group)
     if json:
         say.as_json(outcome.data())
     else:

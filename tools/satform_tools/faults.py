@@ -1,12 +1,6 @@
-"""What goes wrong in a command, as sentences for the person who typed it, and the exit codes."""
+"""What goes wrong in a command, as sentences for the person who typed it."""
 
 import errno
-
-EXIT_AS_EXPECTED = 0
-EXIT_MISSED = 1
-EXIT_BAD_INPUT = 2
-EXIT_LOST = 3
-EXIT_STOPPED = 130
 
 
 class CommandError(Exception):

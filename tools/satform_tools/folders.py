@@ -12,10 +12,7 @@ from satform_tools.catalogue import ROOT
 from satform_tools.faults import CommandError, sentence_of
 
 RECORD = "record.npz"
-BAG = "bag"
-SCENARIO = "scenario.json"
 RESULT = "result.json"
-LOGS = "log"
 
 
 def make(out: Path | None, scenario: str) -> Path:

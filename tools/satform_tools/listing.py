@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
 from satform.scenario import Scenario, ScenarioError
 from satform_tools import catalogue, say
-from satform_tools.faults import EXIT_AS_EXPECTED, EXIT_BAD_INPUT
 from satform_tools.say import Table
 
 
@@ -29,7 +29,7 @@ def show(*, as_json: bool) -> int:
         say.table(_table(entries))
     for problem in problems:
         say.error(str(problem))
-    return EXIT_BAD_INPUT if problems else EXIT_AS_EXPECTED
+    return EXIT_BAD_INPUT if problems else EXIT_DONE
 
 
 def _entry(name: str, scenario: Scenario) -> dict[str, Any]:

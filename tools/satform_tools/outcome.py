@@ -7,9 +7,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
+from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
 from satform.metrics import Verdict
 from satform.scenario import Scenario
-from satform_tools.faults import EXIT_AS_EXPECTED, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
 from satform_tools.say import to_json
 from satform_tools.summary import Summary
 
@@ -110,7 +110,7 @@ class Outcome:
             return EXIT_STOPPED
         if not self.complete:
             return EXIT_LOST
-        return EXIT_AS_EXPECTED if all(verdict.met for verdict in self.verdicts) else EXIT_MISSED
+        return EXIT_DONE if all(verdict.met for verdict in self.verdicts) else EXIT_MISSED
 
     def data(self) -> dict[str, Any]:
         """Everything about the run, for `result.json` and `--json`."""

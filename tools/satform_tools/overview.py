@@ -11,7 +11,7 @@ from satform.elementwise import Array
 from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.drawing import FAINT, INK, MOST_NAMES, colours, figure, length_unit, time_unit
-from satform_tools.panels import draw_control, draw_spread, draw_tracking_error
+from satform_tools.panels import agrees, draw_control, draw_delta_v, draw_spread, draw_tracking_error
 
 _FRAMES = 5
 """How often the formation is drawn on its last lap."""
@@ -28,11 +28,12 @@ def overview(scenario: Scenario, record: FlightRecord) -> Figure:
     axes = space.add_subplot(projection="3d")
     _draw_space(axes, scenario, record)
     space.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=7)
-    several = len(record.satellites) > 1
-    panels = time.subplots(3 if several else 2, 1, sharex=True)
+    panels = time.subplots(3, 1, sharex=True)
     draw_tracking_error(panels[0], record)
-    if several:
+    if agrees(scenario):
         draw_spread(panels[1], scenario, record)
+    else:
+        draw_delta_v(panels[1], record)
     draw_control(panels[-1], record)
     for panel in panels[:-1]:
         panel.set_xlabel("")
@@ -102,7 +103,8 @@ def _equal_axes(axes: Any, position: Array) -> None:
     low, high = position.min(axis=(0, 1)), position.max(axis=(0, 1))
     middle, half = (
         0.5 * (low + high),
-        0.5 * _MARGIN * np.maximum(high - low, 0.25 * float(np.max(high - low))),
+        # A satellite that stays where it is still needs a box around it.
+        0.5 * _MARGIN * np.maximum(high - low, max(0.25 * float(np.max(high - low)), 1e-6)),
     )
     for component, setter in enumerate((axes.set_xlim, axes.set_ylim, axes.set_zlim)):
         setter(middle[component] - half[component], middle[component] + half[component])

@@ -23,6 +23,17 @@ def draw_control(axes: Axes, record: FlightRecord) -> None:
     axes.set_title("Control")
 
 
+def draw_delta_v(axes: Axes, record: FlightRecord) -> None:
+    """Draw the delta-v spent so far on axes of a larger picture."""
+    series(axes, record, np.cumsum(record.effort, axis=0), "delta-v [m/s]", logarithmic=False)
+    axes.set_title("Delta-v so far")
+
+
+def agrees(scenario: Scenario) -> bool:
+    """Whether there are satellites that agree on their phase."""
+    return scenario.consensus.announces == "arc_length" and bool(scenario.communication_graph().edges)
+
+
 def draw_spread(axes: Axes, scenario: Scenario, record: FlightRecord) -> None:
     """Draw the spread of the arc lengths on axes of a larger picture."""
     duration = record.steps * record.step

@@ -12,7 +12,7 @@ from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.drawing import FAINT, MOST_NAMES, STYLE, colours, figure, length_unit, series
 from satform_tools.overview import overview
-from satform_tools.panels import draw_control, draw_spread, draw_tracking_error
+from satform_tools.panels import agrees, draw_control, draw_delta_v, draw_spread, draw_tracking_error
 
 _AXES = ("radial x", "along-track y", "cross-track z")
 _VIEWS = ((1, 0), (1, 2), (0, 2))
@@ -38,9 +38,12 @@ def draw(scenario: Scenario, record: FlightRecord, folder: Path) -> list[Path]:
         "orbits": orbits,
         "tracking_error": tracking_error,
         "control": control,
+        "delta_v": delta_v,
         "sliding_variable": sliding_variable,
     }
-    if len(record.satellites) > 1:
+    if record.pointing_error.size:
+        parts["pointing_error"] = pointing
+    if agrees(scenario):
         parts["arc_length_spread"] = spread
     files = []
     with mpl.rc_context(STYLE):
@@ -85,6 +88,11 @@ def control(scenario: Scenario, record: FlightRecord) -> Figure:
     return _single(scenario, record, lambda axes: draw_control(axes, record))
 
 
+def delta_v(scenario: Scenario, record: FlightRecord) -> Figure:
+    """Delta-v that each satellite has spent."""
+    return _single(scenario, record, lambda axes: draw_delta_v(axes, record))
+
+
 def sliding_variable(scenario: Scenario, record: FlightRecord) -> Figure:
     """Largest component of each satellite's sliding variable."""
     values = np.max(np.abs(record.sliding_variable), axis=-1)
@@ -92,6 +100,16 @@ def sliding_variable(scenario: Scenario, record: FlightRecord) -> Figure:
     def part(axes: Axes) -> None:
         series(axes, record, values, "largest component [m/s]", logarithmic=True)
         axes.set_title("Sliding variable")
+
+    return _single(scenario, record, part)
+
+
+def pointing(scenario: Scenario, record: FlightRecord) -> Figure:
+    """Angle between each satellite's boresight and its target."""
+
+    def part(axes: Axes) -> None:
+        series(axes, record, record.pointing_error, "angle [rad]", logarithmic=True)
+        axes.set_title("Pointing error")
 
     return _single(scenario, record, part)
 

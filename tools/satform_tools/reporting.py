@@ -7,6 +7,7 @@ from typing import Any
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
 from satform.scenario import Scenario, load_scenario
+from satform_bringup import BAG_FOLDER, SCENARIO_FILE
 from satform_tools import folders, say, tables
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.summary import summarise
@@ -78,8 +79,8 @@ def find(run: Path) -> Kept:
     try:
         if not run.exists():
             raise CommandError(f"{run}: there is no such run or bag")
-        if (run / folders.BAG).is_dir():
-            return _from_bag(run / folders.BAG)
+        if (run / BAG_FOLDER).is_dir():
+            return _from_bag(run / BAG_FOLDER)
         if (run / folders.RECORD).is_file():
             return _from_record(run)
     except (OSError, ValueError) as error:
@@ -91,7 +92,7 @@ def find(run: Path) -> Kept:
 
 
 def _from_record(folder: Path) -> Kept:
-    scenario = load_scenario(folder / folders.SCENARIO)
+    scenario = load_scenario(folder / SCENARIO_FILE)
     record = folders.load_record(folder / folders.RECORD)
     names = tuple(satellite.name for satellite in scenario.satellites)
     if record.satellites != names:

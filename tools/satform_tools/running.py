@@ -1,19 +1,21 @@
 """Flying a scenario, in this process or over DDS, and judging the flight."""
 
-import os
 import time
 from pathlib import Path
 
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
 from satform.scenario import Scenario
-from satform_tools import folders, progress, say
+from satform_bringup import SCENARIO_FILE
+from satform_tools import folders, progress, ros, say
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
 
 
-def run(scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measure: bool) -> Outcome:
+def run(
+    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measure: bool, group: int = 1
+) -> Outcome:
     """Fly a scenario and keep what came of it.
 
     Args:
@@ -22,6 +24,7 @@ def run(scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measu
         record: whether to keep the flight.
         out: folder of the run; None for a new one.
         measure: whether to measure the bare message exchange, too.
+        group: satellites that share a process in lockstep.
 
     Returns:
         What came of it; also written to the folder.
@@ -31,11 +34,11 @@ def run(scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measu
     """
     folder = folders.make(out, scenario.name)
     try:
-        (folder / folders.SCENARIO).write_text(scenario.to_json() + "\n", encoding="utf-8")
         if mode == "inprocess":
+            (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _lockstep(scenario, folder, record=record, measure=measure)
+            outcome = _lockstep(scenario, folder, record=record, measure=measure, group=group)
         outcome.write(folder / folders.RESULT)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
@@ -68,17 +71,13 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
 
 
-def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool) -> Outcome:
-    try:
-        from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - needs ROS, in-process runs do not
-    except ImportError as error:
-        raise CommandError(
-            f"ROS 2 is not in this environment ({error}); start with ./tools/satform, or use --mode inprocess"
-        ) from None
+def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int) -> Outcome:
+    ros.require()
+    from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - in-process runs do without
 
     try:
         with progress.shown(scenario) as report:
-            flight: Flight = fly(scenario, folder, record=record, progress=report)
+            flight: Flight = fly(scenario, folder, record=record, progress=report, group=group)
     except RuntimeError as error:
         raise CommandError(str(error)) from None
     speed = Speed(
@@ -138,12 +137,11 @@ def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ..
 
 def _ping_pong() -> float | None:
     """Median time in s of a bare message there and back between two processes; None where it fails."""
-    from satform_bringup.domain import own_domain  # noqa: PLC0415 - needs ROS, in-process runs do not
+    from satform_bringup.domain import on_domain, own_domain  # noqa: PLC0415 - in-process runs do without
     from satform_nodes.ping_pong import measure  # noqa: PLC0415
 
     try:
-        with own_domain() as domain:
-            os.environ["ROS_DOMAIN_ID"] = str(domain)
+        with own_domain() as domain, on_domain(domain):
             return measure().median
     except RuntimeError as error:
         say.note(f"the bare message exchange was not measured: {error}")

@@ -9,11 +9,9 @@ from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
 from satform.reference import steady_motion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
-from satform_tools import advice, folders, say
+from satform_bringup import BAG_FOLDER, SCENARIO_FILE
+from satform_tools import advice, say
 from satform_tools.say import Table
-
-_EARTH_RADIUS = 6378137.0
-"""Equatorial, m (WGS 84)."""
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
 """Fields of an expectation that say what is allowed."""
@@ -58,7 +56,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
             "period": 2.0 * np.pi / scenario.orbit.rate,
             "mean_motion": scenario.orbit.rate,
             "radius": scenario.orbit.radius,
-            "altitude": scenario.orbit.radius - _EARTH_RADIUS,
+            "altitude": scenario.orbit.altitude,
         },
         "timing": {**scenario.timing.model_dump(), "steps": scenario.timing.steps},
         "dynamics": scenario.dynamics.model_dump(),
@@ -124,7 +122,7 @@ def _satellite(scenario: Scenario, index: int) -> dict[str, Any]:
 def _processes(scenario: Scenario) -> list[dict[str, Any]]:
     from satform_bringup.processes import processes  # noqa: PLC0415 - only `show` needs it
 
-    listed = processes(scenario, Path(folders.SCENARIO), Path(folders.BAG))
+    listed = processes(scenario, Path(SCENARIO_FILE), Path(BAG_FOLDER))
     return [{"node": process.name, "executable": process.executable} for process in listed]
 
 
@@ -134,15 +132,18 @@ def _topics(scenario: Scenario) -> list[dict[str, Any]]:
 
     graph = scenario.communication_graph()
     names = [satellite.name for satellite in scenario.satellites]
+    announced = getattr(topics, scenario.consensus.announces)
     found = [_topic(topics.CLOCK, "plant", [])]
     for index, name in enumerate(names):
         found += [
             _topic(topics.state(name), "plant", [name]),
-            _topic(topics.arc_length(name), name, [names[listener] for listener in graph.listeners(index)]),
+            _topic(announced(name), name, [names[listener] for listener in graph.listeners(index)]),
             _topic(topics.command(name), name, ["plant"]),
             _topic(topics.tracking(name), name, []),
             _topic(topics.parameter_changes(name), name, []),
         ]
+        if scenario.satellite(index).attitude is not None:
+            found.append(_topic(topics.attitude(name), "plant", [name]))
         if scenario.satellite(index).sensor is not None:
             found.append(_topic(topics.truth(name), "plant", []))
         if scenario.satellite(index).thruster is not None:

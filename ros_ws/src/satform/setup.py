@@ -25,6 +25,7 @@ setup(
             "bounded_noise = satform.dynamics.perturbations:BoundedNoiseSpec",
         ],
         "satform.controllers": [
+            "adaptive_distance = satform.control.distance:AdaptiveDistanceSpec",
             "coast = satform.control.coast:CoastSpec",
             "hill_pd = satform.control.hill_pd:HillPdSpec",
             "impulse = satform.control.waypoints:ImpulseSpec",
@@ -37,6 +38,7 @@ setup(
         ],
         "satform.consensus": [
             "arc_length = satform.consensus.arc_length:ArcLengthConsensusSpec",
+            "motion = satform.consensus.motion:MotionSharingSpec",
         ],
         "satform.dynamics": [
             "cw = satform.dynamics.models:CwDynamicsSpec",
@@ -49,6 +51,9 @@ setup(
             "arc_length_rate = satform.metrics:ArcLengthRate",
             "arc_length_settling = satform.metrics:ArcLengthSettling",
             "arc_length_spread = satform.metrics:ArcLengthSpread",
+            "attitude_error_at = satform.attitude_metrics:AttitudeErrorAt",
+            "attitude_rate_error_at = satform.attitude_metrics:AttitudeRateErrorAt",
+            "attitude_settling = satform.attitude_metrics:AttitudeSettling",
             "clipped_commands = satform.equipment_metrics:ClippedCommands",
             "control = satform.metrics:Control",
             "delta_v = satform.metrics:DeltaV",
@@ -57,9 +62,11 @@ setup(
             "navigation_error = satform.equipment_metrics:NavigationError",
             "offset = satform.response_metrics:Offset",
             "overshoot = satform.response_metrics:Overshoot",
+            "panel_to_sun = satform.attitude_metrics:PanelToSun",
             "pass_distance = satform.pass_metrics:PassDistance",
             "pass_light_angle = satform.pass_metrics:PassLightAngle",
             "pass_time = satform.pass_metrics:PassTime",
+            "pointing_error = satform.attitude_metrics:PointingError",
             "propellant_used = satform.equipment_metrics:PropellantUsed",
             "range = satform.response_metrics:Range",
             "reaching_time = satform.metrics:ReachingTime",
@@ -70,6 +77,10 @@ setup(
             "starved_steps = satform.equipment_metrics:StarvedSteps",
             "tracking_error = satform.metrics:TrackingError",
             "tracking_error_at = satform.metrics:TrackingErrorAt",
+            "velocity_error = satform.response_metrics:VelocityError",
+            "wheel_momentum = satform.attitude_metrics:WheelMomentum",
+            "wheel_saturation = satform.attitude_metrics:WheelSaturation",
+            "wheel_torque = satform.attitude_metrics:WheelTorque",
             "withheld_commands = satform.equipment_metrics:WithheldCommands",
         ],
         "satform.topologies": [

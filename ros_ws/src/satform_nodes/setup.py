@@ -19,6 +19,7 @@ setup(
         "console_scripts": [
             "plant_node = satform_nodes.plant_node:main",
             "satellite_node = satform_nodes.satellite_node:main",
+            "group_node = satform_nodes.group_node:main",
             "recorder_node = satform_nodes.recorder_node:main",
         ],
     },

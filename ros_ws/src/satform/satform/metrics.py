@@ -79,6 +79,14 @@ class Expectation(Spec):
         """What is wrong with this expectation if only the satellites equipped have thrusters."""
         return []
 
+    def needs(self, duration: float) -> float:
+        """How long a flight has to last to be judged by this, s; to its end unless another is named.
+
+        Args:
+            duration: of the flight for which the expectation was written, s.
+        """
+        return duration
+
     def describe(self) -> str:
         """The label, or one made from the fields."""
         return self.label or type(self).__name__
@@ -141,15 +149,24 @@ class OverWindow(OfSatellites):
             own.append(f"after {self.after:g} s is not earlier than the stretch's end at {end:g} s")
         return super().complaints(satellites, timing) + own
 
-    def window(self, series: Array, record: FlightRecord) -> Array:
+    def needs(self, duration: float) -> float:
+        return duration if self.before is None else self.before
+
+    def window(self, series: Array, record: FlightRecord, *, held: bool = False) -> Array:
         """The rows of a series whose times lie in the stretch, and the columns that are meant.
 
         No rows when the record ends before the stretch does.
+
+        Args:
+            series: a row for each step or each state, a column for each satellite.
+            record: of the flight.
+            held: whether a row holds for the whole step that begins at its time, such as a command; the
+                step that begins where the stretch ends is not part of it.
         """
         if self.before is not None and self.before * (1 - _TIME_SLACK) > record.steps * record.step:
             return series[:0, self.columns(record)]
         time = np.arange(len(series)) * record.step
-        end = math.inf if self.before is None else self.before * (1 + _TIME_SLACK)
+        end = math.inf if self.before is None else self.before * (1 + (-_TIME_SLACK if held else _TIME_SLACK))
         chosen: Array = series[(time >= self.after * (1 - _TIME_SLACK)) & (time <= end)]
         return chosen[:, self.columns(record)]
 
@@ -170,6 +187,9 @@ class AtTime(Expectation):
         if self.at is not None and self.at > timing.duration * (1 + _TIME_SLACK):
             own.append(f"at {self.at:g} s is later than the flight's end at {timing.duration:g} s")
         return super().complaints(satellites, timing) + own
+
+    def needs(self, duration: float) -> float:
+        return duration if self.at is None else self.at
 
     def sample(self, series: Array, record: FlightRecord) -> Array:
         """The row of a series nearest to the moment, as its only row; none when the record ends before."""
@@ -249,15 +269,17 @@ class ReachingTime(OfSatellites):
 
 
 class Control(OverWindow):
-    """Mean or largest magnitude of the commanded acceleration, in m/s^2."""
+    """Mean, smallest or largest magnitude of the commanded acceleration, in m/s^2."""
 
     unit = "m/s²"
     kind: Literal["control"] = "control"
-    statistic: Literal["mean", "largest"] = "mean"
-    """Mean over the stretch, or its largest value."""
+    statistic: Literal["mean", "smallest", "largest"] = "mean"
+    """Mean over the stretch, or its smallest or largest value."""
 
     def measure(self, record: FlightRecord) -> float:
-        chosen = self.window(record.control, record)
+        chosen = self.window(record.control, record, held=True)
+        if self.statistic == "smallest":
+            return -largest(-chosen)
         return float(np.mean(chosen)) if self.statistic == "mean" and chosen.size else largest(chosen)
 
     def describe(self) -> str:
@@ -271,7 +293,7 @@ class DeltaV(OverWindow):
     kind: Literal["delta_v"] = "delta_v"
 
     def measure(self, record: FlightRecord) -> float:
-        chosen = self.window(record.effort, record)
+        chosen = self.window(record.effort, record, held=True)
         return largest(np.sum(chosen, axis=0)) if chosen.size else math.nan
 
     def describe(self) -> str:

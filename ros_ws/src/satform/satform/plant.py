@@ -1,5 +1,6 @@
 """The true states of all satellites: commands in, states out."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,10 +9,12 @@ from numpy.typing import NDArray
 from satform import batch
 from satform.control.protocol import Motion
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.wheels import Turning, Wheels
 from satform.elementwise import Array
 from satform.navigation import NOISE_PER_STEP, Sensor
 from satform.noise import NAVIGATION_STREAM, THRUSTER_STREAM, SeededNormals
-from satform.satellite import motion_at_start
+from satform.orientation import Attitude, Orientation
+from satform.satellite import flight_plan, motion_at_start
 from satform.scenario.model import Scenario
 from satform.thruster import ERRORS_PER_STEP, Propulsion, Thruster
 
@@ -25,6 +28,7 @@ class Plant:
         step: number of the step that comes next.
         given: acceleration of all satellites in the last step, LVLH, m/s^2, shape (N, 3).
         thrusters: of the satellites that have one; None when nobody has.
+        turning: the true attitudes, in groups of satellites; empty when nobody has one.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -40,6 +44,7 @@ class Plant:
         self.step = 0
         self.given: Array = np.zeros_like(start.position)
         self.thrusters = _thrusters_of(scenario)
+        self.turning = _turning_of(scenario)
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         self._sensors = _sensors_of(scenario, self._motion)
         self._measured, self._measured_steps = self._measure()
@@ -56,12 +61,40 @@ class Plant:
         """Number of the step at which each satellite moved as it is told now, shape (N,)."""
         return self._measured_steps
 
-    def advance(self, acceleration: Array) -> None:
+    def attitude(self) -> Attitude | None:
+        """What each satellite is told of its attitude, shape (N, 3); None when nobody has one.
+
+        Not a number for satellites without attitude.
+        """
+        if not self.turning:
+            return None
+        whole = Attitude(*(np.full_like(self._motion.position, np.nan) for _ in range(3)))
+        for group in self.turning:
+            told = group.told()
+            whole.mrp[group.members] = told.mrp
+            whole.angular_velocity[group.members] = told.angular_velocity
+            whole.wheel_momentum[group.members] = told.wheel_momentum
+        return whole
+
+    def wheel_limits(self) -> Array:
+        """Steps so far in which torque and momentum limits took something away, shape (N, 2)."""
+        counted = np.zeros((len(self._motion.position), 2))
+        for group in self.turning:
+            counted[group.members, 0] = group.state.torque_limited
+            counted[group.members, 1] = group.state.momentum_limited
+        return counted
+
+    def advance(self, acceleration: Array, wheel_torque: Array | None = None) -> None:
         """Move on by one step.
 
         Args:
             acceleration: commands of all satellites, held over the step, LVLH, m/s^2, shape (N, 3).
+            wheel_torque: likewise of the motors on the wheels, N m, shape (N, 3); those of satellites
+                without attitude do not matter.
         """
+        if wheel_torque is not None:
+            for group in self.turning:
+                group.advance(wheel_torque[group.members], self.step)
         self.given = acceleration
         if self.thrusters is not None:
             self.given = self.thrusters.fire(acceleration, self.step)
@@ -155,3 +188,34 @@ def _sensors_of(scenario: Scenario, start: Motion) -> list[_Sensors]:
         )
         for group in alike.values()
     ]
+
+
+def _turning_of(scenario: Scenario) -> list[Turning]:
+    alike: dict[int, list[tuple[int, Orientation, Wheels]]] = {}
+    step = scenario.timing.step
+    for index in range(len(scenario.satellites)):
+        spec = scenario.satellite(index).attitude
+        orientation = None if spec is None else flight_plan(scenario, index).orientation
+        if spec is None or orientation is None:
+            continue
+        limits = (spec.wheel_torque_limit, spec.wheel_momentum_limit)
+        wheels = Wheels(*(np.asarray(np.inf if limit is None else limit) for limit in limits))
+        parts = max(1, math.ceil(step / spec.maximum_step * (1.0 - 1e-12)))
+        alike.setdefault(parts, []).append((index, orientation, wheels))
+    groups: list[Turning] = []
+    for parts, members in alike.items():
+        groups += _turning_groups(members, step, parts)
+    return groups
+
+
+def _turning_groups(members: list[tuple[int, Orientation, Wheels]], step: float, parts: int) -> list[Turning]:
+    places = [index for index, _, _ in members]
+    wheels = batch.stack([limits for _, _, limits in members])
+    try:
+        return [Turning(places, batch.stack([own for _, own, _ in members]), wheels, step, parts)]
+    except ValueError:
+        # Satellites that point at different kinds of things cannot be stacked.
+        return [
+            Turning([index], batch.stack([own]), batch.stack([limits]), step, parts)
+            for index, own, limits in members
+        ]

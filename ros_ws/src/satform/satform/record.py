@@ -25,8 +25,9 @@ class FlightRecord:
         acceleration: commanded, m/s^2, shape (K, N, 3).
         given_acceleration: what the thrusters made of it, m/s^2, shape (K, N, 3); the command where
             there is no thruster.
-        arc_length: generalised, as announced to the neighbours, m, shape (K + 1, N).
-        rate: of the generalised arc length, m/s, shape (K + 1, N).
+        arc_length: generalised, less the satellite's phase offset, as announced to the neighbours, m,
+            shape (K + 1, N); zero where satellites tell each other their motion instead.
+        rate: of the generalised arc length, m/s, shape (K + 1, N); zero likewise.
         reference_position: m, shape (K, N, 3).
         reference_velocity: m/s, shape (K, N, 3).
         reference_acceleration: feed-forward used in the step, m/s^2, shape (K, N, 3).
@@ -39,6 +40,17 @@ class FlightRecord:
         clipped: steps so far in which the command was above the thrust limit, shape (K + 1, N).
         withheld: steps so far in which it was below the smallest impulse, shape (K + 1, N).
         starved: steps so far in which the tank could not give it, shape (K + 1, N).
+        mrp: true attitude, inertial to body, shape (K + 1, N, 3); this and what follows is not a number
+            for satellites without attitude, and has no rows when no satellite has one.
+        angular_velocity: true, of the body, body components, rad/s, shape (K + 1, N, 3).
+        wheel_momentum: of each wheel, N m s, shape (K + 1, N, 3).
+        wheel_torque: commanded, N m, shape (K, N, 3).
+        torque_limited: steps so far in which a wheel's torque limit was met, shape (K + 1, N).
+        momentum_limited: steps so far in which a wheel's momentum limit was met, shape (K + 1, N).
+        pointing_error: between boresight and target, as both truly were, rad, shape (K, N).
+        panel_to_sun: cosine of the angle between panel axis and sun, its magnitude, shape (K, N).
+        attitude_error: length of the modified Rodrigues parameters to the desired attitude, (K, N).
+        attitude_rate_error: length of the angular velocity relative to the desired one, rad/s, (K, N).
     """
 
     satellites: tuple[str, ...]
@@ -62,6 +74,16 @@ class FlightRecord:
     clipped: Array
     withheld: Array
     starved: Array
+    mrp: Array
+    angular_velocity: Array
+    wheel_momentum: Array
+    wheel_torque: Array
+    torque_limited: Array
+    momentum_limited: Array
+    pointing_error: Array
+    panel_to_sun: Array
+    attitude_error: Array
+    attitude_rate_error: Array
 
     @property
     def steps(self) -> int:
@@ -144,6 +166,22 @@ def no_propulsion(states: int, satellites: int) -> dict[str, Array]:
     counters = {name: np.zeros((states, satellites)) for name in ("clipped", "withheld", "starved")}
     return unknown | counters
 
+
+def no_attitude(steps: int, satellites: int) -> dict[str, Array]:
+    """What is told and commanded of attitudes, not yet known, for flights in which a satellite has one.
+
+    Args:
+        steps: of the flight; -1 for no rows at all.
+        satellites: how many.
+    """
+    vectors = {name: np.full((steps + 1, satellites, 3), np.nan) for name in ATTITUDE_VECTORS}
+    names = ("torque_limited", "momentum_limited")
+    counters = {name: np.full((steps + 1, satellites), np.nan) for name in names}
+    return {**vectors, "wheel_torque": np.full((max(steps, 0), satellites, 3), np.nan), **counters}
+
+
+ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
+"""Quantities of a record that a satellite is told of its attitude."""
 
 QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in {"satellites", "step"})
 """Names of the arrays of a record."""

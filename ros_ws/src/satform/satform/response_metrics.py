@@ -147,3 +147,17 @@ class Range(OverWindow):
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} distance to the chief{self.when()}{self.whose()}"
+
+
+class VelocityError(OverWindow):
+    """Largest difference between a satellite's velocity and its reference's, in m/s."""
+
+    unit = "m/s"
+    kind: Literal["velocity_error"] = "velocity_error"
+
+    def measure(self, record: FlightRecord) -> float:
+        off = np.linalg.norm(record.velocity[:-1] - record.reference_velocity, axis=-1)
+        return largest(self.window(off, record))
+
+    def describe(self) -> str:
+        return self.label or f"largest velocity error{self.when()}{self.whose()}"

@@ -11,10 +11,15 @@ from typing import Any
 import numpy as np
 
 from satform import batch
+from satform.announcements import Announcement, AnyAnnouncement, AnyHeard
 from satform.consensus.arc_length import ArcLengthConsensus, Heard, propagate
-from satform.control.protocol import Controller, ControllerSpec, FlightSetting, Motion
+from satform.consensus.motion import HeardMotion, MotionAnnouncement, MotionSharing
+from satform.control.attitude import AttitudeTrackingSpec
+from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.elementwise import Array
 from satform.navigation import Estimator, EstimatorMemory, Measurement
+from satform.orientation import Aim, Attitude, Orientation, Target, orientation
 from satform.reference import Path, Reference
 from satform.scenario.model import SatelliteSpec, Scenario
 
@@ -25,40 +30,29 @@ class FlightPlan:
 
     Attributes:
         path: the closed orbit to fly and how it is parametrised.
-        controller: the control law.
-        consensus: the law by which satellites agree on their phase.
+        controller: the control law, a `Controller`, or a `NeighbourController` under `MotionSharing`.
+        consensus: the law by which satellites agree on their phase, or the sharing of their motion.
         nominal_rate: rate of the generalised arc length once all agree, m/s, shape (...).
         phase_offset: by how much this satellite leads the agreement, m, shape (...).
         arc_length: generalised, at the start, m, shape (...).
         rate: of the generalised arc length at the start, m/s, shape (...).
+        start: where the satellite begins.
         step: control period, s.
         estimator: what is made of the measurements; None to take them as they are.
+        orientation: where the satellite points and how; None for one without attitude.
     """
 
     path: Path
-    controller: Controller
-    consensus: ArcLengthConsensus
+    controller: Any
+    consensus: ArcLengthConsensus | MotionSharing
     nominal_rate: Array
     phase_offset: Array
     arc_length: Array
     rate: Array
+    start: Motion
     step: float
     estimator: Estimator | None = None
-
-
-@dataclass(frozen=True)
-class Announcement:
-    """What a satellite tells its neighbours.
-
-    Attributes:
-        time: simulated moment at which the values hold, s, shape (...).
-        arc_length: generalised arc length less the satellite's phase offset, m, shape (...).
-        rate: of the generalised arc length, m/s, shape (...).
-    """
-
-    time: Array
-    arc_length: Array
-    rate: Array
+    orientation: Orientation | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +72,7 @@ class SatelliteState:
     step: int
     arc_length: Array
     rate: Array
-    announcement: Announcement
+    announcement: AnyAnnouncement
     memory: Any
     estimate: EstimatorMemory | None = None
     acceleration: Array | None = None
@@ -93,12 +87,15 @@ class Decision:
         reference: the motion that is desired.
         sliding_variable: of the control law, m/s, shape (..., 3).
         motion: where the satellite believes to be: the estimator's word, or what it was told.
+        wheel_torque: of the motors on the wheels until the next step, N m, shape (..., 3); None for a
+            satellite without attitude.
     """
 
     acceleration: Array
     reference: Reference
     sliding_variable: Array
     motion: Motion
+    wheel_torque: Array | None = None
 
 
 class Satellite:
@@ -106,8 +103,8 @@ class Satellite:
 
     def __init__(self, plan: FlightPlan) -> None:
         self.plan = plan
-        start = Announcement(np.zeros_like(plan.arc_length), plan.arc_length - plan.phase_offset, plan.rate)
-        self.state = SatelliteState(0, plan.arc_length, plan.rate, start, None)
+        self._aim = None if plan.orientation is None else Aim(plan.orientation, plan.step)
+        self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None)
 
     @classmethod
     def of(cls, scenario: Scenario, index: int) -> "Satellite":
@@ -123,17 +120,24 @@ class Satellite:
         """
         return cls(batch.stack([flight_plan(scenario, index) for index in indices]))
 
-    def announce(self) -> Announcement:
+    def announce(self) -> AnyAnnouncement:
         """What the neighbours may hear in the coming step."""
         return self.state.announcement
 
-    def act(self, motion: Motion, heard: Heard, measured_step: int | None = None) -> Decision:
+    def act(
+        self,
+        motion: Motion,
+        heard: AnyHeard,
+        measured_step: int | None = None,
+        attitude: Attitude | None = None,
+    ) -> Decision:
         """One step of flight software: decide the command and move on to the next step.
 
         Args:
             motion: the satellite's own position and velocity, measured or true, shapes (..., 3).
-            heard: the announcements of its neighbours, shapes (..., K).
+            heard: the announcements of its neighbours.
             measured_step: number of the step at which the motion was so; this one when left out.
+            attitude: its own, shapes (..., 3); None for a satellite without attitude.
 
         Returns:
             The command with the reference that it follows.
@@ -146,26 +150,25 @@ class Satellite:
             motion = Motion(estimate.state[..., :3], estimate.state[..., 3:])
         if state.step == 0:
             state = replace(state, memory=plan.controller.start(motion))
-        time = state.step * plan.step
-        follows_itself = plan.consensus.arc_length_source == "projected"
-        if follows_itself:
-            arc_length, rate = plan.path.projected(motion.position, motion.velocity, state.arc_length)
+        if isinstance(heard, HeardMotion):
+            reference, action, phase = _follow_neighbour(plan, state, motion, heard)
         else:
-            arc_length, rate = state.arc_length, state.rate
-        phase = arc_length - plan.phase_offset
-        rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, heard, time)
-        reference = plan.path.at_step(arc_length, rate, rate_change, plan.step)
-        action = plan.controller.act(motion, reference, state.memory)
-        next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
-        if follows_itself:
-            said = Announcement(np.full_like(phase, time), phase, rate)
-        else:
-            moment = np.full_like(phase, (state.step + 1) * plan.step)
-            said = Announcement(moment, next_arc_length - plan.phase_offset, next_rate)
+            reference, action, phase = _follow_path(plan, state, motion, heard)
         self.state = SatelliteState(
-            state.step + 1, next_arc_length, next_rate, said, action.memory, estimate, action.acceleration
+            step=state.step + 1,
+            arc_length=phase.arc_length,
+            rate=phase.rate,
+            announcement=phase.said,
+            memory=action.memory,
+            estimate=estimate,
+            acceleration=action.acceleration,
         )
-        return Decision(action.acceleration, reference, action.sliding_variable, motion)
+        torque = None
+        if self._aim is not None and plan.orientation is not None and attitude is not None:
+            aim = self._aim.at(state.step, reference, heard)
+            time = np.full_like(state.arc_length, state.step * plan.step)
+            torque = plan.orientation.wheel_torque(attitude, aim, time)
+        return Decision(action.acceleration, reference, action.sliding_variable, motion, torque)
 
     def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
         """Change the gains from the next step on, keeping what the control law remembers.
@@ -174,6 +177,67 @@ class Satellite:
             ValueError: the gains cannot fly in this setting.
         """
         self.plan = replace(self.plan, controller=spec.build(setting))
+
+    def use_attitude_controller(self, spec: AttitudeTrackingSpec) -> None:
+        """Change the gains of the attitude from the next step on.
+
+        Raises:
+            ValueError: the satellite has no attitude, or these inertias belong to no body.
+        """
+        if self.plan.orientation is None:
+            raise ValueError("this satellite has no attitude")
+        self.plan = replace(self.plan, orientation=replace(self.plan.orientation, law=spec.build()))
+
+
+@dataclass(frozen=True)
+class _Phase:
+    """Arc length and rate for the next step, and what is said of them or of the motion."""
+
+    arc_length: Array
+    rate: Array
+    said: AnyAnnouncement
+
+
+def _first_announcement(plan: FlightPlan) -> AnyAnnouncement:
+    begin = np.zeros_like(plan.arc_length)
+    if isinstance(plan.consensus, MotionSharing):
+        return MotionAnnouncement(begin, plan.start.position, plan.start.velocity)
+    return Announcement(begin, plan.arc_length - plan.phase_offset, plan.rate)
+
+
+def _follow_path(
+    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: Heard
+) -> tuple[Reference, Action, _Phase]:
+    assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is heard belongs to it
+    time = state.step * plan.step
+    follows_itself = plan.consensus.arc_length_source == "projected"
+    if follows_itself:
+        arc_length, rate = plan.path.projected(motion.position, motion.velocity, state.arc_length)
+    else:
+        arc_length, rate = state.arc_length, state.rate
+    phase = arc_length - plan.phase_offset
+    rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, heard, time)
+    reference = plan.path.at_step(arc_length, rate, rate_change, plan.step)
+    action: Action = plan.controller.act(motion, reference, state.memory)
+    next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
+    if follows_itself:
+        said = Announcement(np.full_like(phase, time), phase, rate)
+    else:
+        moment = np.full_like(phase, (state.step + 1) * plan.step)
+        said = Announcement(moment, next_arc_length - plan.phase_offset, next_rate)
+    return reference, action, _Phase(next_arc_length, next_rate, said)
+
+
+def _follow_neighbour(
+    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: HeardMotion
+) -> tuple[Reference, Action, _Phase]:
+    assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is heard belongs to it
+    time = state.step * plan.step
+    neighbour = plan.consensus.seen(motion, heard, time)
+    action: Action = plan.controller.act(motion, neighbour, state.memory)
+    said = MotionAnnouncement(np.full_like(state.arc_length, time), motion.position, motion.velocity)
+    reference: Reference = plan.controller.reference(motion, neighbour)
+    return reference, action, _Phase(state.arc_length, state.rate, said)
 
 
 def _estimated(estimator: Estimator, state: SatelliteState, measurement: Measurement) -> EstimatorMemory:
@@ -190,25 +254,52 @@ def flight_setting(scenario: Scenario) -> FlightSetting:
 def flight_plan(scenario: Scenario, index: int) -> FlightPlan:
     """What the satellite with the given place in a scenario's list is given before flight."""
     spec = scenario.satellite(index)
-    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to both
-    assert spec.controller is not None  # noqa: S101
-    path = Path(spec.curve.build(), _scalar(spec.scale), spec.parameter, spec.feed_forward)
-    circulation = scenario.circulation
-    nominal = circulation.rate
-    if nominal is None:
-        assert circulation.period is not None  # noqa: S101
-        nominal = float(path.period) / circulation.period
+    assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
+    path, nominal, desired = _departure(scenario, spec)
+    arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
     return FlightPlan(
         path=path,
         controller=spec.controller.build(flight_setting(scenario)),
         consensus=scenario.consensus.build(),
         nominal_rate=_scalar(nominal),
         phase_offset=_scalar(spec.phase_offset),
-        arc_length=_scalar(spec.arc_length),
-        rate=_scalar(nominal if spec.rate is None else spec.rate),
+        arc_length=arc_length,
+        rate=rate,
+        start=Motion(
+            desired.position + np.asarray(spec.position_error),
+            desired.velocity + np.asarray(spec.velocity_error),
+        ),
         step=scenario.timing.step,
         estimator=_estimator(scenario, spec),
+        orientation=_orientation(scenario, index, desired),
     )
+
+
+def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Reference]:
+    """Path of a satellite, rate of its arc length once all agree, and its desired motion at the start."""
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
+    path = Path(spec.curve.build(), _scalar(spec.scale), spec.parameter, spec.feed_forward)
+    nominal = scenario.circulation.rate
+    if nominal is None:
+        assert scenario.circulation.period is not None  # noqa: S101
+        nominal = float(path.period) / scenario.circulation.period
+    rate = _scalar(nominal if spec.rate is None else spec.rate)
+    return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
+
+
+def _orientation(scenario: Scenario, index: int, desired: Reference) -> Orientation | None:
+    spec = scenario.satellite(index).attitude
+    if spec is None:
+        return None
+    target = None
+    if isinstance(spec.pointing, SatellitePointingSpec):
+        names = [satellite.name for satellite in scenario.satellites]
+        other = names.index(spec.pointing.target)
+        path, _, begin = _departure(scenario, scenario.satellite(other))
+        place = scenario.communication_graph().neighbours(index).index(other)
+        offset = _scalar(scenario.satellite(other).phase_offset)
+        target = (Target(path, offset, np.asarray(place, dtype=np.int64)), begin)
+    return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)
 
 
 def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
@@ -230,10 +321,5 @@ def motion_at_start(scenario: Scenario) -> Motion:
     Returns:
         Position in m and velocity in m/s in LVLH, shapes (N, 3).
     """
-    positions, velocities = [], []
-    for index in range(len(scenario.satellites)):
-        spec, plan = scenario.satellite(index), flight_plan(scenario, index)
-        desired = plan.path.reference(plan.arc_length, plan.rate, np.zeros_like(plan.rate))
-        positions.append(desired.position + np.asarray(spec.position_error))
-        velocities.append(desired.velocity + np.asarray(spec.velocity_error))
-    return Motion(np.stack(positions), np.stack(velocities))
+    starts = [flight_plan(scenario, index).start for index in range(len(scenario.satellites))]
+    return batch.stack(starts)

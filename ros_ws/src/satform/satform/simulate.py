@@ -2,15 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.consensus.arc_length import Heard
+from satform.announcements import WIDTH, AnyHeard, heard, numbers
+from satform.attitude_figures import FIGURES, attitude_figures
 from satform.consensus.graph import Graph
 from satform.control.protocol import Motion
+from satform.orientation import Attitude
 from satform.plant import Plant
-from satform.record import FlightRecord, no_propulsion
+from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
 from satform.satellite import Decision, Satellite
 from satform.scenario.model import Scenario
 
@@ -52,21 +55,31 @@ def simulate(
     groups = _groups(scenario, together=together)
     log = _Log(scenario)
     for step in range(scenario.timing.steps):
-        motion, measured_steps = plant.measured(), plant.measured_steps()
+        motion, measured_steps, attitude = plant.measured(), plant.measured_steps(), plant.attitude()
         log.announced(groups)
-        log.moved(plant)
+        log.moved(plant, attitude)
         for group in groups:
             own = Motion(motion.position[group.members], motion.velocity[group.members])
             # Satellites whose filters are told at different times do not fly as one.
             measured_step = int(measured_steps[group.members].flat[0])
-            log.decided(group.members, group.satellite.act(own, log.heard(group), measured_step))
-        plant.advance(log.record.acceleration[step])
+            turned = None if attitude is None else _rows(attitude, group)
+            decision = group.satellite.act(own, log.heard(group), measured_step, turned)
+            log.decided(group.members, decision)
+        plant.advance(log.record.acceleration[step], log.wheel_torque())
         log.step = step + 1
         if progress:
             progress(step + 1)
     log.announced(groups)
-    log.moved(plant)
-    return log.finished()
+    log.moved(plant, plant.attitude())
+    return log.finished(scenario)
+
+
+def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
+    """What the satellites of a group are told of their attitudes; None when they have none."""
+    if group.satellite.plan.orientation is None:
+        return None
+    places = group.members
+    return Attitude(attitude.mrp[places], attitude.angular_velocity[places], attitude.wheel_momentum[places])
 
 
 def _groups(scenario: Scenario, *, together: bool) -> list[_Group]:
@@ -100,11 +113,14 @@ class _Log:
         steps, count = scenario.timing.steps, len(scenario.satellites)
         satellites = [scenario.satellite(index) for index in range(count)]
         self.step = 0
+        self._announces = scenario.consensus.announces
+        self._said = np.zeros((count, WIDTH[self._announces]))
         self._time = np.zeros(count)
         self._measures = any(satellite.sensor is not None for satellite in satellites)
         self._filters = any(satellite.filter is not None for satellite in satellites)
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
         acceleration = np.empty((steps, count, 3))
+        self._turns = any(satellite.attitude is not None for satellite in satellites)
         thrusts = any(satellite.thruster is not None for satellite in satellites)
         self.record = FlightRecord(
             satellites=tuple(satellite.name for satellite in scenario.satellites),
@@ -115,8 +131,8 @@ class _Log:
             measured_velocity=np.empty_like(velocity) if self._measures else velocity,
             acceleration=acceleration,
             given_acceleration=np.empty_like(acceleration) if thrusts else acceleration,
-            arc_length=np.empty((steps + 1, count)),
-            rate=np.empty((steps + 1, count)),
+            arc_length=np.zeros((steps + 1, count)),
+            rate=np.zeros((steps + 1, count)),
             reference_position=np.empty((steps, count, 3)),
             reference_velocity=np.empty((steps, count, 3)),
             reference_acceleration=np.empty((steps, count, 3)),
@@ -124,22 +140,32 @@ class _Log:
             believed_position_error=np.empty((steps if self._filters else 0, count, 3)),
             believed_velocity_error=np.empty((steps if self._filters else 0, count, 3)),
             **no_propulsion(steps + 1, count),
+            **no_attitude(steps if self._turns else -1, count),
+            **{name: np.empty((0, count)) for name in FIGURES},
         )
 
     def announced(self, groups: list[_Group]) -> None:
         for group in groups:
             said = group.satellite.announce()
             self._time[group.members] = said.time
-            self.record.arc_length[self.step, group.members] = said.arc_length
-            self.record.rate[self.step, group.members] = said.rate
+            self._said[group.members] = numbers(said)
+        if self._announces == "arc_length":
+            self.record.arc_length[self.step], self.record.rate[self.step] = self._said.T
 
-    def moved(self, plant: Plant) -> None:
+    def moved(self, plant: Plant, attitude: Attitude | None) -> None:
         record, step, motion, measured = self.record, self.step, plant.motion(), plant.measured()
         record.position[step] = motion.position
         record.velocity[step] = motion.velocity
         if self._measures:
             record.measured_position[step] = measured.position
             record.measured_velocity[step] = measured.velocity
+        if attitude is not None:
+            for name in ATTITUDE_VECTORS:
+                getattr(record, name)[step] = getattr(attitude, name)
+            for group in plant.turning:
+                limits = plant.wheel_limits()[group.members]
+                record.torque_limited[step, group.members] = limits[:, 0]
+                record.momentum_limited[step, group.members] = limits[:, 1]
         if plant.thrusters is None:
             return
         members, propulsion = plant.thrusters.members, plant.thrusters.propulsion
@@ -151,14 +177,9 @@ class _Log:
         if step > 0:
             record.given_acceleration[step - 1] = plant.given
 
-    def heard(self, group: _Group) -> Heard:
-        arc_length, rate = self.record.arc_length[self.step], self.record.rate[self.step]
-        return Heard(
-            arc_length[group.neighbours],
-            rate[group.neighbours],
-            self._time[group.neighbours],
-            group.weight,
-        )
+    def heard(self, group: _Group) -> AnyHeard:
+        told = self._said[group.neighbours]
+        return heard(self._announces, told, self._time[group.neighbours], group.weight)
 
     def decided(self, members: Index, decision: Decision) -> None:
         record, step = self.record, self.step
@@ -167,13 +188,23 @@ class _Log:
         record.reference_velocity[step, members] = decision.reference.velocity
         record.reference_acceleration[step, members] = decision.reference.acceleration
         record.sliding_variable[step, members] = decision.sliding_variable
+        if decision.wheel_torque is not None:
+            record.wheel_torque[step, members] = decision.wheel_torque
         if self._filters:
             reference, believed = decision.reference, decision.motion
             record.believed_position_error[step, members] = believed.position - reference.position
             record.believed_velocity_error[step, members] = believed.velocity - reference.velocity
 
-    def finished(self) -> FlightRecord:
+    def wheel_torque(self) -> NDArray[np.float64] | None:
+        """What was commanded to the wheels in this step; None when nobody has any."""
+        return self.record.wheel_torque[self.step] if self._turns else None
+
+    def finished(self, scenario: Scenario) -> FlightRecord:
         record = self.record
+        if self._turns:
+            known = {name: getattr(record, name) for name in QUANTITIES}
+            figures: dict[str, Any] = attitude_figures(scenario, known)
+            record = replace(record, **figures)
         if self._filters:
             return record
         # Without filters satellites believe what they are told.

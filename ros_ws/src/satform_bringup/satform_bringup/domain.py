@@ -10,30 +10,94 @@ from pathlib import Path
 FIRST, LAST = 1, 99
 """Domains whose ports lie below those that Linux gives to outgoing connections."""
 
+HIGHEST = 232
+"""The last domain that DDS has ports for."""
+
+_HELD = "SATFORM_HOLDS_DOMAIN"
+"""Environment variable that tells programs started from here that their domain is held for them."""
+
+_VARIABLES = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", _HELD)
+
+
+class DomainError(RuntimeError):
+    """No domain can be had; the message says which was wanted and who has it."""
+
 
 @contextmanager
 def own_domain() -> Iterator[int]:
     """Hold a domain for the length of a run.
 
     Yields:
-        `ROS_DOMAIN_ID` from the environment if it is set; else a number that no other run of this
-        user holds.
+        `ROS_DOMAIN_ID` from the environment if it is set; else a number that no other run on this
+        machine holds.
 
     Raises:
-        RuntimeError: all domains are held by other runs.
+        DomainError: the domain that is set is held by another run or is none; or all are held.
     """
     given = os.environ.get("ROS_DOMAIN_ID", "")
-    if given.isdecimal():
-        yield int(given)
+    wanted = [_number(given)] if given else list(range(FIRST, LAST + 1))
+    if given and os.environ.get(_HELD) == given:
+        yield wanted[0]
         return
-    folder = Path(tempfile.gettempdir()) / f"satform-domains-{os.getuid()}"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    for number in range(FIRST, LAST + 1):
-        with (folder / str(number)).open("w") as lock:
+    for number in wanted:
+        lock = _lock(number)
+        if lock is not None:
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                continue
-            yield number
+                yield number
+            finally:
+                os.close(lock)
             return
-    raise RuntimeError(f"{LAST - FIRST + 1} runs are under way already; wait for one to end")
+    if given:
+        raise DomainError(
+            f"ROS_DOMAIN_ID={given} is in use by another run on this machine, and both would hear each "
+            "other; wait for it to end, set another one, or unset it to get a free one"
+        )
+    raise DomainError(f"{len(wanted)} runs are under way already; wait for one to end")
+
+
+@contextmanager
+def on_domain(number: int) -> Iterator[None]:
+    """Set this process's environment for a domain that it holds, and restore it in the end."""
+    before = {name: os.environ.get(name) for name in _VARIABLES}
+    enter_domain(number)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def enter_domain(number: int) -> None:
+    """Set this process's environment for a domain that is held for it."""
+    os.environ["ROS_DOMAIN_ID"] = os.environ[_HELD] = str(number)
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+
+def _number(given: str) -> int:
+    if not (given.isascii() and given.isdigit() and int(given) <= HIGHEST):
+        raise DomainError(f"ROS_DOMAIN_ID={given!r} is not a DDS domain; it is a number from 0 to {HIGHEST}")
+    return int(given)
+
+
+def _lock(number: int) -> int | None:
+    """The open file that holds a domain, or None when another process holds it."""
+    folder = Path(tempfile.gettempdir()) / "satform-domains"
+    if not folder.is_dir():
+        folder.mkdir(exist_ok=True)
+        # Shared by all users of the machine, whom the umask would keep out.
+        folder.chmod(0o1777)
+    path = folder / str(number)
+    try:
+        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    except PermissionError:
+        # Another user's file: reading is enough to hold a lock on it.
+        lock = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(lock)
+        return None
+    return lock

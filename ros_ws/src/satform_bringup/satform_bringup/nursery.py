@@ -5,9 +5,11 @@ formation has many processes on few cores. Here one server imports once, without
 and every node's process is a fork of it.
 """
 
+import ctypes
 import importlib
 import multiprocessing
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,8 +20,12 @@ from pathlib import Path
 from types import ModuleType
 
 from satform_bringup import PACKAGE
+from satform_bringup.domain import enter_domain
 
 _PRELOADED = f"{PACKAGE}.everything"
+_SET_PARENT_DEATH_SIGNAL = 1
+"""`PR_SET_PDEATHSIG` of Linux's prctl."""
+
 _TITLE_LENGTH = 15
 """Characters that Linux keeps of a process's name."""
 
@@ -30,7 +36,9 @@ def prepare() -> ForkServerContext:
     context.set_forkserver_preload([_PRELOADED])
     from multiprocessing import forkserver  # noqa: PLC0415  not needed by those who never fly
 
-    forkserver.ensure_running()
+    # A Ctrl-C in its first second would end the server in the middle of an import.
+    with _signals_held():
+        forkserver.ensure_running()
     return context
 
 
@@ -45,12 +53,18 @@ def start(executable: str, arguments: list[str], domain: int, log: Path) -> tupl
 
     Returns:
         The process's handle and the end of the pipe on which it reports.
+
+    Raises:
+        OSError: the process cannot be started.
     """
     context = prepare()
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_live, args=(executable, arguments, domain, log, theirs))
-    with _without_main_module():
-        process.start()
+    try:
+        with _without_main_module():
+            process.start()
+    except EOFError:
+        raise OSError(f"the process of {log.stem} could not be started: its server has ended") from None
     theirs.close()
     return process, ours
 
@@ -66,15 +80,37 @@ def _without_main_module() -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """Keep SIGINT from this process, and from those it starts, for a moment."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _live(executable: str, arguments: list[str], domain: int, log: Path, pipe: Connection) -> None:
     # A terminal's Ctrl-C is for the one who started the flight, who ends it in order.
     os.setsid()
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    _end_with_the_server()
     with log.open("wb") as output:
         os.dup2(output.fileno(), sys.stdout.fileno())
         os.dup2(output.fileno(), sys.stderr.fileno())
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    os.environ["ROS_DOMAIN_ID"] = str(domain)
-    name = next(word.removeprefix("__node:=") for word in arguments if word.startswith("__node:="))
+    enter_domain(domain)
+    name = next(word.partition("__node:=")[2] for word in arguments if "__node:=" in word)
     Path("/proc/self/comm").write_text(name[:_TITLE_LENGTH])
     module = importlib.import_module(f"{PACKAGE}.{executable}")
     sys.exit(module.main(arguments, pipe))
+
+
+def _end_with_the_server() -> None:
+    """Have the kernel ask this process to end when the server does, which ends with its starter.
+
+    Without it a closed terminal would leave a formation flying that nobody watches.
+    """
+    server = os.getppid()
+    ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGTERM)
+    if os.getppid() != server:
+        sys.exit(128 + signal.SIGTERM)

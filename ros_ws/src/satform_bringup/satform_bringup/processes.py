@@ -3,51 +3,66 @@
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeAlias
 
 from satform.scenario import Scenario
+
+Value: TypeAlias = str | bool | list[str]
+"""Of a ROS parameter."""
 
 
 @dataclass(frozen=True)
 class NodeProcess:
-    """One process with one node.
+    """One process, with one node or with a group of satellites' nodes.
 
     Attributes:
-        name: of the node.
+        name: of the node, or of the group.
         executable: of the package `satform_nodes`.
         parameters: ROS parameters that are given at the start.
     """
 
     name: str
     executable: str
-    parameters: dict[str, str | bool] = field(default_factory=dict)
+    parameters: dict[str, Value] = field(default_factory=dict)
 
     def arguments(self) -> list[str]:
         """Command line after the executable: the node's name and its parameters."""
-        words = ["--ros-args", "-r", f"__node:={self.name}"]
+        # Only the group's own node takes the group's name; its satellites keep theirs.
+        whose = "group:" if self.executable == "group_node" else ""
+        words = ["--ros-args", "-r", f"{whose}__node:={self.name}"]
         for name, value in self.parameters.items():
             # Quoted, since a bare `on` or `1` would be read as something else than a string.
             words += ["-p", f"{name}:={json.dumps(value, ensure_ascii=False)}"]
         return words
 
 
-def processes(scenario: Scenario, scenario_file: Path, bag: Path | None) -> list[NodeProcess]:
+def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: int = 1) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
     Args:
         scenario: what is flown.
         scenario_file: where every node reads it.
         bag: folder of the bag to be recorded; None when nothing is recorded.
+        group: how many satellites share a process.
 
     Returns:
-        Plant, one satellite after another, and the recorder if there is a bag.
+        Plant, the satellites in their order, and the recorder if there is a bag.
     """
-    common: dict[str, str | bool] = {"scenario": str(scenario_file)}
+    common: dict[str, Value] = {"scenario": str(scenario_file)}
     recorded = {**common, "recorded": bag is not None}
     found = [NodeProcess("plant", "plant_node", recorded)]
-    found += [
-        NodeProcess(satellite.name, "satellite_node", {**recorded, "satellite": satellite.name})
-        for satellite in scenario.satellites
-    ]
+    names = [satellite.name for satellite in scenario.satellites]
+    if group == 1:
+        found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]
+    else:
+        found += [
+            NodeProcess(
+                f"group{first // group}",
+                "group_node",
+                {**recorded, "satellites": names[first : first + group]},
+            )
+            for first in range(0, len(names), group)
+        ]
     if bag is not None:
         found.append(NodeProcess("recorder", "recorder_node", {**common, "bag": str(bag)}))
     return found

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from satform.scenario import Scenario
-from satform_bringup import nursery
+from satform_bringup import BAG_FOLDER, LOG_FOLDER, SCENARIO_FILE, nursery
 from satform_bringup.domain import own_domain
 from satform_bringup.processes import NodeProcess, processes
 
@@ -33,6 +33,7 @@ class Flight:
         start_seconds: wall-clock time from the start of the first process to the first step.
         plant_seconds: of these, the plant's own computation.
         satellite_seconds: of these, each satellite's own computation.
+        memory: largest resident memory of each process with satellites, by its first satellite, bytes.
         domain: DDS domain in which it was flown.
         lost: names of the processes that ended too early or were silent for too long.
         reason: why the flight ended early; empty when it did not.
@@ -47,6 +48,7 @@ class Flight:
     start_seconds: float
     plant_seconds: float
     satellite_seconds: dict[str, float]
+    memory: dict[str, int]
     domain: int
     lost: tuple[str, ...]
     reason: str
@@ -56,7 +58,14 @@ class Flight:
     missed: tuple[str, ...]
 
 
-def fly(scenario: Scenario, out: Path, *, record: bool, progress: Callable[[int, int], None]) -> Flight:
+def fly(
+    scenario: Scenario,
+    out: Path,
+    *,
+    record: bool,
+    progress: Callable[[int, int], None],
+    group: int = 1,
+) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
     Args:
@@ -64,6 +73,7 @@ def fly(scenario: Scenario, out: Path, *, record: bool, progress: Callable[[int,
         out: existing folder; gets the scenario as every node reads it, the bag and the nodes' logs.
         record: whether to record a bag.
         progress: called now and then with the steps flown and the steps to fly.
+        group: how many satellites share a process; they talk over DDS all the same.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -71,13 +81,13 @@ def fly(scenario: Scenario, out: Path, *, record: bool, progress: Callable[[int,
     Raises:
         OSError: the folder cannot be written to, or a process cannot be started.
     """
-    scenario_file = out / "scenario.json"
+    scenario_file = out / SCENARIO_FILE
     scenario_file.write_text(scenario.to_json(), encoding="utf-8")
-    bag = out / "bag" if record else None
+    bag = out / BAG_FOLDER if record else None
     with own_domain() as domain, _asked_to_stop() as signals:
         watch = _Watch(scenario, signals, progress)
         try:
-            watch.start(processes(scenario, scenario_file, bag), out / "log", domain)
+            watch.start(processes(scenario, scenario_file, bag, group), out / LOG_FOLDER, domain)
             watch.until_over()
         finally:
             watch.end_all()
@@ -91,14 +101,16 @@ class _Signals:
 
 @contextmanager
 def _asked_to_stop() -> Iterator[_Signals]:
-    """Count SIGINT and SIGTERM instead of dying from them, where this thread may."""
+    """Count SIGINT, SIGTERM and SIGHUP instead of dying from them, where this thread may."""
     signals = _Signals()
 
     def _count(_number: int, _frame: Any) -> None:
         signals.count += 1
 
     try:
-        before = {number: signal.signal(number, _count) for number in (signal.SIGINT, signal.SIGTERM)}
+        before = {
+            number: signal.signal(number, _count) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        }
     except ValueError:
         # Not in the main thread: whoever runs that one handles the signals.
         before = {}
@@ -138,6 +150,7 @@ class _Watch:
     steps: int = 0
     finished: dict[str, Any] | None = None
     busy: dict[str, float] = field(default_factory=dict)
+    memory: dict[str, int] = field(default_factory=dict)
     recorded: dict[str, Any] = field(default_factory=dict)
     lost: list[str] = field(default_factory=list)
     reason: str = ""
@@ -207,8 +220,13 @@ class _Watch:
                     self.lost, self.reason = event["who"], event["reason"]
             case "satellite":
                 self.busy[event["node"]] = event["busy"]
+            case "memory":
+                self.memory[event["process"]] = event["bytes"]
             case "recorded":
                 self.recorded = event
+                missed = event["missed"]
+                if not (missed or event["complete"]) and self.finished:
+                    event["missed"] = ["the bag does not hold every message of the flight"]
 
     def _on_exit(self, entry: _Running) -> None:
         # What it reported last may still be in the pipe.
@@ -268,6 +286,7 @@ class _Watch:
             start_seconds=since - self.begun,
             plant_seconds=done.get("busy", 0.0),
             satellite_seconds=self.busy,
+            memory=self.memory,
             domain=domain,
             lost=tuple(self.lost),
             reason=self.reason,

@@ -3,7 +3,7 @@
 import struct
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,9 @@ from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
-from satform.record import FlightRecord, no_propulsion
+from satform.attitude_figures import FIGURES, attitude_figures
+from satform.consensus.arc_length import Announces
+from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
@@ -154,15 +156,17 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
             for kind, name in zip(chosen, names, strict=True)
         ]
 
-    state, arc_length, tracking = tables("state"), tables("arc_length"), tables("tracking")
+    state, tracking = tables("state"), tables("tracking")
+    announced = tables(scenario.consensus.announces)
     truth = tables("truth", "state", lambda satellite: satellite.sensor)
     command = tables("command")
     given = tables("propulsion", "command", lambda satellite: satellite.thruster)
-    states = min(len(table) for table in (*state, *truth, *arc_length))
+    attitude = tables("attitude", "state", lambda satellite: satellite.attitude)
+    states = min(len(table) for table in (*state, *truth, *announced, *attitude))
     if states == 0:
         raise BagError(f"{file}: holds no complete step")
     steps = min(states - 1, *(len(table) for table in (*command, *given, *tracking)))
-    return FlightRecord(
+    record = FlightRecord(
         satellites=names,
         step=scenario.timing.step,
         position=_vectors(truth, "position", steps + 1),
@@ -171,8 +175,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
         measured_velocity=_vectors(state, "velocity", steps + 1),
         acceleration=_vectors(command, "acceleration", steps),
         given_acceleration=_vectors(given, "acceleration", steps),
-        arc_length=_series(arc_length, ("arc_length",), steps + 1)[..., 0],
-        rate=_series(arc_length, ("rate",), steps + 1)[..., 0],
+        **_phases(announced, scenario.consensus.announces, steps + 1),
         reference_position=_vectors(tracking, "reference_position", steps),
         reference_velocity=_vectors(tracking, "reference_velocity", steps),
         reference_acceleration=_vectors(tracking, "reference_acceleration", steps),
@@ -180,7 +183,21 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
         believed_position_error=_vectors(tracking, "position_error", steps),
         believed_velocity_error=_vectors(tracking, "velocity_error", steps),
         **_propulsion(given, satellites, steps),
+        **_attitudes(attitude, command, satellites, steps),
+        **{name: np.empty((0, len(names))) for name in FIGURES},
     )
+    if not any(satellite.attitude for satellite in satellites):
+        return record
+    known = {name: getattr(record, name) for name in QUANTITIES}
+    figures: dict[str, Any] = attitude_figures(scenario, known)
+    return replace(record, **figures)
+
+
+def _phases(tables: list[Table], announces: Announces, rows: int) -> dict[str, NDArray[np.float64]]:
+    """Arc lengths and their rates as announced; zero where satellites announce something else."""
+    if announces != "arc_length":
+        return {name: np.zeros((rows, len(tables))) for name in ("arc_length", "rate")}
+    return {name: _series(tables, (name,), rows)[..., 0] for name in ("arc_length", "rate")}
 
 
 def _series(tables: list[Table], fields: tuple[str, ...], rows: int) -> NDArray[np.float64]:
@@ -204,6 +221,21 @@ def _propulsion(
         for name, values in found.items():
             values[0, column] = satellite.thruster.propellant if name == "propellant" else 0.0
             values[1:, column] = table[name][:steps]
+    return found
+
+
+def _attitudes(
+    tables: list[Table], commands: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """What was told and commanded of the attitudes of the satellites that have one."""
+    turning = [column for column, satellite in enumerate(satellites) if satellite.attitude is not None]
+    found = no_attitude(steps if turning else -1, len(satellites))
+    for column in turning:
+        for name in ATTITUDE_VECTORS:
+            found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
+        for name in ("torque_limited", "momentum_limited"):
+            found[name][:, column] = tables[column][name][: steps + 1]
+        found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
     return found
 
 

@@ -11,18 +11,18 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from satform.exit_codes import EXIT_BAD_INPUT
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.executor import StepExecutor
 from satform_nodes.parameters import FormationNode
 from satform_nodes.report import Report
 
-EXIT_DONE = 0
-EXIT_BAD_INPUT = 2
-EXIT_LOST = 3
-EXIT_STOPPED = 130
-
 START_TIMEOUT = 60.0
 """Wall-clock time within which all nodes of a formation have to find each other, s."""
+
+
+PATIENCE = 1.5 * START_TIMEOUT
+"""Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
 
 
 class NodeError(Exception):

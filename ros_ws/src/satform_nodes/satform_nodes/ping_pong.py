@@ -22,6 +22,7 @@ from satform_nodes.lifetime import StopRequest
 from satform_nodes.wire import layout
 
 _COMMAND = layout(Command, topics.FRAME)
+_MESSAGE = _COMMAND.pack(*(0 for _ in _COMMAND.fields))
 _PING, _PONG = "/ping_pong/ping", "/ping_pong/pong"
 _TIMEOUT = 20.0
 
@@ -82,11 +83,10 @@ def _measure(count: int) -> RoundTrip:
         if not executor.spin_until(both, _TIMEOUT) or not executor.spin_while(lambda: not returned, _TIMEOUT):
             raise RuntimeError("the other side of the round trip has not appeared")
         times = []
-        message = _COMMAND.pack(0, 0, 0, 0.0, 0.0, 0.0)
         for _ in range(count + count // 10):
             returned.clear()
             sent = time.perf_counter()
-            publisher.publish(message)
+            publisher.publish(_MESSAGE)
             if not executor.spin_while(lambda: not returned, _TIMEOUT):
                 raise RuntimeError("the other side of the round trip does not answer")
             times.append(returned[0] - sent)
@@ -112,7 +112,7 @@ def main() -> int:
     subscription = executor.subscribe(node, Command, _PING, publisher.publish, topics.STEPPED)
     both = _both_there(publisher.get_subscription_count, subscription.get_publisher_count)
     if executor.spin_until(both, _TIMEOUT):
-        publisher.publish(_COMMAND.pack(0, 0, 0, 0.0, 0.0, 0.0))
+        publisher.publish(_MESSAGE)
         executor.spin_while(lambda: not stop.asked, _TIMEOUT)
     rclpy.try_shutdown()
     return 0

@@ -10,28 +10,22 @@ import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from satform_msgs.msg import Command, FormationStatus, Propulsion, Ready, Recorded, RelativeState
+from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, Ready, Recorded, RelativeState
 
+from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.plant import Plant
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import (
-    EXIT_DONE,
-    EXIT_LOST,
-    EXIT_STOPPED,
-    START_TIMEOUT,
-    NodeError,
-    StopRequest,
-    run,
-    scenario_of,
-)
+from satform_nodes.lifetime import START_TIMEOUT, NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import declare_fixed
+from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
 _STATE = layout(RelativeState, topics.FRAME)
+_ATTITUDE = layout(Attitude, topics.FRAME)
 _COMMAND = layout(Command, topics.FRAME)
 _RECORDED = layout(Recorded, topics.FRAME)
 _PROPULSION = layout(Propulsion, topics.FRAME)
@@ -60,7 +54,8 @@ class PlantNode:
         self._names = [satellite.name for satellite in scenario.satellites]
         self._graph = scenario.communication_graph()
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        self._commands = np.zeros((len(self._names), 3))
+        # Acceleration and wheel torque of each satellite.
+        self._commands = np.zeros((len(self._names), 6))
         self._answered: set[int] = set()
         self._ready: set[str] = set()
         self._state_due = False
@@ -70,6 +65,11 @@ class PlantNode:
         self._say_status = node.create_publisher(FormationStatus, topics.STATUS, topics.LATCHED)
         self._say_state = [
             node.create_publisher(RelativeState, topics.state(name), topics.STEPPED) for name in self._names
+        ]
+        self._say_attitude = [
+            (index, node.create_publisher(Attitude, topics.attitude(name), topics.STEPPED))
+            for index, name in enumerate(self._names)
+            if scenario.satellite(index).attitude is not None
         ]
         self._say_truth = [
             (index, node.create_publisher(RelativeState, topics.truth(name), topics.STEPPED))
@@ -88,19 +88,24 @@ class PlantNode:
             )
             for index, name in enumerate(self._names)
         ]
-        watching = 1 if recorded else 0
+        watching = ["recorder"] if recorded else []
+        self._everyone = {*self._names, *watching}
+        self._company = Company(node)
+        for name, publisher, subscription in zip(self._names, self._say_state, subscriptions, strict=True):
+            self._company.listens(publisher, [name, *watching])
+            self._company.speaks(subscription, [name])
+        for index, publisher in self._say_attitude:
+            self._company.listens(publisher, [self._names[index], *watching])
+        for publisher in (
+            *(publisher for _, publisher in self._say_truth),
+            *self._say_propulsion,
+            self._say_clock,
+        ):
+            self._company.listens(publisher, watching)
+        self._company.listens(self._say_status, self._everyone)
         if recorded:
-            subscriptions.append(
-                executor.subscribe(node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED)
-            )
-        self._expected = [
-            *((publisher.get_subscription_count, 1 + watching) for publisher in self._say_state),
-            *((subscription.get_publisher_count, 1) for subscription in subscriptions),
-            *((publisher.get_subscription_count, watching) for _, publisher in self._say_truth),
-            *((publisher.get_subscription_count, watching) for publisher in self._say_propulsion),
-            (self._say_clock.get_subscription_count, watching),
-            (self._say_status.get_subscription_count, len(self._names) + watching),
-        ]
+            progress = executor.subscribe(node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED)
+            self._company.speaks(progress, watching)
 
     @property
     def finished(self) -> bool:
@@ -111,8 +116,7 @@ class PlantNode:
 
     def everyone_is_ready(self) -> bool:
         """Whether all nodes have said that they are ready, and are there seen from this side."""
-        count = len(self._names) + (1 if self.recorded else 0)
-        return len(self._ready) >= count and all(seen() >= wanted for seen, wanted in self._expected)
+        return self._everyone <= self._ready and self._company.complete()
 
     def missing(self) -> list[str]:
         """Who keeps the step from going on."""
@@ -122,8 +126,7 @@ class PlantNode:
 
     def not_ready(self) -> list[str]:
         """Who has not yet said that it can fly."""
-        expected = [*self._names, *(["recorder"] if self.recorded else [])]
-        return [name for name in expected if f"/{name}" not in self._ready] or ["a matched endpoint"]
+        return sorted(self._everyone - self._ready) or ["the plant, which does not see everyone"]
 
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
@@ -150,7 +153,7 @@ class PlantNode:
             self.node.get_logger().warning("not everyone has heard that the flight has ended")
 
     def _on_ready(self, ready: Ready) -> None:
-        self._ready.add(ready.node)
+        self._ready.add(ready.node.rpartition("/")[2])
 
     def _on_recorded(self, data: bytes) -> None:
         numbers = _RECORDED.unpack(data)
@@ -177,7 +180,7 @@ class PlantNode:
     def _advance(self) -> None:
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
-        self.plant.advance(self._commands)
+        self.plant.advance(self._commands[:, :3], self._commands[:, 3:])
         self.busy_seconds += time.thread_time() - begin
         self._answered.clear()
         self._publish_propulsion()
@@ -185,7 +188,7 @@ class PlantNode:
         now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + _PROGRESS_PERIOD
-            self.report.say("step", step=self.plant.step)
+            self.report.say_if_heard("step", step=self.plant.step)
 
     def _publish_propulsion(self) -> None:
         """What became of the commands of the step that was just taken."""
@@ -220,6 +223,7 @@ class PlantNode:
             self._say_state, moments.tolist(), told.position.tolist(), told.velocity.tolist(), strict=True
         ):
             publisher.publish(_STATE.pack(*self._stamps.at(moment), step, *position, *velocity))
+        self._publish_attitude(seconds, nanoseconds, step)
         truth = self.plant.motion()
         for index, publisher in self._say_truth:
             position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
@@ -227,6 +231,19 @@ class PlantNode:
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
         self._say_clock.publish(clock)
+
+    def _publish_attitude(self, seconds: int, nanoseconds: int, step: int) -> None:
+        attitude = self.plant.attitude()
+        if attitude is None:
+            return
+        limits = self.plant.wheel_limits().astype(np.uint64).tolist()
+        for index, publisher in self._say_attitude:
+            turned = (
+                *attitude.mrp[index].tolist(),
+                *attitude.angular_velocity[index].tolist(),
+                *attitude.wheel_momentum[index].tolist(),
+            )
+            publisher.publish(_ATTITUDE.pack(seconds, nanoseconds, step, *turned, *limits[index]))
 
 
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
@@ -236,16 +253,17 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     scenario = scenario_of(node)
     plant = PlantNode(node, executor, scenario, recorded, report)
     if not executor.spin_until(lambda: plant.everyone_is_ready() or stop.asked, START_TIMEOUT):
-        reason = f"not ready within {START_TIMEOUT:g} s: {', '.join(plant.not_ready())}"
-        return _abort(plant, reason)
+        late = plant.not_ready()
+        return _abort(plant, late, f"not ready within {START_TIMEOUT:g} s: {', '.join(late)}")
     begin = time.perf_counter()
     plant.report.say("flying")
     if not stop.asked:
         plant.begin()
     in_time = executor.spin_while(lambda: not (plant.finished or stop.asked), scenario.tolerated_silence)
     if not in_time:
-        silence = f"no answer within {scenario.tolerated_silence:g} s from {', '.join(plant.missing())}"
-        return _abort(plant, f"lost at step {plant.plant.step}: {silence}")
+        silent = plant.missing()
+        silence = f"no answer within {scenario.tolerated_silence:g} s from {', '.join(silent)}"
+        return _abort(plant, silent, f"lost at step {plant.plant.step}: {silence}")
     if stop.asked:
         plant.report.say("stopped", step=plant.plant.step)
         plant.say_status(FormationStatus.ABORTED, "asked to stop")
@@ -262,8 +280,8 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     return EXIT_DONE
 
 
-def _abort(plant: PlantNode, reason: str) -> int:
-    plant.report.say("lost", who=plant.missing(), step=plant.plant.step, reason=reason)
+def _abort(plant: PlantNode, who: list[str], reason: str) -> int:
+    plant.report.say("lost", who=who, step=plant.plant.step, reason=reason)
     plant.say_status(FormationStatus.ABORTED, reason)
     raise NodeError(reason, EXIT_LOST)
 

@@ -13,31 +13,31 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
 
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.bag_writer import BagWriter
 from satform_nodes.definitions import definition, type_name
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import (
-    EXIT_BAD_INPUT,
-    EXIT_DONE,
-    EXIT_LOST,
-    EXIT_STOPPED,
-    START_TIMEOUT,
-    NodeError,
-    StopRequest,
-    run,
-    scenario_of,
-)
+from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import declare_fixed
+from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.stamps import NANOSECONDS, Stamps
 from satform_nodes.wire import layout
 
 _RECORDED = layout(Recorded, topics.FRAME)
 
+_SAID_BY_PLANT = frozenset({"state", "attitude", "truth", "propulsion"})
+
+_CLOCK_BYTES = 12
+"""Length of a serialised clock: encapsulation, seconds, nanoseconds."""
+
 _REPORT_EVERY = 128
 """Steps between two words to the plant about how far the recording is."""
+
+_LAST_WORDS = 0.1
+"""Wall-clock time after the end of the flight in which words still count, s."""
 
 
 class RecorderNode:
@@ -54,6 +54,7 @@ class RecorderNode:
         self._last_step = scenario.timing.steps
         self._reported = 0
         self._latest: list[int] = []
+        self._lasts: list[int] = []
         try:
             self.bag = BagWriter(
                 folder, scenario, {name: version(name) for name in ("satform", "numpy", "scipy")}
@@ -65,21 +66,33 @@ class RecorderNode:
 
         self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
         self._say_recorded = node.create_publisher(Recorded, topics.RECORDED, topics.STEPPED)
-        self._expected = [
-            (self._say_recorded.get_subscription_count, 1),
-            (self._say_ready.get_subscription_count, 1),
-        ]
+        self._company = Company(node)
+        self._company.listens(self._say_recorded, ["plant"])
+        self._company.listens(self._say_ready, ["plant"])
         for index, satellite in enumerate(scenario.satellites):
             equipped = scenario.satellite(index)
-            # States and phases are told for the state after the last step too.
-            told = ["state", "arc_length", *(["truth"] if equipped.sensor is not None else [])]
+            # States and announcements are told for the state after the last step too.
+            told = [
+                "state",
+                scenario.consensus.announces,
+                *(["truth"] if equipped.sensor is not None else []),
+                *(["attitude"] if equipped.attitude is not None else []),
+            ]
             decided = ["command", "tracking", *(["propulsion"] if equipped.thruster is not None else [])]
             for kind, last in (*((kind, 0) for kind in told), *((kind, 1) for kind in decided)):
-                self._follow(executor, kind, getattr(topics, kind)(satellite.name), self._last_step - last)
-            self._listen("parameter_changes", topics.parameter_changes(satellite.name), self._write_stepped)
-        self._clock = self._add_topic(topics.CLOCK, "clock", topics.STEPPED)
-        self._follow_clock(executor)
-        self._listen("status", topics.STATUS, self._on_status)
+                speaker = "plant" if kind in _SAID_BY_PLANT else satellite.name
+                form = layout(topics.TYPES[kind], topics.FRAME)
+                topic = getattr(topics, kind)(satellite.name)
+                self._follow(executor, kind, topic, speaker, self._last_step - last, form.unpack)
+            changes = topics.parameter_changes(satellite.name)
+            self._listen("parameter_changes", changes, satellite.name, self._write_stepped)
+        self._follow(executor, "clock", topics.CLOCK, "plant", self._last_step, self._read_clock)
+        self._listen("status", topics.STATUS, "plant", self._on_status)
+
+    @property
+    def recorded_step(self) -> int:
+        """Last step of which everything is in the bag; -1 before the first."""
+        return min(self._latest)
 
     @property
     def complete(self) -> bool:
@@ -88,7 +101,7 @@ class RecorderNode:
 
     def matched(self) -> bool:
         """Whether all topics have their publisher, seen from this side."""
-        return all(count() >= expected for count, expected in self._expected)
+        return self._company.complete()
 
     def say_ready(self) -> None:
         """Tell the plant that recording can begin."""
@@ -100,18 +113,32 @@ class RecorderNode:
             topic, type_name(message_type), definition(message_type), _profile_text(profile)
         )
 
-    _lasts: list[int]
+    def _follow(
+        self,
+        executor: StepExecutor,
+        kind: str,
+        topic: str,
+        speaker: str,
+        last: int,
+        read: Callable[[bytes], tuple[Any, ...] | None],
+    ) -> None:
+        """Write every message of a topic that has one at each step, and notice a gap.
 
-    def _follow(self, executor: StepExecutor, kind: str, topic: str, last: int) -> None:
-        """Write every message of a topic that has one at each step, and notice a gap."""
+        Args:
+            executor: hands out the messages.
+            kind: of topic, for its type.
+            topic: name of the topic.
+            speaker: name of the node that publishes there.
+            last: step of its last message.
+            read: gives seconds, nanoseconds and step of a message; None when it is not one.
+        """
         channel = self._add_topic(topic, kind, topics.STEPPED)
-        form = layout(topics.TYPES[kind], topics.FRAME)
         place = len(self._latest)
         self._latest.append(-1)
-        self._lasts = [*getattr(self, "_lasts", []), last]
+        self._lasts.append(last)
 
         def _on_message(data: bytes) -> None:
-            numbers = form.unpack(data)
+            numbers = read(data)
             if numbers is None:
                 self.missed.append(f"{topic}: a message of another form")
                 return
@@ -123,26 +150,23 @@ class RecorderNode:
             self._report_progress(step)
 
         subscription = executor.subscribe(self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED)
-        self._expected.append((subscription.get_publisher_count, 1))
+        self._company.speaks(subscription, [speaker])
 
-    def _follow_clock(self, executor: StepExecutor) -> None:
-        def _on_clock(data: bytes) -> None:
-            seconds = int.from_bytes(data[4:8], "little", signed=True)
-            nanoseconds = int.from_bytes(data[8:12], "little")
-            self.bag.write(self._clock, seconds * NANOSECONDS + nanoseconds, data, 0)
+    def _read_clock(self, data: bytes) -> tuple[int, int, int] | None:
+        """Seconds, nanoseconds and step of a clock message, which has no header."""
+        if len(data) != _CLOCK_BYTES:
+            return None
+        seconds = int.from_bytes(data[4:8], "little", signed=True)
+        nanoseconds = int.from_bytes(data[8:12], "little")
+        return seconds, nanoseconds, self._stamps.step(seconds, nanoseconds)
 
-        subscription = executor.subscribe(
-            self.node, topics.TYPES["clock"], topics.CLOCK, _on_clock, topics.STEPPED
-        )
-        self._expected.append((subscription.get_publisher_count, 1))
-
-    def _listen(self, kind: str, topic: str, callback: Callable[[Any, int], None]) -> None:
+    def _listen(self, kind: str, topic: str, speaker: str, callback: Callable[[Any, int], None]) -> None:
         """Write a topic on which something is said now and then."""
         channel = self._add_topic(topic, kind, topics.LATCHED)
         subscription = self.node.create_subscription(
             topics.TYPES[kind], topic, lambda message: callback(message, channel), topics.LATCHED
         )
-        self._expected.append((subscription.get_publisher_count, 1))
+        self._company.speaks(subscription, [speaker])
 
     def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
         stamp = message.header.stamp
@@ -178,14 +202,10 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         )
     recorder = RecorderNode(node, executor, scenario, Path(folder), report)
     try:
-        if not executor.spin_until(lambda: recorder.matched() or stop.asked, START_TIMEOUT):
-            raise NodeError(f"the recorder has not found all topics within {START_TIMEOUT:g} s", EXIT_LOST)
-        recorder.say_ready()
-        recorder.report.say("ready", node="recorder")
-        patience = max(START_TIMEOUT, 2.0 * scenario.tolerated_silence)
-        executor.spin_at_leisure(lambda: recorder.ended is None and not stop.asked, patience, stop.pause)
+        _record(recorder, executor, stop, max(PATIENCE, 2.0 * scenario.tolerated_silence))
+    except OSError as error:
+        raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_LOST) from None
     finally:
-        recorder.bag.close()
         recorder.report.say(
             "recorded",
             messages=recorder.bag.messages,
@@ -193,6 +213,26 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
             missed=recorder.missed[:20],
         )
     return EXIT_STOPPED if stop.asked else EXIT_DONE
+
+
+def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, patience: float) -> None:
+    """Write until the flight is over or a stop is asked for; the bag is closed in any case."""
+    try:
+        if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, PATIENCE):
+            raise NodeError(f"the recorder has not found all topics within {PATIENCE:g} s", EXIT_LOST)
+        recorder.say_ready()
+        recorder.report.say("ready", node="recorder")
+        heard = executor.spin_at_leisure(
+            lambda: recorder.ended is None and not stop.asked, patience, stop.pause
+        )
+        if not heard:
+            sentence = f"nothing to record for {patience:g} s: the plant is silent"
+            recorder.report.say("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
+            raise NodeError(sentence, EXIT_LOST)
+        # What was said just before the end, on topics that are looked at now and then, is on its way.
+        executor.spin_until(lambda: stop.asked, _LAST_WORDS)
+    finally:
+        recorder.bag.close()
 
 
 def _profile_text(profile: QoSProfile) -> str:

@@ -1,5 +1,6 @@
 """What a node tells the process that started it, on a pipe, when there is one."""
 
+import select
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -18,3 +19,8 @@ class Report:
             self._pipe.send({"event": event, **details})
         except OSError:
             self._pipe = None
+
+    def say_if_heard(self, event: str, **details: Any) -> None:
+        """Tell of an event that may be left out, such as progress, unless the listener is behind."""
+        if self._pipe is not None and select.select([], [self._pipe], [], 0.0)[1]:
+            self.say(event, **details)

@@ -4,6 +4,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import (
     ArcLength,
+    Attitude,
     Command,
     FormationStatus,
     ParameterChange,
@@ -31,6 +32,11 @@ def state(satellite: str) -> str:
     return f"/{satellite}/state"
 
 
+def attitude(satellite: str) -> str:
+    """Topic on which the plant tells a satellite with attitude how it is turned."""
+    return f"/{satellite}/attitude"
+
+
 def truth(satellite: str) -> str:
     """Topic on which the plant shows where a satellite with a sensor really is."""
     return f"/{satellite}/truth"
@@ -44,6 +50,11 @@ def propulsion(satellite: str) -> str:
 def arc_length(satellite: str) -> str:
     """Topic on which a satellite tells its neighbours its phase."""
     return f"/{satellite}/arc_length"
+
+
+def motion(satellite: str) -> str:
+    """Topic on which a satellite tells its listeners where it is, where they share their motion."""
+    return f"/{satellite}/motion"
 
 
 def command(satellite: str) -> str:
@@ -67,9 +78,11 @@ TYPES = {
     "ready": Ready,
     "recorded": Recorded,
     "state": RelativeState,
+    "attitude": Attitude,
     "truth": RelativeState,
     "propulsion": Propulsion,
     "arc_length": ArcLength,
+    "motion": RelativeState,
     "command": Command,
     "tracking": Tracking,
     "parameter_changes": ParameterChange,

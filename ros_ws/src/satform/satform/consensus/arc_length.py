@@ -6,7 +6,7 @@ wanted, the phase is xi itself.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from satform.spec import Positive, Spec
 
 NeighbourValues = Literal["hold", "extrapolate"]
 ArcLengthSource = Literal["reference", "projected"]
+Announces = Literal["arc_length", "motion"]
 
 
 @dataclass(frozen=True)
@@ -107,10 +108,16 @@ def propagate(arc_length: Array, rate: Array, rate_change: Array, duration: floa
 
 
 class ConsensusSpec(Spec):
-    """Base of every consensus law's specification; subclasses set a literal `kind` and their gains."""
+    """Base of every consensus law's specification; subclasses set a literal `kind` and their gains.
 
-    def build(self) -> ArcLengthConsensus:
-        """The law itself."""
+    Attributes:
+        announces: what satellites tell their listeners under this law.
+    """
+
+    announces: ClassVar[Announces] = "arc_length"
+
+    def build(self) -> Any:
+        """The law itself: an `ArcLengthConsensus`, or a `MotionSharing` where motion is announced."""
         raise NotImplementedError
 
 

@@ -7,37 +7,15 @@ for the dynamics and the disturbance that the satellite does not know.
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import model_validator
 
-from satform.control.protocol import Action, FlightSetting, Motion
-from satform.elementwise import Array, dot
-from satform.spec import NonNegative, Positive, Spec, Vector
-
-
-@dataclass(frozen=True)
-class RelativeNeighbour:
-    """The one neighbour whose distance is kept, as seen from the satellite.
-
-    Attributes:
-        position: own position minus the neighbour's, m, shape (..., 3).
-        velocity: own velocity minus the neighbour's, m/s, shape (..., 3).
-    """
-
-    position: Array
-    velocity: Array
-
-
-class DistanceController(Protocol):
-    """A control law that flies on a neighbour instead of on a reference."""
-
-    def start(self, motion: Motion) -> Any:
-        """The law's memory before the first step."""
-
-    def act(self, motion: Motion, neighbour: RelativeNeighbour, memory: Any) -> Action:
-        """The command of one step from the own motion and the neighbour's relative motion."""
+from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion, RelativeNeighbour
+from satform.elementwise import Array, dot, norm
+from satform.reference import Reference
+from satform.spec import NonNegative, Positive, Vector
 
 
 @dataclass(frozen=True)
@@ -187,6 +165,21 @@ class AdaptiveDistance:
         )
         return Action(acceleration, surface, learnt)
 
+    def reference(self, motion: Motion, neighbour: RelativeNeighbour) -> Reference:
+        """The place at the set distance that is nearest, and the whole formation's velocity.
+
+        Args:
+            motion: own position and velocity, LVLH.
+            neighbour: relative position and velocity of the neighbour.
+
+        Returns:
+            Position and velocity; the acceleration is zero.
+        """
+        apart = neighbour.position
+        stretch = (self.field.distance / np.maximum(norm(apart), 1e-12) - 1.0)[..., None]
+        velocity = self.field.common_velocity + 0.0 * apart
+        return Reference(motion.position + stretch * apart, velocity, np.zeros_like(apart))
+
     def evaluate(
         self, velocity: Array, neighbour: RelativeNeighbour, learnt: Adaptation
     ) -> tuple[Array, Array, Adaptation]:
@@ -254,8 +247,10 @@ def _weighted(weights: Array, basis: Array) -> Array:
 Centres = tuple[float, float, float, float, float, float, float]
 
 
-class AdaptiveDistanceSpec(Spec):
-    """Adaptive collision-free distance keeping to one neighbour in a directed cycle."""
+class AdaptiveDistanceSpec(ControllerSpec):
+    """Adaptive collision-free distance keeping to the one neighbour that the satellite hears."""
+
+    follows: ClassVar[Literal["reference", "neighbour"]] = "neighbour"
 
     kind: Literal["adaptive_distance"] = "adaptive_distance"
     distance: Positive = 100.0

@@ -1,7 +1,7 @@
 """The door for controllers: what a control law is given and what it gives back."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 from satform.elementwise import Array
 from satform.reference import Reference
@@ -35,6 +35,19 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class RelativeNeighbour:
+    """The one neighbour that a satellite follows, as seen from the satellite.
+
+    Attributes:
+        position: own position minus the neighbour's, m, shape (..., 3).
+        velocity: own velocity minus the neighbour's, m/s, shape (..., 3).
+    """
+
+    position: Array
+    velocity: Array
+
+
+@dataclass(frozen=True)
 class Action:
     """What a controller decides at one step.
 
@@ -61,11 +74,30 @@ class Controller(Protocol):
         """The command of one step from what was measured and what is desired."""
 
 
-class ControllerSpec(Spec):
-    """Base of every controller's specification; subclasses set a literal `kind` and their gains."""
+class NeighbourController(Protocol):
+    """A control law that flies on a neighbour instead of on a reference."""
 
-    def build(self, setting: FlightSetting) -> Controller:
-        """The control law itself.
+    def start(self, motion: Motion) -> Any:
+        """The law's memory before the first step; None for a law without memory."""
+
+    def act(self, motion: Motion, neighbour: RelativeNeighbour, memory: Any) -> Action:
+        """The command of one step from the own motion and the neighbour's relative motion."""
+
+    def reference(self, motion: Motion, neighbour: RelativeNeighbour) -> Reference:
+        """The desired motion that is nearest to the own one, by which the flight is judged."""
+
+
+class ControllerSpec(Spec):
+    """Base of every controller's specification; subclasses set a literal `kind` and their gains.
+
+    Attributes:
+        follows: what the law flies on: a reference, or the one neighbour that the satellite hears.
+    """
+
+    follows: ClassVar[Literal["reference", "neighbour"]] = "reference"
+
+    def build(self, setting: FlightSetting) -> Any:
+        """The control law itself, a `Controller` or `NeighbourController` as `follows` says.
 
         Raises:
             ValueError: the gains cannot fly in this setting.

@@ -1,6 +1,6 @@
 """From a YAML file to a `Scenario`, or to all that is wrong with it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
 from satform.scenario.sentences import Path as FieldPath
 from satform.scenario.sentences import coerced, problems
+from satform.scenario.shortened import beyond_the_end, left_out
 
 MAXIMUM_FILE_BYTES = 4_000_000
 """A larger scenario file is refused unread."""
@@ -21,13 +22,17 @@ MAXIMUM_DEPTH = 30
 """Levels of lists and mappings within each other."""
 
 
-def load_scenario(path: str | Path, changes: Iterable[str] = ()) -> Scenario:
+def load_scenario(
+    path: str | Path, changes: Iterable[str] = (), remark: Callable[[str], None] | None = None
+) -> Scenario:
     """Read and check a scenario file.
 
     Args:
         path: the YAML file.
         changes: `key=value` settings laid over the file, with dotted keys and YAML values, for
-            example `timing.step=1.0` or `satellites.0.arc_length=100.0`.
+            example `timing.step=1.0` or `satellites.0.arc_length=100.0`. Where they shorten the
+            flight, the file's expectations of what then lies beyond its end are left out.
+        remark: called with a sentence about what was left out.
 
     Returns:
         The scenario, complete and consistent.
@@ -49,16 +54,22 @@ def load_scenario(path: str | Path, changes: Iterable[str] = ()) -> Scenario:
         raise ScenarioError([Problem(file, None, "", sentence)]) from None
     except ValueError:
         raise ScenarioError([Problem(file, None, "", "is not a possible file name")]) from None
-    return parse_scenario(text, file, changes)
+    return parse_scenario(text, file, changes, remark)
 
 
-def parse_scenario(text: str, file: str = "<text>", changes: Iterable[str] = ()) -> Scenario:
+def parse_scenario(
+    text: str,
+    file: str = "<text>",
+    changes: Iterable[str] = (),
+    remark: Callable[[str], None] | None = None,
+) -> Scenario:
     """Check the text of a scenario.
 
     Args:
         text: YAML 1.2.
         file: the name to use in messages.
         changes: as for `load_scenario`.
+        remark: as for `load_scenario`.
 
     Returns:
         The scenario, complete and consistent.
@@ -68,16 +79,40 @@ def parse_scenario(text: str, file: str = "<text>", changes: Iterable[str] = ())
     """
     tree = _read_yaml(text, file)
     data = _plain(tree)
+    written = _plain(tree)
     changed = _apply_changes(data, changes)
+    beyond = beyond_the_end(written, data, changed)
+    flown = _without(data, beyond) if beyond else data
+    scenario, found = _checked(flown, tree, file, changed)
+    if found and beyond:
+        # Found once more in the whole, where every problem has the place that the file gives it.
+        outside = {f"expect[{place}]" for place in beyond}
+        _, every = _checked(data, tree, file, changed)
+        found = [problem for problem in every if problem.field not in outside] or found
+    if scenario is None or found:
+        raise ScenarioError(sorted(found, key=lambda problem: problem.line or 0))
+    if beyond and remark is not None:
+        remark(left_out(len(beyond)))
+    return scenario
+
+
+def _without(data: dict[str, Any], beyond: set[int]) -> dict[str, Any]:
+    within = [entry for place, entry in enumerate(data["expect"]) if place not in beyond]
+    return {**data, "expect": within}
+
+
+def _checked(
+    data: Any, tree: Any, file: str, changed: Mapping[FieldPath, str]
+) -> tuple[Scenario | None, list[Problem]]:
+    """The scenario, unless the model refuses it, and all that is wrong."""
     try:
         scenario = Scenario.model_validate(data)
-        found = coerced(data, scenario.model_dump(exclude_unset=True), tree, file, changed)
     except ValidationError as error:
         every = error.errors(include_url=False)
-        found = [problem for details in every for problem in problems(details, data, tree, file, changed)]
-    if found:
-        raise ScenarioError(sorted(found, key=lambda problem: problem.line or 0))
-    return scenario
+        return None, [
+            problem for details in every for problem in problems(details, data, tree, file, changed)
+        ]
+    return scenario, coerced(data, scenario.model_dump(exclude_unset=True), tree, file, changed)
 
 
 def _read_yaml(text: str, file: str) -> Any:

@@ -10,15 +10,15 @@ from pydantic_core import PydanticCustomError
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
 from satform.control.protocol import ControllerSpec
+from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSpec
+from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.metrics import Expectation
 from satform.navigation import FilterSpec, NavigationSpec
-from satform.spec import NonNegative, Number, PerAxis, Plugin, Positive, Spec
+from satform.orientation import AttitudeSpec
+from satform.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.thruster import ThrusterSpec
-
-EARTH_GRAVITATIONAL_PARAMETER = 3.986004418e14
-"""Of the Earth with its atmosphere, m^3/s^2 (WGS 84)."""
 
 _RESERVED_NAMES = frozenset({"plant", "recorder", "display", "formation", "clock"})
 
@@ -57,14 +57,19 @@ class Orbit(Spec):
         if self.mean_motion is not None:
             return self.mean_motion
         assert self.semi_major_axis is not None  # noqa: S101 - the validator has seen to it
-        return math.sqrt(EARTH_GRAVITATIONAL_PARAMETER / self.semi_major_axis**3)
+        return math.sqrt(GRAVITATIONAL_PARAMETER / self.semi_major_axis**3)
 
     @property
     def radius(self) -> float:
         """Radius in m of the circular orbit about a point-mass Earth."""
         if self.semi_major_axis is not None:
             return self.semi_major_axis
-        return float((EARTH_GRAVITATIONAL_PARAMETER / self.rate**2) ** (1.0 / 3.0))
+        return float((GRAVITATIONAL_PARAMETER / self.rate**2) ** (1.0 / 3.0))
+
+    @property
+    def altitude(self) -> float:
+        """Height in m of the circular orbit above the equator."""
+        return self.radius - EQUATORIAL_RADIUS
 
 
 class Timing(Spec):
@@ -155,6 +160,8 @@ class SatelliteFields(Spec):
     """How the satellite is told of its motion; when left out it is told the truth at once."""
     filter: FilterSpec | None = None
     """What the satellite makes of its measurements; when left out it takes them as they are."""
+    attitude: AttitudeSpec | None = None
+    """Its attitude, wheels and pointing; when left out the satellite is a point."""
 
     def equipment_faults(self, mean_motion: float, step: float) -> list[tuple[str, str]]:
         """What thruster, sensor and filter cannot do in this setting.
@@ -222,7 +229,7 @@ class Scenario(Spec):
     """The satellites, in the order of the graph's rows."""
     expect: tuple[Annotated[Expectation, Plugin("satform.metrics")], ...] = ()
     """What the run is judged by."""
-    tolerated_silence: NonNegative = 10.0
+    tolerated_silence: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
     """Wall-clock time after which a process that does not answer counts as lost, s."""
 
     @model_validator(mode="after")
@@ -231,6 +238,8 @@ class Scenario(Spec):
             *self._satellite_complaints(),
             *self._equipment_complaints(),
             *self._graph_complaints(),
+            *self._following_complaints(),
+            *self._attitude_complaints(),
             *self._expectation_complaints(),
         ]
         if complaints:
@@ -294,6 +303,58 @@ class Scenario(Spec):
             self.communication_graph()
         except ValueError as error:
             return [(("graph",), str(error))]
+        return []
+
+    def _following_complaints(self) -> list[Complaint]:
+        shares_motion = self.consensus.announces == "motion"
+        complaints: list[Complaint] = []
+        for index, own in enumerate(self.satellites):
+            law = self.satellite(index).controller
+            if law is None or (law.follows == "neighbour") == shares_motion:
+                continue
+            told = "their motion" if shares_motion else "their arc length"
+            sentence = (
+                f"satellite {own.name} has a controller that follows a {law.follows}, but satellites tell "
+                f"each other {told}; consensus kind motion goes with controllers that follow a neighbour"
+            )
+            complaints.append((("satellites", index), sentence))
+        if complaints or not shares_motion:
+            return complaints
+        try:
+            graph = self.communication_graph()
+        except ValueError:
+            return []
+        for index, own in enumerate(self.satellites):
+            heard = len(graph.neighbours(index))
+            if heard != 1:
+                sentence = f"satellite {own.name} hears {heard} others; it hears just the one that it follows"
+                complaints.append((("graph",), sentence))
+        return complaints
+
+    def _attitude_complaints(self) -> list[Complaint]:
+        names = [satellite.name for satellite in self.satellites]
+        complaints: list[Complaint] = []
+        for index in range(len(names)):
+            spec = self.satellite(index).attitude
+            if spec is None:
+                continue
+            found = spec.faults(self.orbit.rate)
+            if isinstance(spec.pointing, SatellitePointingSpec):
+                found += self._target_faults(index, spec.pointing.target, names)
+            complaints += [(("satellites", index), f"attitude of {names[index]}: {fault}") for fault in found]
+        return complaints
+
+    def _target_faults(self, index: int, target: str, names: list[str]) -> list[str]:
+        if target not in names:
+            return [f"there is no satellite {target} to point at; there are {', '.join(sorted(names))}"]
+        if self.consensus.announces != "arc_length":
+            return ["pointing at another satellite needs its arc length, and satellites tell their motion"]
+        try:
+            heard = self.communication_graph().neighbours(index)
+        except ValueError:
+            return []
+        if names.index(target) not in heard:
+            return [f"it has to hear {target} to point at it"]
         return []
 
     def communication_graph(self) -> Graph:

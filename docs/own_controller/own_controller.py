@@ -1,0 +1,38 @@
+"""A spring and a damper between the satellite and its reference."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.elementwise import Array
+from satform.reference import Reference
+from satform.spec import PositivePerAxis
+
+
+@dataclass(frozen=True)
+class SpringDamper:
+    """The control law; arrays of shape (..., 3), so that many satellites can fly as one."""
+
+    stiffness: Array
+    damping: Array
+
+    def start(self, motion: Motion) -> None:
+        """No memory."""
+
+    def act(self, motion: Motion, reference: Reference, memory: None) -> Action:
+        spring = self.stiffness * (motion.position - reference.position)
+        damper = self.damping * (motion.velocity - reference.velocity)
+        return Action(-(spring + damper), np.zeros_like(spring))
+
+
+class SpringDamperSpec(ControllerSpec):
+    kind: Literal["spring_damper"] = "spring_damper"
+    stiffness: PositivePerAxis = (1e-4, 1e-4, 1e-4)
+    """Acceleration per position error, per axis, 1/s^2."""
+    damping: PositivePerAxis = (2e-2, 2e-2, 2e-2)
+    """Acceleration per velocity error, per axis, 1/s."""
+
+    def build(self, setting: FlightSetting) -> SpringDamper:
+        return SpringDamper(np.array(self.stiffness), np.array(self.damping))

@@ -1,0 +1,127 @@
+"""Attitude that points a sensor at another satellite of the formation."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from satform.control.jets import Jet
+from satform.control.pointing import (
+    AttitudeReference,
+    CircularOrbit,
+    SensorAxes,
+    pointing_reference,
+    sensor_axes,
+)
+from satform.elementwise import Array
+from satform.reference import Reference
+from satform.spec import Spec, Vector
+
+
+def inertial_line(own: Reference, target: Reference, orbit: CircularOrbit, time: Array) -> Jet:
+    """Line of sight from one desired motion to another, in inertial axes.
+
+    Args:
+        own: desired motion of the satellite that looks, LVLH, shape (..., 3).
+        target: desired motion of the one that it looks at, LVLH, shape (..., 3).
+        orbit: of the chief.
+        time: s, shape (...).
+
+    Returns:
+        m, with its derivatives, shape (..., 3).
+
+    Source: Kinematics in a frame that turns evenly; Schaub & Junkins, ch. 1.
+    """
+    apart = target.position - own.position
+    moving = target.velocity - own.velocity
+    speeding = target.acceleration - own.acceleration
+    rate = np.asarray(orbit.mean_motion)
+    # Turning about z takes x to y and y to -x.
+    turned = np.stack((-apart[..., 1], apart[..., 0], 0.0 * apart[..., 2]), axis=-1)
+    turned_moving = np.stack((-moving[..., 1], moving[..., 0], 0.0 * moving[..., 2]), axis=-1)
+    flat = np.stack((apart[..., 0], apart[..., 1], 0.0 * apart[..., 2]), axis=-1)
+    spin = rate[..., None]
+    velocity = moving + spin * turned
+    acceleration = speeding + 2.0 * spin * turned_moving - spin * spin * flat
+    return Jet(*(to_inertial(vector, orbit, time) for vector in (apart, velocity, acceleration)))
+
+
+def to_inertial(vector: Array, orbit: CircularOrbit, time: Array) -> Array:
+    """Components in LVLH, shape (..., 3), as inertial ones at a time (s, shape (...))."""
+    angle = np.asarray(orbit.mean_motion) * time
+    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    x, y = vector[..., 0, None], vector[..., 1, None]
+    radial, transverse = orbit.radial, orbit.transverse
+    normal = np.stack(
+        (
+            radial[..., 1] * transverse[..., 2] - radial[..., 2] * transverse[..., 1],
+            radial[..., 2] * transverse[..., 0] - radial[..., 0] * transverse[..., 2],
+            radial[..., 0] * transverse[..., 1] - radial[..., 1] * transverse[..., 0],
+        ),
+        axis=-1,
+    )
+    outward = radial * cosine + transverse * sine
+    ahead = transverse * cosine - radial * sine
+    inertial: Array = x * outward + y * ahead + vector[..., 2, None] * normal
+    return inertial
+
+
+@dataclass(frozen=True)
+class SatellitePointing:
+    """A satellite that has to point at another one, and to keep its panels to the sun.
+
+    Attributes:
+        orbit: of the chief; inertial axes are its LVLH axes at time zero.
+        sun: unit vector to the sun, inertial, shape (..., 3).
+        axes: of sensor and panels.
+    """
+
+    orbit: CircularOrbit
+    sun: Array
+    axes: SensorAxes
+
+    def reference(self, own: Reference, target: Reference, time: Array) -> AttitudeReference:
+        """Desired attitude from the desired motions (LVLH, shape (..., 3)) at a time (s, shape (...))."""
+        return pointing_reference(inertial_line(own, target, self.orbit, time), self.sun, self.axes)
+
+
+class SatellitePointingSpec(Spec):
+    """Pointing at another satellite of the formation, with the panels kept to the sun.
+
+    Inertial axes are the chief's LVLH axes at time zero. The satellite has to hear the other one.
+    """
+
+    kind: Literal["satellite_pointing"] = "satellite_pointing"
+    target: str
+    """Name of the satellite pointed at."""
+    sun: Vector = (0.0, 0.0, 1.0)
+    """Direction to the sun, inertial components, any length."""
+    boresight: Vector = (1.0, 0.0, 0.0)
+    """Direction of the sensor, body components, any length."""
+    panel_axis: Vector = (0.0, 1.0, 0.0)
+    """Direction that has to be perpendicular to the sun, body components, any length."""
+
+    def build(self, mean_motion: float, radius: float) -> SatellitePointing:
+        """The pointing task.
+
+        Args:
+            mean_motion: of the chief, rad/s.
+            radius: of the chief's orbit, m.
+
+        Raises:
+            ValueError: a direction is zero, or the panel axis is parallel to the boresight.
+        """
+        sun = np.array(self.sun, dtype=np.float64)
+        length = math.sqrt(float(sun @ sun))
+        if length == 0.0:
+            raise ValueError("sun needs a direction, got a zero vector")
+        orbit = CircularOrbit(
+            radial=np.array([1.0, 0.0, 0.0]),
+            transverse=np.array([0.0, 1.0, 0.0]),
+            radius=np.asarray(radius, dtype=np.float64),
+            mean_motion=np.asarray(mean_motion, dtype=np.float64),
+        )
+        return SatellitePointing(
+            orbit, sun / length, sensor_axes(np.array(self.boresight), np.array(self.panel_axis))
+        )

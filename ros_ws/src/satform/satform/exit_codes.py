@@ -1,0 +1,16 @@
+"""How a command or a node's process ends: the one table of exit codes."""
+
+EXIT_DONE = 0
+"""Done; what was judged is as expected."""
+
+EXIT_MISSED = 1
+"""An expectation was missed."""
+
+EXIT_BAD_INPUT = 2
+"""Something that was given cannot be used: a scenario, a parameter, a folder."""
+
+EXIT_LOST = 3
+"""A process was lost, or something of the flight."""
+
+EXIT_STOPPED = 130
+"""Stopped by the user."""

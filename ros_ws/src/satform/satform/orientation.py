@@ -1,0 +1,226 @@
+"""The flight software of a satellite's attitude: what it is told, where it points, what it commands."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from satform.announcements import AnyHeard
+from satform.consensus.arc_length import Heard
+from satform.control.attitude import AttitudeTracking, AttitudeTrackingSpec
+from satform.control.pointing import AttitudeReference, CircularOrbit, GroundPointing, GroundPointingSpec
+from satform.control.satellite_pointing import SatellitePointing, SatellitePointingSpec
+from satform.dynamics.attitude import AttitudeState, direction_cosines, gravity_gradient_torque
+from satform.dynamics.linear import multiply
+from satform.earth import GRAVITATIONAL_PARAMETER
+from satform.elementwise import Array
+from satform.reference import Path, Reference
+from satform.spec import Positive, Spec, Vector
+
+_BLOCK = 256
+"""Steps whose references are worked out at once, where they depend on time alone."""
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """What a satellite is told of its attitude.
+
+    Attributes:
+        mrp: inertial to body, modified Rodrigues parameters, shape (..., 3).
+        angular_velocity: of the body, body components, rad/s, shape (..., 3).
+        wheel_momentum: absolute, of each wheel about its spin axis, N m s, shape (..., 3).
+    """
+
+    mrp: Array
+    angular_velocity: Array
+    wheel_momentum: Array
+
+
+@dataclass(frozen=True)
+class Target:
+    """The satellite that is pointed at, as the one that points knows it.
+
+    Attributes:
+        path: on which it flies.
+        phase_offset: generalised arc length by which it leads the agreement, m, shape (...).
+        place: of the target among those that are heard, shape (...).
+    """
+
+    path: Path
+    phase_offset: Array
+    place: NDArray[np.int64]
+
+    def reference(self, heard: Heard) -> Reference:
+        """Where the target is to be, from what it says."""
+        place = self.place[..., None]
+        phase = np.take_along_axis(heard.arc_length, place, axis=-1)[..., 0]
+        rate = np.take_along_axis(heard.rate, place, axis=-1)[..., 0]
+        return self.path.reference(phase + self.phase_offset, rate, np.zeros_like(rate))
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """Pointing and the law that keeps to it; arrays carry a leading axis when many fly as one.
+
+    Attributes:
+        law: with the body that it flies.
+        pointing: at a place on the ground or at another satellite.
+        target: the other satellite; None for a place on the ground.
+        gravity_gradient: whether the Earth's torque acts and is compensated.
+        start: attitude and momenta at the first step.
+    """
+
+    law: AttitudeTracking
+    pointing: GroundPointing | SatellitePointing
+    target: Target | None
+    gravity_gradient: bool
+    start: AttitudeState
+
+    @property
+    def orbit(self) -> CircularOrbit:
+        """The orbit from which the Earth pulls."""
+        return self.pointing.orbit
+
+    def external(self, mrp: Array, time: Array) -> Array:
+        """Torque of gravity on the satellite, taken at the chief.
+
+        Args:
+            mrp: attitude, shape (..., 3).
+            time: s, shape (...).
+
+        Returns:
+            Body components, N m, shape (..., 3).
+        """
+        if not self.gravity_gradient:
+            return np.zeros_like(mrp)
+        radius = np.asarray(self.orbit.radius)
+        down = multiply(direction_cosines(mrp), -self.orbit.position(time).value / radius[..., None])
+        return gravity_gradient_torque(self.law.body.inertia, down, radius, GRAVITATIONAL_PARAMETER)
+
+    def wheel_torque(self, told: Attitude, reference: AttitudeReference, time: Array) -> Array:
+        """Torque that the motors on the wheels are to give.
+
+        Args:
+            told: the own attitude.
+            reference: desired attitude.
+            time: s, shape (...).
+
+        Returns:
+            N m, shape (..., 3).
+        """
+        momentum = multiply(self.law.body.platform_inertia, told.angular_velocity) + told.wheel_momentum
+        state = AttitudeState(told.mrp, momentum, told.wheel_momentum)
+        return self.law.wheel_torque(state, reference, self.external(told.mrp, time))
+
+
+class Aim:
+    """The desired attitude of each step, worked out ahead where it depends on time alone."""
+
+    def __init__(self, orientation: Orientation, step: float) -> None:
+        self._orientation = orientation
+        self._step = step
+        self._number = -1
+        self._block: AttitudeReference | None = None
+
+    def at(self, step: int, own: Reference, heard: AnyHeard) -> AttitudeReference:
+        """The desired attitude at a step.
+
+        Args:
+            step: number of the step.
+            own: desired motion of the satellite at the step, LVLH.
+            heard: from its neighbours.
+        """
+        pointing, target = self._orientation.pointing, self._orientation.target
+        if isinstance(pointing, SatellitePointing):
+            assert target is not None  # noqa: S101 - built together
+            assert isinstance(heard, Heard)  # noqa: S101 - the scenario's validator has seen to it
+            time = np.full(own.position.shape[:-1], step * self._step)
+            return pointing.reference(own, target.reference(heard), time)
+        number, row = divmod(step, _BLOCK)
+        if self._block is None or number != self._number:
+            times: Array = (number * _BLOCK + np.arange(_BLOCK, dtype=np.float64)) * self._step
+            axes = (1,) * (own.position.ndim - 1)
+            self._block = pointing.reference(times.reshape(_BLOCK, *axes))
+            self._number = number
+        block = self._block
+        return AttitudeReference(
+            block.mrp[row], block.angular_velocity[row], block.angular_acceleration[row], block.feasible[row]
+        )
+
+
+class AttitudeSpec(Spec):
+    """A satellite's attitude: its body and wheels, where it points, and the law that keeps it there."""
+
+    controller: AttitudeTrackingSpec = AttitudeTrackingSpec()
+    """The control law, with the inertias of the satellite and of its wheels."""
+    pointing: Annotated[GroundPointingSpec | SatellitePointingSpec, Field(discriminator="kind")]
+    """What the sensor points at."""
+    wheel_torque_limit: Positive | None = None
+    """Largest torque of each wheel's motor, N m; none when left out."""
+    wheel_momentum_limit: Positive | None = None
+    """Largest momentum of each wheel, N m s; none when left out."""
+    gravity_gradient: bool = True
+    """Whether the Earth's gravity turns the satellite."""
+    mrp: Vector | None = None
+    """Attitude at the start, inertial to body; that of the pointing when left out."""
+    angular_velocity: Vector | None = None
+    """Of the body at the start, body components, rad/s; that of the pointing when left out."""
+    wheel_speed: Vector = (0.0, 0.0, 0.0)
+    """Of the wheels at the start, relative to the body, rad/s."""
+    maximum_step: Positive = 0.05
+    """Longest sub-step of the integration of the true attitude, s."""
+
+    def faults(self, mean_motion: float) -> list[str]:
+        """What of this cannot be flown about a chief of a mean motion in rad/s."""
+        try:
+            self.controller.build()
+            if isinstance(self.pointing, GroundPointingSpec):
+                own = float(self.pointing.build().orbit.mean_motion)
+                if not math.isclose(own, mean_motion, rel_tol=1e-6):
+                    return [
+                        f"an orbit at the altitude of the pointing has a mean motion of {own:.9g} rad/s, "
+                        f"the chief's is {mean_motion:.9g} rad/s"
+                    ]
+            else:
+                self.pointing.build(mean_motion, 1.0)
+        except ValueError as error:
+            return [str(error)]
+        return []
+
+
+def orientation(
+    spec: AttitudeSpec,
+    orbit: tuple[float, float],
+    own: Reference,
+    target: tuple[Target, Reference] | None,
+) -> Orientation:
+    """Pointing and law of one satellite, with its attitude at the start.
+
+    Args:
+        spec: from the scenario.
+        orbit: mean motion (rad/s) and radius (m) of the chief.
+        own: desired motion at the start, LVLH, shape (3,).
+        target: the other satellite, and its desired motion at the start; None for a place on the ground.
+
+    Returns:
+        What flies.
+
+    Raises:
+        ValueError: it cannot be flown.
+    """
+    law = spec.controller.build()
+    pointing: GroundPointing | SatellitePointing
+    if isinstance(spec.pointing, GroundPointingSpec):
+        pointing = spec.pointing.build()
+        wanted = pointing.reference(np.zeros(()))
+    else:
+        assert target is not None  # noqa: S101 - the scenario's validator has seen to it
+        pointing = spec.pointing.build(*orbit)
+        wanted = pointing.reference(own, target[1], np.zeros(()))
+    mrp = wanted.mrp if spec.mrp is None else np.array(spec.mrp)
+    rate = wanted.angular_velocity if spec.angular_velocity is None else np.array(spec.angular_velocity)
+    start = law.body.at_rate(mrp, rate, np.array(spec.wheel_speed))
+    return Orientation(law, pointing, None if target is None else target[0], spec.gravity_gradient, start)

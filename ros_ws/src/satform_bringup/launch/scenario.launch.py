@@ -1,0 +1,96 @@
+"""Flies a scenario under `ros2 launch`: the same processes, told the same, as `satform run`."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from satform.scenario import load_scenario
+from satform_bringup import BAG_FOLDER, PACKAGE, SCENARIO_FILE
+from satform_bringup.processes import NodeProcess, processes
+
+
+def generate_launch_description() -> LaunchDescription:
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "scenario", description="Name of a file in a folder `scenarios`, or path of a YAML file."
+            ),
+            DeclareLaunchArgument(
+                "record", default_value="true", choices=["true", "false"], description="Record a bag."
+            ),
+            DeclareLaunchArgument(
+                "out",
+                default_value="",
+                description="Folder for the scenario as flown and the bag; by default a new one in `runs`.",
+            ),
+            DeclareLaunchArgument(
+                "group",
+                default_value="1",
+                description="Satellites that share a process; they talk over DDS all the same.",
+            ),
+            OpaqueFunction(function=_nodes),
+        ]
+    )
+
+
+def _nodes(context: LaunchContext) -> list[Node]:
+    asked = {
+        name: LaunchConfiguration(name).perform(context) for name in ("scenario", "record", "out", "group")
+    }
+    if not asked["group"].isdecimal() or int(asked["group"]) < 1:
+        raise RuntimeError(f"group:={asked['group']} is not a number of satellites, 1 or more")
+    scenario = load_scenario(_find(asked["scenario"]))
+    out = _folder(asked["out"], scenario.name)
+    scenario_file = out / SCENARIO_FILE
+    scenario_file.write_text(scenario.to_json(), encoding="utf-8")
+    bag = out / BAG_FOLDER if asked["record"] == "true" else None
+    return [_node(process) for process in processes(scenario, scenario_file, bag, int(asked["group"]))]
+
+
+def _node(process: NodeProcess) -> Node:
+    """The process as an action.
+
+    Name and parameters are on its command line, where they are quoted already; launch would write the
+    parameters to a file, in which a satellite called `on` became a bool, and give all nodes of a group
+    one name.
+    """
+    return Node(
+        package=PACKAGE,
+        executable=process.executable,
+        exec_name=process.name,
+        arguments=process.arguments(),
+        output="screen",
+        on_exit=_end_all_if_lost,
+    )
+
+
+def _end_all_if_lost(event: Any, _context: LaunchContext) -> Shutdown | None:
+    """Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all."""
+    if event.returncode == 0:
+        return None
+    return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
+
+
+def _find(scenario: str) -> Path:
+    path = Path(scenario)
+    if path.is_file():
+        return path
+    for folder in (Path.cwd(), *Path(__file__).resolve().parents):
+        found = folder / "scenarios" / f"{scenario}.yaml"
+        if found.is_file():
+            return found
+    raise RuntimeError(f"there is no scenario {scenario!r}; name one, or the path of a YAML file")
+
+
+def _folder(out: str, scenario: str) -> Path:
+    moment = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
+    folder = Path(out or f"runs/{scenario}-{moment}").absolute()
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()):
+        raise RuntimeError(f"{folder} is not empty; name another folder with out:=")
+    return folder

@@ -1,0 +1,42 @@
+"""Several satellites' nodes in one process, still talking over DDS: for more satellites than processes."""
+
+import sys
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+
+from satform.exit_codes import EXIT_BAD_INPUT
+from satform_nodes.executor import StepExecutor
+from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
+from satform_nodes.parameters import FormationNode, declare_fixed
+from satform_nodes.report import Report
+from satform_nodes.satellite_node import SatelliteNode, fly_all
+
+
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+    """Make a node for each satellite of the group, and fly them on one executor."""
+    declare_fixed(node, "scenario", "", "path of the scenario file")
+    names = declare_fixed(node, "satellites", [""], "names of the satellites in this process")
+    recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
+    scenario = scenario_of(node)
+    if not any(names):
+        sentence = f"{node.get_name()} needs the parameter satellites: names from the scenario"
+        raise NodeError(sentence, EXIT_BAD_INPUT)
+    satellites = []
+    for name in names:
+        own = FormationNode(name)
+        executor.add_node(own)
+        satellites.append(SatelliteNode(own, executor, scenario, name, recorded, report))
+    try:
+        return fly_all(satellites, executor, stop)
+    finally:
+        for satellite in satellites:
+            satellite.node.destroy_node()
+
+
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
+    """Fly a group of satellites; entry point of the executable `group_node`."""
+    return run("group", fly, arguments, Report(pipe))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

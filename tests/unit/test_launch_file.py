@@ -1,0 +1,151 @@
+"""The launch file starts what `satform run` starts; with ROS 2's own launch where that is installed."""
+
+import importlib.util
+import sys
+import types
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from flights import SCENARIOS, shipped
+from satform.scenario import load_scenario
+from satform_bringup.processes import NodeProcess, processes
+
+FILE = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "launch" / "scenario.launch.py"
+
+
+class Made:
+    """Stands for an action: what it was made with."""
+
+    def __init__(self, *positional: Any, **named: Any) -> None:
+        self.positional = positional
+        self.named = named
+
+
+@dataclass
+class Context:
+    """The part of a launch context that a launch file's arguments are read from."""
+
+    launch_configurations: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class Configuration:
+    """Stands for `LaunchConfiguration`."""
+
+    name: str
+
+    def perform(self, context: Any) -> str:
+        return str(context.launch_configurations[self.name])
+
+
+def stand_ins() -> dict[str, types.ModuleType]:
+    """The few names of `launch` and `launch_ros` that the file uses."""
+    names: dict[str, dict[str, Any]] = {
+        "launch": {"LaunchContext": Context, "LaunchDescription": lambda entities: entities},
+        "launch.actions": {"DeclareLaunchArgument": Made, "OpaqueFunction": Made, "Shutdown": Made},
+        "launch.substitutions": {"LaunchConfiguration": Configuration},
+        "launch_ros": {},
+        "launch_ros.actions": {"Node": Made},
+    }
+    modules = {}
+    for name, contents in names.items():
+        modules[name] = types.ModuleType(name)
+        vars(modules[name]).update(contents)
+    return modules
+
+
+@pytest.fixture
+def launch_file(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The file as a module, its actions recorded instead of made."""
+    # Not `launch`, which may be found as the folder that the file is in.
+    if importlib.util.find_spec("launch_ros") is None:
+        for name, module in stand_ins().items():
+            monkeypatch.setitem(sys.modules, name, module)
+    spec = importlib.util.spec_from_file_location("scenario_launch", FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for name in ("DeclareLaunchArgument", "Node", "OpaqueFunction", "Shutdown"):
+        monkeypatch.setattr(module, name, Made)
+    monkeypatch.setattr(module, "LaunchDescription", lambda entities: entities)
+    monkeypatch.setattr(module, "LaunchConfiguration", Configuration)
+    return module
+
+
+def launched(launch_file: Any, **given: str) -> list[dict[str, Any]]:
+    """What each node is made with when the file is launched with these arguments."""
+    *arguments, opaque = launch_file.generate_launch_description()
+    known = {argument.positional[0]: argument.named.get("default_value") for argument in arguments}
+    assert set(given) <= set(known)
+    function: Callable[[Context], list[Made]] = opaque.named["function"]
+    return [node.named for node in function(Context({**known, **given}))]
+
+
+def told(nodes: list[dict[str, Any]]) -> list[tuple[str, str, str, list[str]]]:
+    return [(node["package"], node["executable"], node["exec_name"], node["arguments"]) for node in nodes]
+
+
+def expected(nodes: list[NodeProcess]) -> list[tuple[str, str, str, list[str]]]:
+    return [("satform_nodes", node.executable, node.name, node.arguments()) for node in nodes]
+
+
+@pytest.mark.parametrize(("name", "group"), [("triangle", 1), ("ring_six", 4)])
+def test_every_process_of_a_run_is_a_node_of_the_launch_and_no_other(
+    name: str, group: int, launch_file: Any, tmp_path: Path
+) -> None:
+    nodes = launched(launch_file, scenario=name, out=str(tmp_path), group=str(group))
+    wanted = processes(shipped(name), tmp_path / "scenario.json", tmp_path / "bag", group)
+    assert told(nodes) == expected(wanted)
+    assert load_scenario(tmp_path / "scenario.json") == shipped(name)
+
+
+def test_without_a_record_there_is_no_recorder(launch_file: Any, tmp_path: Path) -> None:
+    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), record="false")
+    assert told(nodes) == expected(processes(shipped("triangle"), tmp_path / "scenario.json", None))
+
+
+def test_a_scenario_may_be_a_path_and_its_flight_gets_a_folder_of_its_own(
+    launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text((SCENARIOS / "triangle.yaml").read_text())
+    launched(launch_file, scenario="mine.yaml")
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert folder.name.startswith("triangle-")
+    assert load_scenario(folder / "scenario.json") == shipped("triangle")
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"scenario": "triangel"}, "there is no scenario 'triangel'"),
+        ({"group": "0"}, "group:=0 is not a number of satellites"),
+        ({"group": "two"}, "group:=two is not a number of satellites"),
+        ({"out": str(SCENARIOS)}, "is not empty; name another folder"),
+    ],
+)
+def test_what_cannot_be_launched_is_a_sentence(
+    given: dict[str, str], sentence: str, launch_file: Any, tmp_path: Path
+) -> None:
+    with pytest.raises(RuntimeError, match=sentence):
+        launched(launch_file, **{"scenario": "triangle", "out": str(tmp_path), **given})
+
+
+def test_a_lost_process_ends_the_launch_and_one_that_is_done_does_not(
+    launch_file: Any, tmp_path: Path
+) -> None:
+    for node in launched(launch_file, scenario="triangle", out=str(tmp_path)):
+        assert node["on_exit"](types.SimpleNamespace(returncode=0, process_name="sat1-2"), Context()) is None
+        end = node["on_exit"](types.SimpleNamespace(returncode=-9, process_name="sat1-2"), Context())
+        assert end.named == {"reason": "sat1-2 ended with exit code -9"}
+
+
+def test_every_argument_says_what_it_is(launch_file: Any) -> None:
+    *arguments, _ = launch_file.generate_launch_description()
+    assert [argument.positional[0] for argument in arguments] == ["scenario", "record", "out", "group"]
+    assert all(argument.named["description"] for argument in arguments)

@@ -1,0 +1,88 @@
+"""Each ROS package names what it imports, and nothing else."""
+
+import ast
+import re
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ROOT / "ros_ws" / "src"
+
+DEPENDENCIES = {
+    "annotated_types": "python3-pydantic",
+    "numpy": "python3-numpy",
+    "pydantic": "python3-pydantic",
+    "pydantic_core": "python3-pydantic",
+    "ruamel": "python3-ruamel.yaml",
+    "scipy": "python3-scipy",
+    "yaml": "python3-yaml",
+    **{
+        name: name
+        for name in (
+            "ament_index_python",
+            "builtin_interfaces",
+            "geometry_msgs",
+            "launch",
+            "launch_ros",
+            "rcl_interfaces",
+            "rclpy",
+            "rosgraph_msgs",
+            "satform",
+            "satform_bringup",
+            "satform_msgs",
+            "satform_nodes",
+            "std_msgs",
+        )
+    },
+}
+"""What a package depends on that imports a module."""
+
+FROM_PIP = {"brahe", "mcap", "rosbags"}
+"""Imports that rosdep has no name for."""
+
+BY_NAME = {"satform_bringup": {"satform_nodes"}}
+"""What a package starts without importing it."""
+
+
+def imports(package: str) -> set[str]:
+    """Modules from elsewhere that the sources of a package import, wherever in a file they do."""
+    found: set[str] = set()
+    folder = SOURCES / package
+    for file in [*(folder / package).rglob("*.py"), *(folder / "launch").glob("*.py")]:
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found.add(node.module.partition(".")[0])
+    return found - sys.stdlib_module_names - {package}
+
+
+def declared(package: str) -> set[str]:
+    description = ET.parse(SOURCES / package / "package.xml")  # noqa: S314
+    return {entry.text or "" for tag in ("depend", "exec_depend") for entry in description.iter(tag)}
+
+
+@pytest.mark.parametrize("package", ["satform", "satform_nodes", "satform_bringup"])
+def test_a_package_depends_on_what_it_imports_and_on_nothing_else(package: str) -> None:
+    needed = {DEPENDENCIES[name] for name in imports(package) - FROM_PIP}
+    assert declared(package) == needed | BY_NAME.get(package, set())
+
+
+def test_what_rosdep_has_no_name_for_is_pinned_and_named_where_people_look() -> None:
+    pinned = set(re.findall(r"^([\w.-]+)==", (ROOT / "requirements.txt").read_text(), re.MULTILINE))
+    assert pinned >= FROM_PIP
+    description = (SOURCES / "satform" / "package.xml").read_text()
+    assert all(name in description for name in FROM_PIP)
+
+
+def test_exit_codes_are_defined_in_one_place() -> None:
+    defined = {
+        file.name
+        for folder in (SOURCES, ROOT / "tools")
+        for file in folder.rglob("*.py")
+        if re.search(r"^EXIT_\w+ *=", file.read_text(encoding="utf-8"), re.MULTILINE)
+    }
+    assert defined == {"exit_codes.py"}
