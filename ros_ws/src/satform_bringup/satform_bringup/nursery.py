@@ -13,6 +13,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext
 from multiprocessing.process import BaseProcess
@@ -23,6 +24,8 @@ from satform_bringup import PACKAGE
 from satform_bringup.domain import enter_domain
 
 _PRELOADED = f"{PACKAGE}.everything"
+_TERMINAL_SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+
 _SET_PARENT_DEATH_SIGNAL = 1
 """`PR_SET_PDEATHSIG` of Linux's prctl."""
 
@@ -34,9 +37,9 @@ def prepare() -> ForkServerContext:
     """Begin to make the server ready, in the background; calling it again changes nothing."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([_PRELOADED])
-    from multiprocessing import forkserver  # noqa: PLC0415  not needed by those who never fly
-
-    # A Ctrl-C in its first second would end the server in the middle of an import.
+    # The tracker lets signals through again when it starts, so it goes first.
+    resource_tracker.ensure_running()
+    # A terminal's signals reach the server too, which is to end with its starter and not before.
     with _signals_held():
         forkserver.ensure_running()
     return context
@@ -82,8 +85,8 @@ def _without_main_module() -> Iterator[None]:
 
 @contextmanager
 def _signals_held() -> Iterator[None]:
-    """Keep SIGINT from this process, and from those it starts, for a moment."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    """Keep a terminal's signals from this process for a moment, and from those it starts then for good."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL_SIGNALS)
     try:
         yield
     finally:
@@ -93,7 +96,7 @@ def _signals_held() -> Iterator[None]:
 def _live(executable: str, arguments: list[str], domain: int, log: Path, pipe: Connection) -> None:
     # A terminal's Ctrl-C is for the one who started the flight, who ends it in order.
     os.setsid()
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL_SIGNALS)
     _end_with_the_server()
     with log.open("wb") as output:
         os.dup2(output.fileno(), sys.stdout.fileno())
@@ -110,6 +113,8 @@ def _end_with_the_server() -> None:
 
     Without it a closed terminal would leave a formation flying that nobody watches.
     """
+    # Every process of the server keeps it alive by this, for processes of its own.
+    os.close(forkserver._forkserver._forkserver_alive_fd)
     server = os.getppid()
     ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGTERM)
     if os.getppid() != server:

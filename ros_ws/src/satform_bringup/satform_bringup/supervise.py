@@ -82,9 +82,9 @@ def fly(
         OSError: the folder cannot be written to, or a process cannot be started.
     """
     scenario_file = out / SCENARIO_FILE
-    scenario_file.write_text(scenario.to_json(), encoding="utf-8")
     bag = out / BAG_FOLDER if record else None
-    with own_domain() as domain, _asked_to_stop() as signals:
+    with _asked_to_stop() as signals, own_domain() as domain:
+        scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress)
         try:
             watch.start(processes(scenario, scenario_file, bag, group), out / LOG_FOLDER, domain)
@@ -175,8 +175,8 @@ class _Watch:
         while self.running:
             for key, _ in self.selector.select(_LOOK):
                 entry, handle = key.data
-                # The one before may have done away with this one.
-                if key.fileobj in self.selector.get_map():
+                # The one before may have done away with this one's process.
+                if entry.name in self.running:
                     handle(entry)
             if self.signals.count >= 2:
                 return
@@ -188,11 +188,12 @@ class _Watch:
                 return
 
     def _end_flight(self) -> None:
-        """Ask the plant to end the flight for everyone; without a plant, ask everyone."""
+        """Ask the plant to end the flight for everyone; without a plant or a first step, ask everyone."""
         if self.over_since is None:
             self.over_since = time.monotonic()
         plant = self.running.get("plant")
-        for entry in [plant] if plant else list(self.running.values()):
+        asked = [plant] if plant and self.flying_since else list(self.running.values())
+        for entry in asked:
             entry.process.terminate()
 
     def _on_report(self, entry: _Running) -> None:
