@@ -365,7 +365,7 @@ def test_a_python_that_is_on_the_path_but_does_not_run_is_passed_over(project, t
 def test_a_machine_without_a_fitting_python_is_told_which_ones_fit(project, tmp_path):
     launcher = project / "tools" / "satform"
     launcher.write_text(
-        launcher.read_text(encoding="utf-8").replace(" /usr/bin/python3 ", " "), encoding="utf-8"
+        launcher.read_text(encoding="utf-8").replace(" /usr/bin/python3;", ";"), encoding="utf-8"
     )
     result = _launch(project, ["run", "triangle"], _programs(tmp_path, "dirname", "readlink"))
     assert result.returncode == 2

@@ -36,6 +36,9 @@ _CLOCK_BYTES = 12
 _REPORT_EVERY = 128
 """Steps between two words to the plant about how far the recording is."""
 
+_LATE = 2.0
+"""Wall-clock time without a message after which those that are missing at the end count as lost, s."""
+
 _LAST_WORDS = 0.1
 """Wall-clock time after the end of the flight in which words still count, s."""
 
@@ -93,6 +96,13 @@ class RecorderNode:
     def recorded_step(self) -> int:
         """Last step of which everything is in the bag; -1 before the first."""
         return min(self._latest)
+
+    def lags(self) -> bool:
+        """Whether messages are missing of the steps that were complete when the flight ended."""
+        return self.ended is not None and any(
+            latest < min(last, self.ended.step - 1)
+            for latest, last in zip(self._latest, self._lasts, strict=True)
+        )
 
     @property
     def complete(self) -> bool:
@@ -229,7 +239,9 @@ def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, p
             sentence = f"nothing to record for {patience:g} s: the plant is silent"
             recorder.report.say("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
             raise NodeError(sentence, EXIT_LOST)
-        # What was said just before the end, on topics that are looked at now and then, is on its way.
+        # What was said in the last steps may still be on its way, or be sent once more.
+        executor.spin_while(lambda: recorder.lags() and not stop.asked, _LATE)
+        # So may what was said on topics that are looked at now and then.
         executor.spin_until(lambda: stop.asked, _LAST_WORDS)
     finally:
         recorder.bag.close()

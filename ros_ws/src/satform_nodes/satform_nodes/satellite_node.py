@@ -8,6 +8,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
+from rclpy.duration import Duration
 from satform_msgs.msg import Attitude as AttitudeMessage
 from satform_msgs.msg import (
     Command,
@@ -41,6 +42,9 @@ _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
 _NO_TORQUE = (0.0, 0.0, 0.0)
 
+
+_FAREWELL = Duration(seconds=2)
+"""How long a satellite stays for the sake of what it said last."""
 
 _KILOBYTE = 1024
 """Unit in which Linux tells the memory of a process, bytes."""
@@ -109,6 +113,7 @@ class SatelliteNode:
             self._listen_to(neighbour, announcement, topic_of(names[neighbour]))
         # Made last: whoever sees this subscription has seen all others of this satellite.
         status = node.create_subscription(FormationStatus, topics.STATUS, self._on_status, topics.LATCHED)
+        self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
         watching = ["recorder"] if recorded else []
         self._company.speaks(status, ["plant"])
         self._company.listens(self._say_ready, ["plant"])
@@ -137,6 +142,12 @@ class SatelliteNode:
     def say_ready(self) -> None:
         """Tell the plant that this satellite can fly."""
         self._say_ready.publish(Ready(node=self.node.get_fully_qualified_name(), step=self.step))
+
+    def see_off(self) -> None:
+        """Stay until what was said last has arrived, for a bounded time: it would be lost with this node."""
+        for publisher in self._spoken:
+            if not publisher.wait_for_all_acked(_FAREWELL):
+                return
 
     def say_how_it_went(self) -> None:
         """Tell whoever started the process what this satellite did."""
@@ -313,6 +324,8 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         max(PATIENCE, 2.0 * satellites[0].scenario.tolerated_silence),
     )
     for satellite in satellites:
+        if in_time:
+            satellite.see_off()
         satellite.say_how_it_went()
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
     satellites[0].report.say("memory", process=satellites[0].name, bytes=memory)
