@@ -319,10 +319,14 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
     for satellite in satellites:
         satellite.say_ready()
         satellite.report.say("ready", node=satellite.name)
-    in_time = executor.spin_while(
-        lambda: not (stop.asked or all(satellite.ended for satellite in satellites)),
-        max(PATIENCE, 2.0 * satellites[0].scenario.tolerated_silence),
-    )
+
+    def waiting() -> bool:
+        return not (stop.asked or all(satellite.ended for satellite in satellites))
+
+    # The first state comes when the last of all nodes is ready; the next ones soon or never.
+    patience = 2.0 * satellites[0].scenario.tolerated_silence
+    in_time = executor.spin_while(lambda: waiting() and satellites[0].step == 0, PATIENCE)
+    in_time = in_time and executor.spin_while(waiting, patience)
     for satellite in satellites:
         if in_time:
             satellite.see_off()
