@@ -149,8 +149,13 @@ class PlantNode:
         status.header.stamp.sec, status.header.stamp.nanosec = seconds, nanoseconds
         status.header.frame_id = topics.FRAME
         self._say_status.publish(status)
-        if phase != FormationStatus.FLYING and not self._say_status.wait_for_all_acked(_FAREWELL):
-            self.node.get_logger().warning("not everyone has heard that the flight has ended")
+        if phase == FormationStatus.FLYING:
+            return
+        # What the plant said last would be lost with it.
+        for publisher in (self._say_status, *self._say_state, self._say_clock):
+            if not publisher.wait_for_all_acked(_FAREWELL):
+                self.node.get_logger().warning("not everyone has heard how the flight ended")
+                return
 
     def _on_ready(self, ready: Ready) -> None:
         self._ready.add(ready.node.rpartition("/")[2])
