@@ -29,7 +29,7 @@ def until_it_installs(venv, process):
         found = {path.name.partition("-")[0] for path in venv.glob("lib/python*/site-packages/*.dist-info")}
         if found - {"pip", "setuptools"}:
             return
-        time.sleep(0.02)
+        time.sleep(0.02)  # what is awaited is a file of another process, of which nobody tells
     raise AssertionError(f"no package was installed (exit code {process.poll()})")
 
 

@@ -146,6 +146,7 @@ def end_leftovers(layout: Layout) -> None:
         for process in orphans:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.kill(int(process.name), signal.SIGKILL)
+        # They are nobody's children here, so their end is told by nothing but /proc.
         time.sleep(0.05)
 
 
