@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from satform.consensus.graph import Graph, TopologySpec
 from satform.elementwise import Array
-from satform.faults import Memory, SatelliteLostSpec, step_at
+from satform.faults import SatelliteLostSpec, step_at
 from satform.spec import NonNegative, Plugin, Spec
 
 if TYPE_CHECKING:
@@ -60,16 +60,19 @@ class Lost:
 
     satellite: int
     reason: str
-    planned: bool = False
 
 
 @dataclass(frozen=True)
 class Back:
-    """A satellite that was lost takes part again from this step on."""
+    """A satellite that was lost takes part again from this step on.
+
+    Attributes:
+        satellite: its place.
+        checkpoint: step of the checkpoint from which it goes on; None when it knows its flight plan only.
+    """
 
     satellite: int
-    memory: Memory
-    planned: bool = False
+    checkpoint: int | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +106,11 @@ def planned(scenario: "Scenario") -> Plan:
         if isinstance(fault, SatelliteLostSpec):
             place = names.index(fault.satellite)
             reason = f"{fault.satellite} is killed by the scenario"
-            plan.setdefault(step_at(fault.at, step), []).append(Lost(place, reason, planned=True))
+            gone = step_at(fault.at, step)
+            plan.setdefault(gone, []).append(Lost(place, reason))
             if fault.back is not None:
-                back = Back(place, fault.memory, planned=True)
-                plan.setdefault(step_at(fault.back, step), []).append(back)
+                kept = None if fault.memory == "plan" else _last_checkpoint(gone, scenario.checkpoint_steps)
+                plan.setdefault(step_at(fault.back, step), []).append(Back(place, kept))
     graph = scenario.communication_graph()
     for change in sorted(scenario.graph_schedule, key=lambda change: change.at):
         graph = change.applied(graph, names)
@@ -114,6 +118,13 @@ def planned(scenario: "Scenario") -> Plan:
         plan.setdefault(step_at(change.at, step), []).append(event)
     # A loss comes before a return at the same step.
     return {at: sorted(plan[at], key=lambda event: isinstance(event, Back)) for at in sorted(plan)}
+
+
+def _last_checkpoint(step: int, every: int | None) -> int | None:
+    """Step of the last checkpoint that a satellite has kept which is lost at a step."""
+    if every is None or step < every:
+        return None
+    return step // every * every
 
 
 def merged(*plans: Plan) -> Plan:

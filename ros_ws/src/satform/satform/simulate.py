@@ -12,7 +12,7 @@ from satform.announcements import WIDTH, numbers
 from satform.attitude_figures import FIGURES, attitude_figures
 from satform.checkpoint import restore, save
 from satform.control.protocol import Motion
-from satform.faults import Faults, Memory
+from satform.faults import Faults
 from satform.formation import (
     Adjusted,
     Back,
@@ -42,14 +42,12 @@ class _Group:
         satellite: the flight software, of one satellite or of several stacked.
         ears: who they are, and whom they hear.
         flies: whether they take part at present.
-        kept: the last checkpoint; None before the first.
         adjustments: what was changed of it in flight; None while nothing was.
     """
 
     satellite: Satellite
     ears: Ears
     flies: bool = True
-    kept: bytes | None = None
     adjustments: Adjustments | None = None
 
     @property
@@ -98,7 +96,14 @@ class _Flight:
         self.formation = Formation.of(scenario)
         self._names = [satellite.name for satellite in scenario.satellites]
         self._possible = possible_graph(scenario.communication_graph(), plan)
-        self._every = scenario.checkpoint_steps
+        # Checkpoints that someone will go on from, by satellite and step.
+        self._needed = {
+            (event.satellite, event.checkpoint)
+            for events in plan.values()
+            for event in events
+            if isinstance(event, Back) and event.checkpoint is not None
+        }
+        self._kept: dict[tuple[int, int], bytes] = {}
         self.groups = self._grouped(together=together)
         self.log = _Log(scenario)
 
@@ -122,8 +127,7 @@ class _Flight:
             turned = None if attitude is None else _rows(attitude, group)
             told = log.told(group.ears, self.formation)
             log.decided(group.members, group.satellite.act(own, told, measured_step, turned))
-            if self._every and group.satellite.state.step % self._every == 0:
-                group.kept = save(group.satellite)
+            self._keep(group)
         log.silent([group.members for group in self.groups if not group.flies])
         plant.advance(log.record.acceleration[step], log.wheel_torque())
         log.step = step + 1
@@ -135,7 +139,7 @@ class _Flight:
                 case Lost():
                     self.groups[event.satellite].flies = False
                 case Back():
-                    self._restart(event.satellite, event.memory, step)
+                    self._restart(event, step)
                 case Adjusted():
                     self._adjust(event)
                 case _:
@@ -147,14 +151,23 @@ class _Flight:
             group.adjustments = Adjustments(self.scenario, event.satellite)
         group.adjustments.set(group.satellite, event.name, event.value)
 
-    def _restart(self, index: int, memory: Memory, step: int) -> None:
-        group = self.groups[index]
-        fresh = self._single(index)
-        if memory == "checkpoint" and group.kept is not None:
-            restore(fresh.satellite, group.kept)
-            fresh.kept = group.kept
+    def _keep(self, group: _Group) -> None:
+        """Keep a checkpoint of a satellite if it is one that will be needed."""
+        if self._needed:
+            key = (int(group.members), group.satellite.state.step)
+            if key in self._needed:
+                self._kept[key] = save(group.satellite)
+
+    def _restart(self, event: Back, step: int) -> None:
+        fresh = self._single(event.satellite)
+        if event.checkpoint is not None:
+            key = (event.satellite, event.checkpoint)
+            if key not in self._kept:
+                name = self._names[event.satellite]
+                raise ValueError(f"{name} has no checkpoint of step {event.checkpoint} to come back from")
+            restore(fresh.satellite, self._kept[key])
         fresh.satellite.join(step)
-        self.groups[index] = fresh
+        self.groups[event.satellite] = fresh
 
     def finished(self) -> FlightRecord:
         """The whole flight."""
