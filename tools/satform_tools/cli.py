@@ -42,6 +42,7 @@ class RunMode(StrEnum):
 
     LOCKSTEP = "lockstep"
     INPROCESS = "inprocess"
+    REALTIME = "realtime"
 
 
 ScenarioArgument = Annotated[
@@ -62,7 +63,8 @@ def run(
     mode: Annotated[
         RunMode,
         typer.Option(
-            help="lockstep: a process for each satellite, over DDS; inprocess: one process, no ROS."
+            help="lockstep: a process for each satellite, over DDS; inprocess: one process, no ROS; "
+            "realtime: as lockstep, but on the wall clock."
         ),
     ] = RunMode.LOCKSTEP,
     record: Annotated[
@@ -84,6 +86,12 @@ def run(
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
+    rate: Annotated[
+        float,
+        typer.Option(
+            min=1e-3, max=1e6, help="With --mode realtime: simulated seconds in a second of the wall clock."
+        ),
+    ] = 1.0,
     restart: Annotated[
         bool, typer.Option("--restart", help="Start satellites again that are lost, from their checkpoints.")
     ] = False,
@@ -93,7 +101,7 @@ def run(
     ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
-    if mode is RunMode.LOCKSTEP:
+    if mode is not RunMode.INPROCESS:
         from satform_tools import ros
 
         ros.require()
@@ -104,7 +112,8 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    manner = running.Manner(measure, group, restart, without_recorder)
+    clock = rate if mode is RunMode.REALTIME else 0.0
+    manner = running.Manner(measure, group, restart, without_recorder, clock)
     outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:
         say.as_json(outcome.data())
@@ -157,6 +166,35 @@ def report(
     from satform_tools import reporting
 
     reporting.report(run, out, as_json=json)
+
+
+@app.command()
+def replay(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, bag folder, or .mcap file.")],
+    json: Json = False,
+) -> None:
+    """Fly a recorded flight once more in one process, with all that happened in it; 0 when all bits agree."""
+    from satform_tools import replaying
+
+    raise typer.Exit(replaying.replay(run, as_json=json))
+
+
+@app.command()
+def rejoin(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run that is under way.")],
+    satellite: Annotated[str, typer.Argument(help="Name of the satellite that was lost.")],
+) -> None:
+    """Start a lost satellite again: it takes part from a step that the run names, and ends with the run."""
+    from satform_tools import ros
+
+    ros.require()
+    from satform_bringup.rejoin import RejoinError
+    from satform_bringup.rejoin import rejoin as start_again
+
+    try:
+        raise typer.Exit(start_again(run, satellite))
+    except RejoinError as error:
+        raise CommandError(str(error)) from None
 
 
 @app.command()
