@@ -198,6 +198,21 @@ def rejoin(
 
 
 @app.command()
+def gallery(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Scenarios to fly; all when left out.")
+    ] = None,
+    stale: Annotated[
+        bool, typer.Option("--stale", help="Only those that have changed since their picture was made.")
+    ] = False,
+) -> None:
+    """Fly the scenarios that come with the project and make docs/gallery.md and its pictures anew."""
+    from satform_tools import gallery as pictures
+
+    raise typer.Exit(pictures.make(names or (), stale=stale))
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of scenario files, by which editors complete and check them."""
     from satform_tools import schemas
