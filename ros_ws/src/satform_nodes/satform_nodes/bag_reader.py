@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Message, Metadata
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
@@ -19,6 +19,7 @@ from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitu
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
+from satform_nodes.bag_events import TYPES, EventError, Events, Told, read_events
 from satform_nodes.bag_writer import RUN_METADATA, SCENARIO_ATTACHMENT
 from satform_nodes.wire import layout
 
@@ -54,6 +55,7 @@ class Bag:
         record: the flight, up to the last step of which everything is there.
         messages: number of messages of each topic.
         complete: whether the file was closed properly and holds the whole flight.
+        events: what else happened: losses, changes of the graph and of gains.
     """
 
     path: Path
@@ -62,6 +64,7 @@ class Bag:
     record: FlightRecord
     messages: dict[str, int]
     complete: bool
+    events: Events
 
 
 def read_bag(path: Path) -> Bag:
@@ -88,7 +91,7 @@ def read_bag(path: Path) -> Bag:
     record = _record(contents, scenario, file)
     whole = contents.closed and record.steps == scenario.timing.steps
     counts = {topic: len(messages) for topic, messages in contents.messages.items()}
-    return Bag(file, scenario, contents.versions, record, counts, whole)
+    return Bag(file, scenario, contents.versions, record, counts, whole, _events(contents, file))
 
 
 @dataclass
@@ -96,6 +99,7 @@ class _Contents:
     scenario: Scenario | None
     versions: dict[str, str]
     messages: dict[str, list[bytes]]
+    definitions: dict[str, Schema]
     closed: bool
 
 
@@ -111,8 +115,9 @@ def _find(path: Path) -> Path:
 
 
 def _scan(file: Path) -> _Contents:
-    contents = _Contents(None, {}, defaultdict(list), closed=False)
+    contents = _Contents(None, {}, defaultdict(list), {}, closed=False)
     names: dict[int, str] = {}
+    schemas: dict[int, Schema] = {}
     try:
         with file.open("rb") as stream:
             for record in StreamReader(stream, validate_crcs=True).records:
@@ -120,6 +125,9 @@ def _scan(file: Path) -> _Contents:
                     contents.messages[names[record.channel_id]].append(record.data)
                 elif isinstance(record, Channel):
                     names[record.id] = record.topic
+                    contents.definitions[record.topic] = schemas[record.schema_id]
+                elif isinstance(record, Schema):
+                    schemas[record.id] = record
                 else:
                     _note(contents, record, file)
         contents.closed = True
@@ -142,6 +150,18 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
             raise BagError(f"{file}: the scenario in it cannot be read: {error}") from None
     elif isinstance(record, Metadata) and record.name == RUN_METADATA:
         contents.versions = dict(record.metadata)
+
+
+def _events(contents: _Contents, file: Path) -> Events:
+    told = [
+        Told(topic, schema.name, schema.data.decode(errors="replace"), tuple(contents.messages[topic]))
+        for topic, schema in contents.definitions.items()
+        if schema.name in TYPES and topic in contents.messages
+    ]
+    try:
+        return read_events(told)
+    except EventError as error:
+        raise BagError(f"{file}: {error}") from None
 
 
 def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord:
