@@ -30,7 +30,7 @@ class Browser:
     """One page in a browser.
 
     Attributes:
-        complaints: everything that the page wrote to the console as a warning or an error, and what it threw.
+        complaints: everything that the page wrote to the console as an error, and what it threw.
         requests: every address that it asked for.
     """
 
@@ -120,13 +120,13 @@ class Browser:
     def _note(self, message: dict[str, Any]) -> None:
         told = message.get("params", {})
         match message.get("method"):
-            case "Runtime.consoleAPICalled" if told["type"] in {"error", "warning", "assert"}:
+            case "Runtime.consoleAPICalled" if told["type"] in {"error", "assert"}:
                 self.complaints.append(
                     " ".join(str(part.get("value", part.get("description"))) for part in told["args"])
                 )
             case "Runtime.exceptionThrown":
                 self.complaints.append(json.dumps(told["exceptionDetails"]))
-            case "Log.entryAdded" if told["entry"]["level"] in {"error", "warning"}:
+            case "Log.entryAdded" if told["entry"]["level"] == "error":
                 self.complaints.append(told["entry"]["text"])
             case "Network.requestWillBeSent":
                 self.requests.append(told["request"]["url"])

@@ -1,6 +1,5 @@
 """What a page draws over time: each quantity's lines, thinned, with their units."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
@@ -11,7 +10,7 @@ from satform.elementwise import Array
 from satform.metrics import arc_length_spread
 from satform.record import FlightRecord
 from satform_tools import prediction
-from satform_tools.drawing import Unit
+from satform_tools.drawing import Unit, length_unit
 from satform_tools.happenings import Connection, connections
 from satform_tools.kept import Kept
 from satform_tools.panels import agrees
@@ -211,13 +210,20 @@ def _distances(kept: Kept, draw: Drawer) -> Chart | None:
         return None
     apart = [np.linalg.norm(position[:, i] - position[:, j], axis=-1) for i, j in pairs]
     labels = tuple(f"{names[i]} - {names[j]}" for i, j in pairs)
-    return draw.each("distances", "Distances between satellites", "m", np.stack(apart, axis=1), labels)
+    values = np.stack(apart, axis=1)
+    unit = length_unit(values)
+    axis = f"distance [{unit.name}]"
+    return draw.each("distances", "Distances between satellites", axis, values / unit.size, labels)
 
 
 def _equipment(record: FlightRecord, draw: Drawer) -> list[Chart | None]:
     return [
-        draw.each("navigation_error", "Measurement error", "told less true position [m]", record.navigation_error),
-        draw.each("estimation_error", "Estimation error", "believed less true position [m]", record.estimation_error),
+        draw.each(
+            "navigation_error", "Measurement error", "told less true position [m]", record.navigation_error
+        ),
+        draw.each(
+            "estimation_error", "Estimation error", "believed less true position [m]", record.estimation_error
+        ),
         draw.each("propellant", "Propellant", "left [kg]", record.propellant),
     ]
 
@@ -225,20 +231,33 @@ def _equipment(record: FlightRecord, draw: Drawer) -> list[Chart | None]:
 def _attitude(record: FlightRecord, draw: Drawer) -> list[Chart | None]:
     if not record.pointing_error.size:
         return []
-    largest: Callable[[Array], Array] = lambda values: np.max(np.abs(values), axis=-1)  # noqa: E731
     degrees = np.rad2deg(record.pointing_error)
     return [
         draw.each("pointing_error", "Pointing error", "boresight to target [deg]", degrees),
         draw.each("attitude_error", "Attitude error", "length of the MRP [1]", record.attitude_error),
         draw.each("panel_to_sun", "Panels to the sun", "|cos| of the angle [1]", record.panel_to_sun),
         draw.each(
-            "angular_velocity", "Angular velocity", "largest component [rad/s]", largest(record.angular_velocity)
+            "angular_velocity",
+            "Angular velocity",
+            "largest component [rad/s]",
+            _largest(record.angular_velocity),
         ),
-        draw.each("wheel_torque", "Wheel torque", "largest of the wheels [N m]", largest(record.wheel_torque)),
         draw.each(
-            "wheel_momentum", "Wheel momentum", "largest of the wheels [N m s]", largest(record.wheel_momentum)
+            "wheel_torque", "Wheel torque", "largest of the wheels [N m]", _largest(record.wheel_torque)
+        ),
+        draw.each(
+            "wheel_momentum",
+            "Wheel momentum",
+            "largest of the wheels [N m s]",
+            _largest(record.wheel_momentum),
         ),
     ]
+
+
+def _largest(values: Array) -> Array:
+    """Magnitude of the largest component."""
+    found: Array = np.max(np.abs(values), axis=-1)
+    return found
 
 
 def _alive(kept: Kept, moments: list[Connection], time: Array, column: int) -> Line:

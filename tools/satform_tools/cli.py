@@ -15,8 +15,8 @@ import typer
 
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
 from satform_tools import bench_cli, plan_cli, say
-from satform_tools.formats import Format
 from satform_tools.faults import CommandError, sentence_of
+from satform_tools.formats import Format
 
 _EXIT_CODES = (
     "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
@@ -139,7 +139,9 @@ def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False
 def report(
     runs: Annotated[
         list[Path],
-        typer.Argument(metavar="RUN [OTHER]", help="Folder of a run, bag folder, or .mcap file; two are compared."),
+        typer.Argument(
+            metavar="RUN [OTHER]", help="Folder of a run, bag folder, or .mcap file; two are compared."
+        ),
     ],
     out: Annotated[
         Path | None,

@@ -144,7 +144,7 @@ def _difference(first: Kept, second: Kept, name: str) -> Difference | None:
 
 
 def _expected(first: list[Verdict], second: list[Verdict]) -> list[Expected]:
-    """Expectations of both by their labels, those of the first in their order, then what only the second has."""
+    """Expectations of both by their labels: those of the first in their order, then those of the second."""
     theirs = {(verdict.label, verdict.unit): verdict for verdict in second}
     found = []
     for verdict in first:

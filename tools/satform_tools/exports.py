@@ -4,6 +4,7 @@ import csv
 from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -105,7 +106,7 @@ def _write_parquet(kept: Kept, file: Path) -> Path:
     table = columns(record)
     steps = np.repeat(np.arange(record.steps + 1, dtype=np.int64), len(record.satellites))
     names = list(record.satellites) * (record.steps + 1)
-    data = {
+    data: dict[str, Any] = {
         "step": Column.from_numpy(steps),
         "satellite": Column(names, DataType.string()),
         **{name: Column.from_numpy(np.ascontiguousarray(values)) for name, values in table.items()},

@@ -48,7 +48,7 @@ class Kept:
         return f"cut short at step {self.record.steps} of {self.scenario.timing.steps}"
 
     def verdicts(self) -> list[Verdict]:
-        """The expectations against the flight; none of a part of a flight, which is no verdict on the whole."""
+        """The expectations against the flight; none where it is only a part of one."""
         return judge(self.scenario.expect, self.record) if self.complete else []
 
     def fingerprint(self) -> str:

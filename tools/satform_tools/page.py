@@ -80,7 +80,11 @@ def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
     clock = time_unit(_duration(both))
     seen = _spaces(both, clock)
     same_scenario = first.scenario.digest() == second.scenario.digest()
-    shown = [(first, "Scenario of both")] if same_scenario else [(first, "Scenario of A"), (second, "Scenario of B")]
+    shown = (
+        [(first, "Scenario of both")]
+        if same_scenario
+        else [(first, "Scenario of A"), (second, "Scenario of B")]
+    )
     figures = [
         content.figures(summarise(kept.record), f"Flight {side} in figures")
         for side, kept in zip(_SIDES, both, strict=True)
@@ -92,7 +96,10 @@ def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
         "facts": [
             content.Fact(f"{fact.name} ({side})", fact.value)
             for side, kept in zip(_SIDES, both, strict=True)
-            for fact in (content.Fact("Result", content.status(kept, kept.verdicts()).text), *content.facts(kept)[:2])
+            for fact in (
+                content.Fact("Result", content.status(kept, kept.verdicts()).text),
+                *content.facts(kept)[:2],
+            )
         ],
         "has_space": bool(seen),
         "space_note": "A is drawn with lines and dots, B with dashes and diamonds." if seen else "",
@@ -107,7 +114,9 @@ def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
     pairs = [[*charts(kept, clock), *graph_charts(kept, clock)] for kept in both]
     data = {
         **_frame(both, clock, seen),
-        "charts": [_chart(chart) for chart in (*_apart(first, second, comparison, clock), *_overlaid(*pairs))],
+        "charts": [
+            _chart(chart) for chart in (*_apart(first, second, comparison, clock), *_overlaid(*pairs))
+        ],
         "graphs": [],
         "events": [],
         "keys": ["A solid", "B dashed"],
@@ -135,7 +144,10 @@ def _frame(flights: Sequence[Kept], clock: Unit, seen: list[Space]) -> dict[str,
         "clock": clock.name,
         "end": _duration(flights) / clock.size,
         "length": length_unit(positions).name,
-        "space": [_space(flight, f" · {side}" if len(flights) > 1 else "") for flight, side in zip(seen, _SIDES, strict=False)],
+        "space": [
+            _space(flight, f" · {side}" if len(flights) > 1 else "")
+            for flight, side in zip(seen, _SIDES, strict=False)
+        ],
         "box": box(seen) if seen else [],
         "sameOrbits": True,
     }
@@ -222,7 +234,7 @@ def _packed(values: Array) -> str:
 def _library() -> str:
     """The script that draws, compressed: of the Python package around it nothing is used."""
     file = Path(str(distribution("plotly").locate_file("plotly/package_data/plotly.min.js")))
-    return base64.b64encode(gzip.compress(file.read_bytes(), 9, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(file.read_bytes(), 6, mtime=0)).decode()
 
 
 def _rendered(page: dict[str, Any], data: dict[str, Any]) -> str:

@@ -2,6 +2,8 @@
 
 import io
 import json
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -32,7 +34,7 @@ class PageTable:
 
     title: str
     headings: tuple[str, ...]
-    rows: list[tuple[str, ...]]
+    rows: Sequence[tuple[str, ...]]
     right: frozenset[int] = frozenset()
     styles: dict[int, str] = field(default_factory=dict)
 
@@ -105,7 +107,7 @@ def facts(kept: Kept) -> list[Fact]:
 
 def scenario_period(scenario: Scenario) -> str:
     """The chief's orbital period in words."""
-    period = 2.0 * 3.141592653589793 / scenario.orbit.rate
+    period = 2.0 * math.pi / scenario.orbit.rate
     return f"{period / 60.0:.1f} min" if period < 10 * 3600.0 else f"{period / 3600.0:.2f} h"
 
 
@@ -137,7 +139,14 @@ def expected_of_both(comparison: Comparison) -> PageTable:
         return " / ".join(dict.fromkeys(allowed))
 
     rows = [
-        (entry.label, asked(entry), cell(entry.first), cell(entry.second), number(entry.difference), entry.unit)
+        (
+            entry.label,
+            asked(entry),
+            cell(entry.first),
+            cell(entry.second),
+            number(entry.difference),
+            entry.unit,
+        )
         for entry in comparison.expected
     ]
     missed = {
@@ -168,7 +177,7 @@ def differences(comparison: Comparison) -> PageTable:
 def figures(summary: Summary, title: str) -> PageTable:
     """Each satellite's flight in figures."""
     start = f"from {summary.final_from:g} s on"
-    headings = (
+    headings: tuple[str, ...] = (
         "satellite",
         f"error [m], largest {start}",
         f"sliding variable [m/s], largest {start}",
@@ -178,7 +187,7 @@ def figures(summary: Summary, title: str) -> PageTable:
         "propellant [kg]",
         "clipped / withheld / starved",
     )
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (
             entry.name,
             number(entry.final_error),
@@ -221,8 +230,8 @@ def provenance(flights: list[Kept]) -> PageTable:
             "scenario digest": kept.scenario.digest(),
             "numbers' hash": kept.fingerprint(),
             "seed": str(kept.scenario.seed),
-            **{f"flown with {name}": version for name, version in kept.versions.items()},
-            **{f"reported with {name}": text for name, text in versions().items() if not kept.versions},
+            "flown with": _listed(kept.versions) or "nobody noted it down",
+            "reported with": _listed(versions()),
         }
         for kept in flights
     ]
@@ -230,6 +239,10 @@ def provenance(flights: list[Kept]) -> PageTable:
     rows = [(name, *(column.get(name, "-") for column in columns)) for name in names]
     values = ("value",) if len(flights) == 1 else ("A", "B")
     return PageTable("Provenance", ("what", *values), rows)
+
+
+def _listed(parts: dict[str, str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in parts.items())
 
 
 def scenario_text(scenario: Scenario, heading: str) -> ScenarioText:

@@ -1,4 +1,4 @@
-"""Telling of flights that were kept: figures as a table, a page for a browser, pictures and files of numbers."""
+"""Telling of flights that were kept: figures as a table, a page for a browser, files."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -8,8 +8,8 @@ from typing import Any
 from satform.metrics import Verdict
 from satform_tools import exports, say, tables
 from satform_tools.comparison import Comparison, compare
-from satform_tools.formats import Format
 from satform_tools.faults import CommandError, sentence_of
+from satform_tools.formats import Format
 from satform_tools.kept import Kept, find
 from satform_tools.say import Table, number
 from satform_tools.summary import summarise
@@ -105,7 +105,14 @@ def _print_comparison(comparison: Comparison) -> None:
     if unlike:
         headings = ("quantity", "largest difference", "unit", "satellite", "at step", "from step")
         cells = [
-            (entry.quantity, number(entry.largest), entry.unit, entry.satellite, str(entry.step), str(entry.first))
+            (
+                entry.quantity,
+                number(entry.largest),
+                entry.unit,
+                entry.satellite,
+                str(entry.step),
+                str(entry.first),
+            )
             for entry in unlike
         ]
         say.table(Table(headings, cells, frozenset({1, 4, 5})))

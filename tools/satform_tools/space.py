@@ -1,4 +1,4 @@
-"""The formation in space for a page: where everyone is at each moment, where they shall be, who hears whom."""
+"""The formation in space for a page: where everyone is and shall be at each moment, and who hears whom."""
 
 from dataclasses import dataclass
 

@@ -6,11 +6,7 @@
   const element = (id) => document.getElementById(id);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const hidden = new Set();
-  const config = {
-    responsive: true,
-    displaylogo: false,
-    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d", "resetCameraLastSave3d"],
-  };
+  const config = (buttons) => ({ responsive: true, displaylogo: false, modeBarButtons: [buttons] });
   // Distinguishable with any colour vision (Okabe & Ito 2008), lightened for dark paper.
   const palettes = {
     light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B98300", "#56B4E9", "#444444"],
@@ -55,8 +51,20 @@
     zerolinecolor: style("--rule"),
     tickfont: { size: 11 },
     automargin: true,
-    exponentformat: "power",
   });
+
+  // Whole decades where there are several, so that their labels have room.
+  function decades(chart) {
+    let low = Infinity;
+    let high = 0;
+    for (const line of chart.lines) {
+      for (const value of numbers(line.values)) {
+        if (value > 0) [low, high] = [Math.min(low, value), Math.max(high, value)];
+      }
+    }
+    const count = Math.log10(high / low);
+    return count > 1.7 ? { dtick: Math.ceil(count / 7) } : {};
+  }
 
   const base = () => ({
     paper_bgcolor: "rgba(0,0,0,0)",
@@ -100,7 +108,8 @@
 
   function layout(chart) {
     const vertical = axis(chart.axis);
-    if (chart.logarithmic) Object.assign(vertical, { type: "log", dtick: null, nticks: 7 });
+    if (chart.logarithmic) Object.assign(vertical, { type: "log", exponentformat: "power" }, decades(chart));
+    else vertical.tickformat = ",~g";
     if (chart.key === "alive") {
       const names = chart.lines.map((line) => line.name);
       Object.assign(vertical, {
@@ -110,11 +119,11 @@
     if (chart.key === "connectivity") vertical.rangemode = "tozero";
     return {
       ...base(),
-      margin: { l: 58, r: 14, t: 16, b: 40 },
+      margin: { l: 58, r: 14, t: 30, b: 40 },
       xaxis: { ...axis(`time [${data.clock}]`), range: [0, data.end], showspikes: false },
       yaxis: vertical,
       hovermode: "x unified",
-      legend: { orientation: "h", x: 1, xanchor: "right", y: 1.02, yanchor: "bottom", font: { size: 11 } },
+      legend: { orientation: "h", x: 0, xanchor: "left", y: 1.01, yanchor: "bottom", font: { size: 11 } },
       shapes: [cursor(), ...marks()],
       uirevision: chart.key,
     };
@@ -270,6 +279,14 @@
     return parts;
   }
 
+  // One scale on all axes, as large as the window allows.
+  function sides() {
+    const lengths = data.box.map(([low, high]) => high - low);
+    const room = element("scene").clientWidth / element("scene").clientHeight;
+    const scale = Math.min(1.75, 1.2 * room) / Math.max(...lengths);
+    return { x: lengths[0] * scale, y: lengths[1] * scale, z: lengths[2] * scale };
+  }
+
   let movable = [];
   function scene() {
     if (!data.space.length) return null;
@@ -295,13 +312,13 @@
       margin: { l: 0, r: 0, t: 0, b: 0 },
       uirevision: "scene",
       scene: {
-        aspectmode: "data", dragmode: "orbit", uirevision: "scene",
+        aspectmode: "manual", aspectratio: sides(), dragmode: "orbit", uirevision: "scene",
         camera: { eye: { x: 1.25, y: 0.8, z: 0.62 }, projection: { type: "orthographic" } },
         xaxis: side("radial x", data.box[0]),
         yaxis: side("along-track y", data.box[1]),
         zaxis: side("cross-track z", data.box[2]),
       },
-    }, config);
+    }, config(["toImage", "resetCameraDefault3d"]));
   }
 
   // ---- the slider
@@ -361,7 +378,7 @@
 
   function draw() {
     chips();
-    const work = everyChart().map((chart) => Plotly.react(chart.plot, traces(chart), layout(chart), config));
+    const work = everyChart().map((chart) => Plotly.react(chart.plot, traces(chart), layout(chart), config(["toImage", "resetScale2d"])));
     return Promise.all([scene(), ...work]);
   }
 
