@@ -94,16 +94,12 @@ class Browser:
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
-    def picture(self, file: Path, *, whole: bool = False) -> None:
-        """Keep what the window shows, or the whole page, as a PNG."""
-        found = self.call("Page.captureScreenshot", captureBeyondViewport=whole, **self._clip(whole))
+    def picture(self, file: Path, place: dict[str, float] | None = None) -> None:
+        """Keep a place of the page as a PNG; all of it when none is named."""
+        size = place or self.call("Page.getLayoutMetrics")["cssContentSize"]
+        clip = {**size, "scale": 1}
+        found = self.call("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
         file.write_bytes(base64.b64decode(found["data"]))
-
-    def _clip(self, whole: bool) -> dict[str, Any]:
-        if not whole:
-            return {}
-        size = self.call("Page.getLayoutMetrics")["cssContentSize"]
-        return {"clip": {**size, "scale": 1}}
 
     def _next(self, end: float, waiting_for: str) -> dict[str, Any]:
         while b"\0" not in self._buffer:
