@@ -117,14 +117,13 @@ def expectations(verdicts: list[Verdict]) -> PageTable:
         (
             verdict.label,
             verdict.allowed,
-            number(verdict.figure),
-            verdict.unit,
+            f"{number(verdict.figure)} {verdict.unit}".rstrip(),
             "passed" if verdict.met else "missed",
         )
         for verdict in verdicts
     ]
     styles = {row: "met" if verdict.met else "missed" for row, verdict in enumerate(verdicts)}
-    headings = ("expectation", "asked", "found", "unit", "result")
+    headings = ("expectation", "asked", "found", "result")
     return PageTable("What was expected", headings, rows, frozenset({2}), styles)
 
 
