@@ -1,18 +1,36 @@
 """The report of a flight: the record behind it, its figures and its pictures."""
 
+import csv
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from arro3.io import read_parquet
 
 from flights import shipped, shortened
 from satform.record import QUANTITIES, FlightRecord
 from satform.simulate import simulate
 from satform_tools import cli, drawing, folders, prediction
+from satform_tools.charts import charts
+from satform_tools.drawing import Unit
+from satform_tools.kept import find
+from satform_tools.page import page_of
 from satform_tools.summary import summarise
+from satform_tools.thinning import extremes
 
 PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def numbers_of(page: Path) -> Any:
+    """What a page's figures are drawn from."""
+    found = re.search(r'id="data">(.*?)</script>', page.read_text(), re.DOTALL)
+    assert found is not None
+    return json.loads(found.group(1))
 
 
 @pytest.fixture(scope="module")
@@ -30,31 +48,117 @@ def test_a_kept_record_has_the_bits_of_the_flight(tmp_path: Path) -> None:
     assert not record.differences(folders.load_record(tmp_path / "record.npz"))
 
 
-def test_a_report_tells_the_flight_and_draws_it(flown: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["report", str(flown)]) == 0
+def test_a_report_tells_the_flight_and_says_where_its_page_is(
+    flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["report", str(flown), "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert "final error [m]" in printed
     assert "pass" in printed
-    drawn = sorted(path.name for path in (flown / "report").iterdir())
-    assert drawn == [
-        "arc_length_spread.png",
-        "control.png",
-        "delta_v.png",
-        "flight.png",
-        "orbits.png",
-        "sliding_variable.png",
-        "tracking_error.png",
+    assert f"report: {tmp_path / 'report.html'}\n" in printed
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flight.png", "report.html"]
+    assert (tmp_path / "flight.png").read_bytes().startswith(PNG)
+
+
+def test_without_a_folder_named_a_report_lies_beside_the_flight(flown: Path) -> None:
+    assert cli.main(["report", str(flown)]) == 0
+    assert (flown / "report" / "report.html").is_file()
+
+
+def test_pictures_of_every_quantity_are_drawn_when_they_are_wanted(flown: Path, tmp_path: Path) -> None:
+    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--export", "png", "--export", "svg"]) == 0
+    names = [
+        "arc_length_spread",
+        "control",
+        "delta_v",
+        "flight",
+        "orbits",
+        "sliding_variable",
+        "tracking_error",
     ]
-    assert all((flown / "report" / name).read_bytes().startswith(PNG) for name in drawn)
+    assert sorted(path.stem for path in tmp_path.glob("*.png")) == names
+    assert sorted(path.stem for path in tmp_path.glob("*.svg")) == names
+    assert all(path.read_bytes().startswith(PNG) for path in tmp_path.glob("*.png"))
+    for path in tmp_path.glob("*.svg"):
+        root = ElementTree.parse(path).getroot()  # noqa: S314 - just written by ourselves
+        assert root.tag == "{http://www.w3.org/2000/svg}svg"
 
 
 def test_a_lone_satellite_disagrees_with_nobody(tmp_path: Path) -> None:
     changes = ("--set", "timing.duration=2.0", "--set", "expect=[]")
     out = tmp_path / "run"
     assert cli.main(["run", "trajectory_tracking", "--mode", "inprocess", "--out", str(out), *changes]) == 0
-    assert cli.main(["report", str(out), "--out", str(tmp_path / "figures")]) == 0
-    assert not (tmp_path / "figures" / "arc_length_spread.png").exists()
-    assert (tmp_path / "figures" / "flight.png").exists()
+    figures = tmp_path / "figures"
+    assert cli.main(["report", str(out), "--out", str(figures), "--export", "png"]) == 0
+    assert not (figures / "arc_length_spread.png").exists()
+    assert (figures / "flight.png").exists()
+    keys = [chart["key"] for chart in numbers_of(figures / "report.html")["charts"]]
+    assert "tracking_error" in keys
+    assert "arc_length_spread" not in keys
+
+
+def test_a_flight_as_csv_has_every_number_with_all_its_digits(flown: Path, tmp_path: Path) -> None:
+    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--export", "csv"]) == 0
+    record = folders.load_record(flown / "record.npz")
+    with (tmp_path / "flight.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 401 * 3
+    for row in (rows[0], rows[500], rows[-1]):
+        step, column = int(row["step"]), record.satellites.index(row["satellite"])
+        assert float(row["time"]) == 0.5 * step
+        assert float(row["position_y"]) == record.position[step, column, 1]
+        assert float(row["arc_length"]) == record.arc_length[step, column]
+    assert float(rows[500]["acceleration_z"]) == record.acceleration[166, 2, 2]
+    assert rows[-1]["acceleration_z"] == ""
+
+
+def test_a_flight_as_parquet_has_the_bits_of_the_flight_and_its_units(flown: Path, tmp_path: Path) -> None:
+    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--export", "parquet"]) == 0
+    record = folders.load_record(flown / "record.npz")
+    table = read_parquet(tmp_path / "flight.parquet").read_all()
+    assert table.num_rows == 401 * 3
+    assert table["satellite"].to_pylist()[:3] == ["sat1", "sat2", "sat3"]
+    velocity = np.array(table["velocity_x"].to_pylist()).reshape(401, 3)
+    assert np.array_equal(velocity, record.velocity[..., 0])
+    about = (tmp_path / "flight.parquet").read_bytes()
+    assert b"unit.velocity_x" in about
+    assert b"m/s" in about
+
+
+def test_a_page_needs_nothing_but_itself(flown: Path, tmp_path: Path) -> None:
+    assert cli.main(["report", str(flown), "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "report.html").read_text()
+    without_data = re.sub(r'<script type="[^"]*" id="[^"]*">.*?</script>', "", page, flags=re.DOTALL)
+    assert not re.findall(r"""(?:src|href|url\()\s*=?\s*["'(]?(?:https?:)?//""", without_data)
+    assert 'src="' not in without_data
+    assert len(page) < 4_000_000
+
+
+def test_a_page_tells_what_flew_and_by_which_hash_it_is_known_again(flown: Path, tmp_path: Path) -> None:
+    assert cli.main(["report", str(flown), "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "report.html").read_text()
+    kept = find(flown)
+    for text in (kept.scenario.digest(), kept.fingerprint(), f"numpy {np.__version__}"):
+        assert text in page
+    assert "<td>passed</td>" in page
+
+
+def test_the_hash_of_the_numbers_changes_with_the_last_bit_of_any_of_them(flown: Path) -> None:
+    kept = find(flown)
+    position = kept.record.position.copy()
+    position[77, 1, 2] = np.nextafter(position[77, 1, 2], np.inf)
+    other = replace(kept, record=replace(kept.record, position=position))
+    assert find(flown).fingerprint() == kept.fingerprint()
+    assert other.fingerprint() != kept.fingerprint()
+
+
+def test_words_of_a_scenario_cannot_break_out_of_the_page(flown: Path) -> None:
+    kept = find(flown)
+    evil = "</script><script>alert(1)</script>"
+    scenario = kept.scenario.model_copy(update={"title": evil, "text": evil})
+    page = page_of(replace(kept, scenario=scenario))
+    assert "<script>alert" not in page
+    assert "&lt;script&gt;alert(1)" in page
 
 
 def test_a_part_of_a_flight_is_told_but_not_judged(
@@ -66,6 +170,9 @@ def test_a_part_of_a_flight_is_told_but_not_judged(
     data = json.loads(capsys.readouterr().out)
     assert (data["steps"], data["steps_planned"], data["complete"]) == (20, 400, False)
     assert data["expectations"] == []
+    assert cli.main(["report", str(tmp_path)]) == 0
+    assert "cut short at step 20 of 400" in capsys.readouterr().out
+    assert "cut short at step 20 of 400" in (tmp_path / "report" / "report.html").read_text()
 
 
 @pytest.mark.parametrize(
@@ -89,12 +196,12 @@ def test_what_cannot_be_read_is_a_sentence(
     assert not captured.out
 
 
-def test_pictures_that_cannot_be_written_are_a_sentence(
+def test_a_report_that_cannot_be_written_are_a_sentence(
     flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "file").write_text("")
     assert cli.main(["report", str(flown), "--out", str(tmp_path / "file")]) == 2
-    assert "the pictures cannot be written" in capsys.readouterr().err
+    assert "the report cannot be written" in capsys.readouterr().err
 
 
 def test_the_predicted_spread_of_the_triangle_is_its_closed_form() -> None:
@@ -107,6 +214,70 @@ def test_the_predicted_spread_of_the_triangle_is_its_closed_form() -> None:
 def test_where_satellites_wait_for_each_other_linear_theory_predicts_nothing() -> None:
     scenario = shipped("triangle", "consensus.arc_length_source=projected")
     assert prediction.arc_length_spread(scenario, np.array([0.0, 1.0])) is None
+
+
+def test_two_flights_of_one_scenario_are_the_same_to_the_last_bit(
+    flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["report", str(flown), str(flown), "--out", str(tmp_path)]) == 0
+    assert "The same to the last bit." in capsys.readouterr().out
+    assert "The same to the last bit." in (tmp_path / "report.html").read_text()
+
+
+def test_two_flights_that_differ_are_told_apart_number_by_number(
+    flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "scenario.json").write_text((flown / "scenario.json").read_text())
+    record = folders.load_record(flown / "record.npz")
+    record.velocity[123, 2, 0] += 0.25
+    folders.save_record(record, other / "record.npz")
+    assert cli.main(["report", str(flown), str(other), "--out", str(tmp_path), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["same"] is False
+    unlike = [entry for entry in data["differences"] if entry["first"] is not None]
+    assert [entry["quantity"] for entry in unlike] == ["velocity"]
+    assert (unlike[0]["step"], unlike[0]["satellite"], unlike[0]["first"]) == (123, "sat3", 123)
+    assert unlike[0]["largest"] == pytest.approx(0.25, rel=1e-12)
+    assert [entry["difference"] for entry in data["expectations"]] == [0.0]
+    assert "the first at step 123" in (tmp_path / "report.html").read_text()
+
+
+def test_flights_of_other_satellites_are_compared_by_their_figures_alone(flown: Path, tmp_path: Path) -> None:
+    changes = ("--set", "timing.duration=20.0")
+    other = tmp_path / "ring"
+    assert cli.main(["run", "ring_six", "--mode", "inprocess", "--out", str(other), *changes]) == 0
+    assert cli.main(["report", str(flown), str(other), "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "report.html").read_text()
+    assert "Different flights: one has sat1, sat2, sat3, the other" in page
+
+
+@pytest.mark.parametrize("words", [("a", "b", "c"), ("flown", "flown", "--export", "csv")])
+def test_more_than_is_understood_is_a_sentence(
+    words: tuple[str, ...], flown: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["report", *(str(flown) if word == "flown" else word for word in words)]) == 2
+    assert re.search(r"satform: .*(one run is told|--export is for one run)", capsys.readouterr().err)
+
+
+def test_the_extremes_of_a_series_are_its_own_samples_with_every_peak_and_trough() -> None:
+    rng = np.random.default_rng(4)
+    values = rng.uniform(0.0, 1.0, 100_003)
+    values[[7, 50_001, 100_002]] = [5.0, -6.0, np.nan]
+    places = extremes(values, 500)
+    assert len(places) <= 1002
+    assert np.all(np.diff(places) > 0)
+    assert {0, 7, 50_001, 100_002} <= set(places.tolist())
+
+
+def test_a_line_on_the_page_is_the_flight_at_its_own_times(flown: Path) -> None:
+    kept = find(flown)
+    chart = next(chart for chart in charts(kept, Unit("s", 1.0)) if chart.key == "tracking_error")
+    line = chart.lines[2]
+    rows = np.rint(line.time / 0.5).astype(int)
+    away = kept.record.position[rows, 2] - kept.record.reference_position[rows, 2]
+    assert line.values == pytest.approx(np.sqrt((away**2).sum(axis=-1)), rel=1e-12)
 
 
 def test_thinning_keeps_every_peak() -> None:

@@ -16,6 +16,7 @@ import typer
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
 from satform_tools import bench_cli, plan_cli, say
 from satform_tools.faults import CommandError, sentence_of
+from satform_tools.formats import Format
 
 _EXIT_CODES = (
     "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
@@ -153,19 +154,25 @@ def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False
 
 @app.command()
 def report(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, bag folder, or .mcap file.")],
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN [OTHER]", help="Folder of a run, bag folder, or .mcap file; two are compared."
+        ),
+    ],
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="Where the figures go; by default a folder `report` beside the bag."
-        ),
+        typer.Option(metavar="DIR", help="Where it is written; by default a folder `report` beside the bag."),
+    ] = None,
+    export: Annotated[
+        list[Format] | None, typer.Option(help="Write this, too. Repeatable.", show_choices=True)
     ] = None,
     json: Json = False,
 ) -> None:
-    """Tell of a flight: figures as a table and as PNG pictures."""
+    """Tell of a flight as a table, a page for a browser and files; or compare two flights."""
     from satform_tools import reporting
 
-    reporting.report(run, out, as_json=json)
+    reporting.report(runs, out, export or (), as_json=json)
 
 
 @app.command()

@@ -67,8 +67,11 @@ def length_unit(lengths: Array) -> Unit:
 
 
 def time_unit(duration: float) -> Unit:
-    """Minutes for flights of an hour and more, else seconds."""
-    return Unit("min", 60.0) if duration >= 3600.0 else Unit("s", 1.0)
+    """The largest unit of which a flight lasts several: days, hours, minutes or seconds."""
+    units = (Unit("d", 86_400.0), Unit("h", 3600.0), Unit("min", 60.0))
+    several = (3 * 86_400.0, 6 * 3600.0, 3600.0)
+    fitting = (unit for unit, least in zip(units, several, strict=True) if duration >= least)
+    return next(fitting, Unit("s", 1.0))
 
 
 def colours(count: int) -> list[Any]:

@@ -19,16 +19,20 @@ _VIEWS = ((1, 0), (1, 2), (0, 2))
 _MOST_POINTS = 4000
 
 
-def draw(scenario: Scenario, record: FlightRecord, folder: Path) -> list[Path]:
-    """Draw all pictures of a flight.
+def draw(
+    scenario: Scenario, record: FlightRecord, folder: Path, form: str = "png", wanted: tuple[str, ...] = ()
+) -> list[Path]:
+    """Draw pictures of a flight.
 
     Args:
         scenario: what was flown.
         record: of at least one step.
         folder: existing; pictures of the same name are replaced.
+        form: of the files, png or svg.
+        wanted: names of the pictures; all that the flight has when left out.
 
     Returns:
-        The files, PNG.
+        The files.
 
     Raises:
         OSError: a file cannot be written.
@@ -48,7 +52,9 @@ def draw(scenario: Scenario, record: FlightRecord, folder: Path) -> list[Path]:
     files = []
     with mpl.rc_context(STYLE):
         for name, part in parts.items():
-            file = folder / f"{name}.png"
+            if wanted and name not in wanted:
+                continue
+            file = folder / f"{name}.{form}"
             part(scenario, record).savefig(file)
             files.append(file)
     return files

@@ -1,140 +1,154 @@
-"""Telling of a flight that was kept: its figures, and pictures of it."""
+"""Telling of flights that were kept: figures as a table, a page for a browser, files."""
 
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from satform.metrics import Verdict, judge
-from satform.record import FlightRecord
-from satform.scenario import Scenario, load_scenario
-from satform_bringup import BAG_FOLDER, SCENARIO_FILE
-from satform_tools import folders, say, tables
+from satform.metrics import Verdict
+from satform_tools import exports, say, tables
+from satform_tools.comparison import Comparison, compare
 from satform_tools.faults import CommandError, sentence_of
+from satform_tools.formats import Format
+from satform_tools.kept import Kept, find
+from satform_tools.say import Table, number
 from satform_tools.summary import summarise
 
-
-@dataclass(frozen=True)
-class Kept:
-    """A flight as it was kept.
-
-    Attributes:
-        path: of the bag or of the record.
-        scenario: what was flown.
-        record: the flight, or as much of it as there is.
-        complete: whether it is the whole flight.
-    """
-
-    path: Path
-    scenario: Scenario
-    record: FlightRecord
-    complete: bool
+PAGE = "report.html"
 
 
-def report(run: Path, out: Path | None, *, as_json: bool) -> None:
-    """Print a kept flight's figures and draw its pictures.
+def report(runs: Sequence[Path], out: Path | None, formats: Sequence[Format], *, as_json: bool) -> None:
+    """Print a kept flight's figures and write its page; of two flights, in what they differ.
 
     Args:
-        run: folder of a run, folder of a bag, or `.mcap` file.
-        out: folder of the pictures; None for `report` beside the bag or record.
+        runs: one or two; folder of a run, folder of a bag, or `.mcap` file.
+        out: folder of what is written; None for `report` beside the bag or record of the first.
+        formats: to be written besides the page.
         as_json: whether to print for a machine.
 
     Raises:
-        CommandError: there is no flight, or the pictures cannot be written.
+        CommandError: there is no flight, or something cannot be written.
     """
-    kept = find(run)
-    if kept.record.steps == 0:
-        raise CommandError(f"{kept.path}: not one whole step was recorded")
-    # Figures of a part of a flight are no verdict on the whole.
-    verdicts = judge(kept.scenario.expect, kept.record) if kept.complete else []
-    folder = out or kept.path.parent / "report"
-    pictures = _draw(kept, folder)
+    if len(runs) > 2:
+        raise CommandError(f"one run is told, or two are compared; found {len(runs)}")
+    flights = [find(run) for run in runs]
+    if len(flights) == 2 and formats:
+        raise CommandError("--export is for one run; of two only the page is written")
+    folder = out or _place(flights)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if len(flights) == 2:
+            _report_both(flights[0], flights[1], folder, as_json=as_json)
+        else:
+            _report_one(flights[0], folder, formats, as_json=as_json)
+    except OSError as error:
+        raise CommandError(f"the report cannot be written: {sentence_of(error)}") from None
+
+
+def _place(flights: list[Kept]) -> Path:
+    beside = flights[0].path.parent
+    return beside / "report" if len(flights) == 1 else beside / f"report-with-{flights[1].name}"
+
+
+def _report_one(kept: Kept, folder: Path, formats: Sequence[Format], *, as_json: bool) -> None:
+    from satform_tools import page  # noqa: PLC0415 - the template engine is needed here only
+
+    verdicts = kept.verdicts()
+    written = [_write(folder / PAGE, page.page_of(kept)), *exports.export(kept, folder, formats)]
     if as_json:
-        say.as_json(_data(kept, verdicts, pictures))
+        say.as_json(_data(kept, verdicts, written))
         return
     say.heading(f"{kept.scenario.name}: {kept.scenario.title}")
     if not kept.complete:
-        say.line(
-            f"NOT COMPLETE: {kept.record.steps} of {kept.scenario.timing.steps} steps; nothing is judged",
-            "bold red",
-        )
+        say.line(f"NOT COMPLETE, {kept.cut_short}: nothing is judged", "bold red")
     tables.print_summary(summarise(kept.record))
     if verdicts:
         say.line()
         tables.print_verdicts(verdicts)
-    say.line(f"pictures: {', '.join(str(picture) for picture in pictures)}")
+    say.line()
+    say.line(f"report: {written[0]}")
+    for file in written[1:]:
+        say.line(f"        {file}")
 
 
-def find(run: Path) -> Kept:
-    """The flight that a path means.
+def _report_both(first: Kept, second: Kept, folder: Path, *, as_json: bool) -> None:
+    from satform_tools import page  # noqa: PLC0415 - the template engine is needed here only
 
-    Args:
-        run: folder of a run, folder of a bag, or `.mcap` file.
-
-    Returns:
-        The flight.
-
-    Raises:
-        CommandError: there is none, or it cannot be read.
-    """
-    try:
-        if not run.exists():
-            raise CommandError(f"{run}: there is no such run or bag")
-        if (run / BAG_FOLDER).is_dir():
-            return _from_bag(run / BAG_FOLDER)
-        if (run / folders.RECORD).is_file():
-            return _from_record(run)
-    except (OSError, ValueError) as error:
-        reason = sentence_of(error) if isinstance(error, OSError) else str(error)
-        raise CommandError(f"{run}: {reason}") from None
-    if (run / folders.RESULT).is_file():
-        raise CommandError(f"{run}: this run was not recorded, so there is nothing to tell of it")
-    return _from_bag(run)
+    comparison = compare(first, second)
+    file = _write(folder / PAGE, page.page_of_both(first, second, comparison))
+    if as_json:
+        say.as_json(_data_of_both(first, second, comparison, file))
+        return
+    say.heading(f"A {first.name} and B {second.name}: {comparison.sentence}")
+    for side, kept in (("A", first), ("B", second)):
+        if not kept.complete:
+            say.line(f"{side} is NOT COMPLETE, {kept.cut_short}: nothing is judged", "bold red")
+    _print_comparison(comparison)
+    say.line(f"report: {file}")
 
 
-def _from_record(folder: Path) -> Kept:
-    scenario = load_scenario(folder / SCENARIO_FILE)
-    record = folders.load_record(folder / folders.RECORD)
-    names = tuple(satellite.name for satellite in scenario.satellites)
-    if record.satellites != names:
-        raise CommandError(
-            f"{folder}: the record is of {', '.join(record.satellites)}, the scenario has {', '.join(names)}"
+def _print_comparison(comparison: Comparison) -> None:
+    rows = [
+        (
+            entry.label,
+            number(entry.first.figure) if entry.first else "-",
+            number(entry.second.figure) if entry.second else "-",
+            number(entry.difference),
+            entry.unit,
         )
-    return Kept(folder / folders.RECORD, scenario, record, record.steps == scenario.timing.steps)
+        for entry in comparison.expected
+    ]
+    if rows:
+        say.table(Table(("expectation", "A", "B", "B less A", "unit"), rows, frozenset({1, 2, 3})))
+        say.line()
+    unlike = [entry for entry in comparison.differences if entry.first is not None]
+    if unlike:
+        headings = ("quantity", "largest difference", "unit", "satellite", "at step", "from step")
+        cells = [
+            (
+                entry.quantity,
+                number(entry.largest),
+                entry.unit,
+                entry.satellite,
+                str(entry.step),
+                str(entry.first),
+            )
+            for entry in unlike
+        ]
+        say.table(Table(headings, cells, frozenset({1, 4, 5})))
+        say.line()
 
 
-def _from_bag(path: Path) -> Kept:
-    try:
-        from satform_nodes.bag_reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
-    except ImportError as error:
-        raise CommandError(f"reading a bag needs ROS 2 ({error}); start with ./tools/satform") from None
-    try:
-        bag = read_bag(path)
-    except BagError as error:
-        raise CommandError(str(error)) from None
-    # A bag's own folder is the bag, a report in it would be in the way.
-    place = path if path.is_dir() else path.parent
-    return Kept(place, bag.scenario, bag.record, bag.complete)
+def _write(file: Path, text: str) -> Path:
+    file.write_text(text, encoding="utf-8")
+    return file
 
 
-def _draw(kept: Kept, folder: Path) -> list[Path]:
-    from satform_tools import pictures  # noqa: PLC0415 - matplotlib takes long to load
-
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return pictures.draw(kept.scenario, kept.record, folder)
-    except OSError as error:
-        raise CommandError(f"the pictures cannot be written: {sentence_of(error)}") from None
-
-
-def _data(kept: Kept, verdicts: list[Verdict], pictures: list[Path]) -> dict[str, Any]:
+def _data(kept: Kept, verdicts: list[Verdict], written: list[Path]) -> dict[str, Any]:
     return {
         "scenario": kept.scenario.name,
         "digest": kept.scenario.digest(),
+        "fingerprint": kept.fingerprint(),
         "source": str(kept.path),
         "steps": kept.record.steps,
         "steps_planned": kept.scenario.timing.steps,
         "complete": kept.complete,
+        "cut_short": kept.cut_short,
         "summary": summarise(kept.record).data(),
         "expectations": [asdict(verdict) for verdict in verdicts],
-        "pictures": [str(picture) for picture in pictures],
+        "report": str(written[0]),
+        "files": [str(file) for file in written],
+    }
+
+
+def _data_of_both(first: Kept, second: Kept, comparison: Comparison, file: Path) -> dict[str, Any]:
+    return {
+        "sources": [str(first.path), str(second.path)],
+        "digests": [first.scenario.digest(), second.scenario.digest()],
+        "fingerprints": [first.fingerprint(), second.fingerprint()],
+        "same": comparison.same,
+        "incomparable": comparison.incomparable,
+        "differences": [asdict(entry) for entry in comparison.differences],
+        "expectations": [{**asdict(entry), "difference": entry.difference} for entry in comparison.expected],
+        "report": str(file),
     }

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Message, Metadata
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
@@ -23,6 +23,7 @@ from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
 from satform_nodes.absences import Absences, happened
+from satform_nodes.bag_events import TYPES, EventError, Events, Told, read_events
 from satform_nodes.bag_writer import RUN_METADATA, SCENARIO_ATTACHMENT, TIME_METADATA, WALL_CLOCK
 from satform_nodes.wire import layout
 
@@ -64,8 +65,9 @@ class Bag:
         record: the flight, up to the last step of which everything is there.
         messages: number of messages of each topic.
         complete: whether the file was closed properly and holds the whole flight.
-        events: what happened in the flight beside what the scenario plans, by step.
+        events: what happened in the flight beside what the scenario plans, by step, to fly it once more.
         clocked: whether it was flown on the wall clock, so that it cannot be flown again to the same bits.
+        history: all that the plant and the satellites said of losses, of the graph and of gains.
     """
 
     path: Path
@@ -76,6 +78,7 @@ class Bag:
     complete: bool
     events: Plan
     clocked: bool
+    history: Events
 
 
 def read_bag(path: Path) -> Bag:
@@ -102,8 +105,17 @@ def read_bag(path: Path) -> Bag:
     record = _record(contents, scenario, file)
     whole = contents.closed and record.steps == scenario.timing.steps
     counts = {topic: len(messages) for topic, messages in contents.messages.items()}
-    events = _events(contents, scenario, file)
-    return Bag(file, scenario, contents.versions, record, counts, whole, events, contents.clocked)
+    return Bag(
+        path=file,
+        scenario=scenario,
+        versions=contents.versions,
+        record=record,
+        messages=counts,
+        complete=whole,
+        events=_events(contents, scenario, file),
+        clocked=contents.clocked,
+        history=_history(contents, file),
+    )
 
 
 @dataclass
@@ -111,6 +123,7 @@ class _Contents:
     scenario: Scenario | None
     versions: dict[str, str]
     messages: dict[str, list[bytes]]
+    definitions: dict[str, Schema]
     closed: bool
     clocked: bool = False
 
@@ -127,8 +140,9 @@ def _find(path: Path) -> Path:
 
 
 def _scan(file: Path) -> _Contents:
-    contents = _Contents(None, {}, defaultdict(list), closed=False)
+    contents = _Contents(None, {}, defaultdict(list), {}, closed=False)
     names: dict[int, str] = {}
+    schemas: dict[int, Schema] = {}
     try:
         with file.open("rb") as stream:
             for record in StreamReader(stream, validate_crcs=True).records:
@@ -136,6 +150,9 @@ def _scan(file: Path) -> _Contents:
                     contents.messages[names[record.channel_id]].append(record.data)
                 elif isinstance(record, Channel):
                     names[record.id] = record.topic
+                    contents.definitions[record.topic] = schemas[record.schema_id]
+                elif isinstance(record, Schema):
+                    schemas[record.id] = record
                 else:
                     _note(contents, record, file)
         contents.closed = True
@@ -184,6 +201,18 @@ def _events(contents: _Contents, scenario: Scenario, file: Path) -> Plan:
         return happened(_statuses(contents, file), changes, scenario)
     except (RuntimeError, ValueError) as error:
         raise BagError(f"{file}: what happened in the flight cannot be read: {error}") from None
+
+
+def _history(contents: _Contents, file: Path) -> Events:
+    told = [
+        Told(topic, schema.name, schema.data.decode(errors="replace"), tuple(contents.messages[topic]))
+        for topic, schema in contents.definitions.items()
+        if schema.name in TYPES and topic in contents.messages
+    ]
+    try:
+        return read_events(told)
+    except EventError as error:
+        raise BagError(f"{file}: {error}") from None
 
 
 def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord:

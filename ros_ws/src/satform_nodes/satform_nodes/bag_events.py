@@ -1,0 +1,155 @@
+"""What happened in a flight besides its numbers: who was lost or came back, who hears whom, changed gains.
+
+Read from a bag's own message definitions, so that a bag of another version of these messages still tells
+what it knows.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+STATUS_TYPE = "satform_msgs/msg/FormationStatus"
+CHANGE_TYPE = "satform_msgs/msg/ParameterChange"
+
+TYPES = (STATUS_TYPE, CHANGE_TYPE)
+"""Types of the messages that tell of events."""
+
+
+class EventError(ValueError):
+    """Messages that do not tell of events as they should; the text says which."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """Who flies and who hears whom, from a step on.
+
+    Attributes:
+        step: from which this holds.
+        phase: lower case, as the message names it: waiting, flying, finished, aborted.
+        last_step: with which the run was to end.
+        satellites: names.
+        alive: one for each satellite.
+        hears: row for each satellite, with a 1 for each whom it hears.
+        algebraic_connectivity: of the graph of the living.
+        reason: why the formation changed or the run was aborted; empty when nothing happened.
+    """
+
+    step: int
+    phase: str
+    last_step: int
+    satellites: tuple[str, ...]
+    alive: tuple[bool, ...]
+    hears: tuple[tuple[int, ...], ...]
+    algebraic_connectivity: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class GainChange:
+    """A gain that was changed in flight.
+
+    Attributes:
+        step: at which the new value is used for the first time.
+        satellite: whose gain.
+        name: of the parameter.
+        value: new, in the parameter's own unit; one number or one for each axis.
+    """
+
+    step: int
+    satellite: str
+    name: str
+    value: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Events:
+    """All that happened in a flight, each kind by ascending step.
+
+    Attributes:
+        statuses: one from the first step on, and one at every change.
+        gain_changes: in the order of their steps.
+    """
+
+    statuses: tuple[Status, ...]
+    gain_changes: tuple[GainChange, ...]
+
+
+@dataclass(frozen=True)
+class Told:
+    """Messages of one topic that tell of events.
+
+    Attributes:
+        topic: full name.
+        type_name: one of `TYPES`.
+        definition: text of the message as the bag embeds it.
+        messages: serialised, in the order in which they were written.
+    """
+
+    topic: str
+    type_name: str
+    definition: str
+    messages: tuple[bytes, ...]
+
+
+def read_events(told: Iterable[Told]) -> Events:
+    """The events that messages tell of.
+
+    Args:
+        told: one entry for each topic.
+
+    Returns:
+        The events; of several statuses for one step all are kept, the last being the one that holds.
+
+    Raises:
+        EventError: a message is not what its definition says.
+    """
+    statuses: list[Status] = []
+    changes: list[GainChange] = []
+    for entry in told:
+        if not entry.messages:
+            continue
+        try:
+            messages, phases = _decoded(entry)
+            if entry.type_name == STATUS_TYPE:
+                statuses += [_status(message, phases) for message in messages]
+            else:
+                satellite = entry.topic.strip("/").partition("/")[0]
+                changes += [_change(message, satellite) for message in messages]
+        except Exception as error:  # the decoder is made from the bag's text, which may be any
+            raise EventError(f"{entry.topic} has messages that are not {entry.type_name}: {error}") from None
+    return Events(
+        tuple(sorted(statuses, key=lambda status: status.step)),
+        tuple(sorted(changes, key=lambda change: change.step)),
+    )
+
+
+def _decoded(told: Told) -> tuple[list[Any], dict[int, str]]:
+    """The messages as objects, and the names of their definition's constants by value."""
+    types = get_types_from_msg(told.definition, told.type_name)
+    store = get_typestore(Stores.EMPTY)
+    store.register(types)
+    names = {int(value): name.lower() for name, _, value in types[told.type_name][0]}
+    return [store.deserialize_cdr(data, told.type_name) for data in told.messages], names
+
+
+def _status(message: Any, phases: dict[int, str]) -> Status:
+    count = len(message.satellites)
+    hears = message.adjacency.reshape(count, count).tolist()
+    if len(message.alive) != count:
+        raise ValueError(f"{len(message.alive)} entries of alive for {count} satellites")
+    return Status(
+        step=int(message.step),
+        phase=phases.get(int(message.phase), f"phase {message.phase}"),
+        last_step=int(message.last_step),
+        satellites=tuple(message.satellites),
+        alive=tuple(bool(alive) for alive in message.alive),
+        hears=tuple(tuple(row) for row in hears),
+        algebraic_connectivity=float(message.algebraic_connectivity),
+        reason=str(message.reason),
+    )
+
+
+def _change(message: Any, satellite: str) -> GainChange:
+    return GainChange(int(message.step), satellite, str(message.name), tuple(message.value.tolist()))

@@ -1,0 +1,12 @@
+"""The forms in which a flight is written besides its page; apart, so that the command line loads quickly."""
+
+from enum import StrEnum
+
+
+class Format(StrEnum):
+    """A form in which a flight is written."""
+
+    PNG = "png"
+    SVG = "svg"
+    CSV = "csv"
+    PARQUET = "parquet"

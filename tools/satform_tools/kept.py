@@ -1,0 +1,134 @@
+"""A flight as it was kept, in a bag or in a record: all that a report is made of."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from satform.metrics import Verdict, judge
+from satform.record import QUANTITIES, FlightRecord
+from satform.scenario import Scenario, load_scenario
+from satform_bringup import BAG_FOLDER, SCENARIO_FILE
+from satform_nodes.bag_events import Events
+from satform_tools import folders
+from satform_tools.faults import CommandError, sentence_of
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A flight as it was kept.
+
+    Attributes:
+        path: of the bag or of the record.
+        scenario: what was flown.
+        record: the flight, or as much of it as there is.
+        complete: whether it is the whole flight.
+        versions: what flew it, name and version of each part; empty where nothing was noted down.
+        events: what happened besides the numbers; None where nobody noted it down.
+    """
+
+    path: Path
+    scenario: Scenario
+    record: FlightRecord
+    complete: bool
+    versions: dict[str, str]
+    events: Events | None
+
+    @property
+    def name(self) -> str:
+        """Of the run's folder, by which people tell runs apart."""
+        place = self.path.resolve()
+        return place.parent.name if place.name in {BAG_FOLDER, folders.RECORD} else place.name
+
+    @property
+    def cut_short(self) -> str:
+        """Where a flight ends that is not complete, in words; empty when it is."""
+        if self.complete:
+            return ""
+        return f"cut short at step {self.record.steps} of {self.scenario.timing.steps}"
+
+    def verdicts(self) -> list[Verdict]:
+        """The expectations against the flight; none where it is only a part of one."""
+        return judge(self.scenario.expect, self.record) if self.complete else []
+
+    def fingerprint(self) -> str:
+        """SHA-256 of all the flight's numbers: the same for two flights with the same bits."""
+        record = self.record
+        digest = hashlib.sha256(repr((record.satellites, record.step)).encode())
+        for name in QUANTITIES:
+            values = getattr(record, name)
+            digest.update(f"{name} {values.shape}".encode())
+            digest.update(values.astype("<f8", order="C").tobytes())
+        return digest.hexdigest()
+
+
+def find(run: Path) -> Kept:
+    """The flight that a path means.
+
+    Args:
+        run: folder of a run, folder of a bag, or `.mcap` file.
+
+    Returns:
+        The flight, of at least one step.
+
+    Raises:
+        CommandError: there is none, or it cannot be read.
+    """
+    try:
+        kept = _find(run)
+    except (OSError, ValueError) as error:
+        reason = sentence_of(error) if isinstance(error, OSError) else str(error)
+        raise CommandError(f"{run}: {reason}") from None
+    if kept.record.steps == 0:
+        raise CommandError(f"{kept.path}: not one whole step was recorded")
+    return kept
+
+
+def _find(run: Path) -> Kept:
+    if not run.exists():
+        raise CommandError(f"{run}: there is no such run or bag")
+    if (run / BAG_FOLDER).is_dir():
+        return _from_bag(run / BAG_FOLDER)
+    if (run / folders.RECORD).is_file():
+        return _from_record(run)
+    if (run / folders.RESULT).is_file():
+        raise CommandError(f"{run}: this run was not recorded, so there is nothing to tell of it")
+    return _from_bag(run)
+
+
+def _from_record(folder: Path) -> Kept:
+    scenario = load_scenario(folder / SCENARIO_FILE)
+    record = folders.load_record(folder / folders.RECORD)
+    names = tuple(satellite.name for satellite in scenario.satellites)
+    if record.satellites != names:
+        raise CommandError(
+            f"{folder}: the record is of {', '.join(record.satellites)}, the scenario has {', '.join(names)}"
+        )
+    complete = record.steps == scenario.timing.steps
+    return Kept(folder / folders.RECORD, scenario, record, complete, _noted_versions(folder), None)
+
+
+def _from_bag(path: Path) -> Kept:
+    try:
+        from satform_nodes.bag_reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
+    except ImportError as error:
+        raise CommandError(f"reading a bag needs ROS 2 ({error}); start with ./tools/satform") from None
+    try:
+        bag = read_bag(path)
+    except BagError as error:
+        raise CommandError(str(error)) from None
+    # A bag's own folder is the bag, a report in it would be in the way.
+    place = path if path.is_dir() else path.parent
+    versions = {**_noted_versions(place.parent), **bag.versions}
+    # What a bag's note repeats of its scenario is told from the scenario itself.
+    versions = {name: version for name, version in versions.items() if name not in {"scenario", "digest"}}
+    return Kept(place, bag.scenario, bag.record, bag.complete, versions, bag.history)
+
+
+def _noted_versions(folder: Path) -> dict[str, str]:
+    """Versions as a run's result names them; none where it does not."""
+    try:
+        noted = json.loads((folder / folders.RESULT).read_text(encoding="utf-8"))["versions"]
+        return {str(name): str(version) for name, version in noted.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
