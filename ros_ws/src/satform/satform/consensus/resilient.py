@@ -111,6 +111,7 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
             rate_gain=np.asarray(self.rate_gain),
             neighbour_values=self.neighbour_values,
             arc_length_source=self.arc_length_source,
+            drop_after=self.drop_after,
             tolerated_liars=self.tolerated_liars,
         )
 
