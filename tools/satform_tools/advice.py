@@ -12,6 +12,7 @@ from satform.elementwise import Array
 from satform.reference import steady_motion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
+from satform_tools.disturbance_advice import disturbance_warnings
 
 _SAME_PERIOD = 1e-9
 """Relative difference of periods up to which satellites can agree for ever."""
@@ -24,6 +25,7 @@ def warnings(scenario: Scenario) -> list[str]:
         *_liar_warnings(scenario),
         *_period_warnings(scenario),
         *_delay_warnings(scenario),
+        *disturbance_warnings(scenario),
         *_controller_warnings(scenario),
     ]
 
@@ -38,8 +40,8 @@ def margin(scenario: Scenario) -> float | None:
 
 def _graph_warnings(scenario: Scenario) -> list[str]:
     graph = scenario.communication_graph()
-    # Who chooses no links at all does not mean to agree on anything.
-    if not graph.edges or graph.connected():
+    # Who chooses no links at all does not mean to agree on anything; a graph that changes is looked at later.
+    if not graph.edges or graph.connected() or scenario.graph_schedule:
         return []
     return ["graph: it is not connected; satellites that nobody connects never agree on their phase"]
 

@@ -15,6 +15,7 @@ from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
 from satform_tools import advice, say
+from satform_tools.disturbance_advice import describe_schedule
 from satform_tools.say import Table
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
@@ -39,6 +40,7 @@ def show(scenario: Scenario, *, as_json: bool) -> None:
     _print_setting(data)
     _print_satellites(data["satellites"])
     _print_graph(data)
+    _print_disturbances(data)
     _print_processes(data)
     _print_expectations(data["expectations"])
     for warning in data["warnings"]:
@@ -78,6 +80,11 @@ def describe(scenario: Scenario) -> dict[str, Any]:
             "modal_roots": _roots(scenario),
             "delay_margin": advice.margin(scenario),
         },
+        "links": _links(scenario),
+        "schedule": [asdict(state) for state in describe_schedule(scenario)],
+        "faults": [fault.model_dump(exclude_none=True) for fault in scenario.faults],
+        "checkpoint_period": scenario.checkpoint_period,
+        "tolerated_losses": scenario.tolerated_losses,
         "satellites": [_satellite(scenario, index) for index in range(len(names))],
         "processes": _processes(scenario),
         "topics": _topics(scenario),
@@ -112,6 +119,24 @@ def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
     eigenvalues = scenario.communication_graph().eigenvalues
     roots = modal_roots(eigenvalues, law.tracking_gain, law.coupling_gain, law.rate_gain)
     return [[_complex(root) for root in pair] for pair in roots]
+
+
+def _links(scenario: Scenario) -> dict[str, Any] | None:
+    """The links, those of their own with what they take from the default; None where there are none."""
+    links = scenario.links
+    if links is None:
+        return None
+    return {
+        "default": links.default.model_dump(),
+        "edges": [
+            {
+                "speaker": edge.speaker,
+                "listener": edge.listener,
+                **links.of(edge.speaker, edge.listener).model_dump(),
+            }
+            for edge in links.edges
+        ],
+    }
 
 
 def _satellite(scenario: Scenario, index: int) -> dict[str, Any]:
@@ -257,6 +282,46 @@ def _print_robustness(graph: dict[str, Any]) -> None:
             f"neighbours of each, {least}{promised['largest_total']} in the whole formation"
         )
     say.line(f"promise: {promised['sentence']}")
+
+
+def _print_disturbances(data: dict[str, Any]) -> None:
+    """What is planned to go wrong; nothing is printed where all goes well."""
+    links, schedule, faults, period = (
+        data[key] for key in ("links", "schedule", "faults", "checkpoint_period")
+    )
+    if links is not None:
+        say.line(f"links: {_link_words(links['default'])}")
+        for edge in links["edges"]:
+            own = {key: edge[key] for key in edge if key not in {"speaker", "listener"}}
+            say.line(f"  from {edge['speaker']} to {edge['listener']}: {_link_words(own)}")
+    for fault in faults:
+        own = {key: fault[key] for key in fault if key not in {"kind", "satellite"}}
+        say.line(f"fault: {fault['kind']} of {fault['satellite']}, {_words(own)}")
+    if period is not None:
+        say.line(f"checkpoints: every {period:g} s")
+    if data["tolerated_losses"]:
+        say.line(f"losses tolerated beside the planned ones: {data['tolerated_losses']}")
+    if schedule:
+        rows = [
+            (
+                f"{entry['at']:g}",
+                entry["reason"],
+                str(entry["flying"]),
+                str(entry["edges"]),
+                _number(entry["connectivity"]) + ("" if entry["connected"] else ", not connected"),
+            )
+            for entry in schedule
+        ]
+        headings = ("from [s]", "because", "flying", "links", "lambda_2 of those who fly")
+        say.table(Table(headings, rows, frozenset({0, 2, 3})))
+    if links is not None or schedule or faults or period is not None:
+        say.line()
+
+
+def _link_words(fields: dict[str, Any]) -> str:
+    """What a link does; nothing is said of what it does not do."""
+    own = {key: value for key, value in fields.items() if value}
+    return _words(own) or "as it should be"
 
 
 def _print_processes(data: dict[str, Any]) -> None:

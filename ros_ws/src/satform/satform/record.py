@@ -122,7 +122,7 @@ class FlightRecord:
             absent[self.steps :] = self.absent[-1:]
         if of_others:
             absent |= absent.any(axis=1, keepdims=True)
-        missing = np.isnan(series).any(axis=tuple(range(2, series.ndim)))
+        missing: NDArray[np.bool_] = np.asarray(np.isnan(series).any(axis=tuple(range(2, series.ndim))))
         # Everybody flies at first: what is missing then belongs to a satellite that never gives it.
         mask: NDArray[np.bool_] = absent & missing & ~missing[:1]
         return mask
