@@ -3,10 +3,10 @@
 from typing import Any
 
 import pytest
+from test_simulate import formation
 
 from satform.scenario import Scenario
 from satform_tools.disturbance_advice import describe_schedule, disturbance_warnings
-from test_simulate import formation
 
 GENTLE = {"tracking_gain": 1e-3, "coupling_gain": 1e-6, "rate_gain": 1e-3}
 
