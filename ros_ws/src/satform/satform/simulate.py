@@ -134,7 +134,7 @@ class _Flight:
             match event:
                 case Lost():
                     self.groups[event.satellite].flies = False
-                case Back():
+                case Back() if not self.groups[event.satellite].flies:
                     self._restart(event.satellite, event.memory, step)
                 case Adjusted():
                     self._adjust(event)
