@@ -379,3 +379,53 @@ def test_ctrl_c_in_process_ends_with_130(
     monkeypatch.setattr("satform.simulate.simulate", interrupted)
     assert run_in_process(tmp_path / "run", *SHORT) == EXIT_STOPPED
     assert "Stopped at step 3 of 20" in capsys.readouterr().out
+
+
+def test_show_says_how_many_liars_a_graph_bears(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "complete_six"]) == 0
+    printed = capsys.readouterr().out
+    assert "robustness: 3-robust; (r, s)-robust for (1, 6), (2, 6), (3, 6)" in printed
+    assert cli.main(["show", "ring_six", "--json"]) == 0
+    graph = json.loads(capsys.readouterr().out)["graph"]
+    assert graph["robustness"] == {"r": 1, "s": [4], "exact": True}
+    assert graph["promise"]["largest_local"] == 0
+
+
+def test_check_warns_of_more_liars_than_the_graph_bears(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SCENARIOS / "ring_six.yaml").read_text()
+    law = "kind: resilient_arc_length\n  tolerated_liars: "
+    for liars, warned in ((0, 0), (1, 1)):
+        file = tmp_path / "ring.yaml"
+        file.write_text(text.replace("kind: arc_length\n", f"{law}{liars}\n", 1))
+        assert cli.main(["check", str(file)]) == 0
+        assert capsys.readouterr().out.count("consensus.tolerated_liars: nothing is promised") == warned
+
+
+def test_show_tells_what_is_planned_to_go_wrong(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "satellite_lost_and_back"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "fault: satellite_lost of sat2, at 3100, back 4900, memory checkpoint" in printed
+    assert "checkpoints: every 500 s" in printed
+    # Of two satellites that hear each other the Laplacian has the eigenvalues 0 and 2, of three 0, 3 and 3.
+    assert "3100 sat2 is killed by the scenario 2 2 2" in printed
+    assert "4900 sat2 is back 3 6 3" in printed
+
+
+def test_show_tells_links_with_what_they_take_from_the_default(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "lossy_links", "--json"]) == 0
+    links = json.loads(capsys.readouterr().out)["links"]
+    (own,) = links["edges"]
+    assert (own["speaker"], own["listener"], own["loss"], own["delay"]) == ("sat3", "sat1", 0.5, 20.0)
+    assert cli.main(["show", "lossy_links"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "links: loss 0.3, delay 20, jitter 10" in printed
+    assert "from sat3 to sat1: loss 0.5, delay 20, jitter 10, outages" in printed
+
+
+def test_show_says_nothing_of_faults_where_there_are_none(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "triangle"]) == 0
+    printed = capsys.readouterr().out
+    assert "links:" not in printed
+    assert "fault" not in printed

@@ -3,6 +3,8 @@
 import numpy as np
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec, delay_margin
+from satform.consensus.resilient import ResilientArcLengthConsensusSpec
+from satform.consensus.robustness import promise
 from satform.control.sliding_mode import SlidingModeSpec, gain_warnings, sampling_warnings
 from satform.dynamics.models import PerturbedDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
@@ -10,6 +12,7 @@ from satform.elementwise import Array
 from satform.reference import steady_motion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
+from satform_tools.disturbance_advice import disturbance_warnings
 
 _SAME_PERIOD = 1e-9
 """Relative difference of periods up to which satellites can agree for ever."""
@@ -19,8 +22,10 @@ def warnings(scenario: Scenario) -> list[str]:
     """Sentences about what is unwise in a scenario; none when all is well."""
     return [
         *_graph_warnings(scenario),
+        *_liar_warnings(scenario),
         *_period_warnings(scenario),
         *_delay_warnings(scenario),
+        *disturbance_warnings(scenario),
         *_controller_warnings(scenario),
     ]
 
@@ -35,10 +40,26 @@ def margin(scenario: Scenario) -> float | None:
 
 def _graph_warnings(scenario: Scenario) -> list[str]:
     graph = scenario.communication_graph()
-    # Who chooses no links at all does not mean to agree on anything.
-    if not graph.edges or graph.connected():
+    # Who chooses no links at all does not mean to agree on anything; a graph that changes is looked at later.
+    if not graph.edges or graph.connected() or scenario.graph_schedule:
         return []
     return ["graph: it is not connected; satellites that nobody connects never agree on their phase"]
+
+
+def _liar_warnings(scenario: Scenario) -> list[str]:
+    law = scenario.consensus
+    if not isinstance(law, ResilientArcLengthConsensusSpec):
+        return []
+    graph = scenario.communication_graph()
+    most_heard = int(graph.adjacency.sum(axis=1).max())
+    found = [
+        f"consensus: {doubt}; honest satellites may leave the interval of phases in which they began"
+        for doubt in law.doubts(most_heard, scenario.timing.step)
+    ]
+    promised = promise(graph, law.tolerated_liars)
+    if not (promised.local or promised.total):
+        found.append(f"consensus.tolerated_liars: {promised.sentence}")
+    return found
 
 
 def _period_warnings(scenario: Scenario) -> list[str]:

@@ -92,7 +92,7 @@ def figure(width: float, height: float) -> Figure:
 
 
 def thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    """A long series of magnitudes by the largest of each short stretch, which keeps every peak.
+    """A long series of magnitudes by the largest of each short stretch, which keeps every peak and long gaps.
 
     Args:
         time: s, shape (K,).
@@ -105,7 +105,7 @@ def thinned(time: Array, values: Array) -> tuple[Array, Array]:
     if stride <= 1:
         return time, values
     starts = np.arange(0, len(time), stride)
-    return time[starts], np.maximum.reduceat(values, starts, axis=0)
+    return time[starts], np.fmax.reduceat(values, starts, axis=0)
 
 
 def series(axes: Axes, record: FlightRecord, values: Array, label: str, *, logarithmic: bool) -> None:

@@ -1,16 +1,21 @@
 """What a scenario means before it flies: who hears whom, gains, agreement, processes and topics."""
 
+from dataclasses import asdict
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
+from satform.consensus.graph import Graph
+from satform.consensus.robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
 from satform.reference import steady_motion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
 from satform_tools import advice, say
+from satform_tools.disturbance_advice import describe_schedule
 from satform_tools.say import Table
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
@@ -35,6 +40,7 @@ def show(scenario: Scenario, *, as_json: bool) -> None:
     _print_setting(data)
     _print_satellites(data["satellites"])
     _print_graph(data)
+    _print_disturbances(data)
     _print_processes(data)
     _print_expectations(data["expectations"])
     for warning in data["warnings"]:
@@ -66,12 +72,19 @@ def describe(scenario: Scenario) -> dict[str, Any]:
             "directed": graph.directed,
             "connected": graph.connected(),
             "eigenvalues": [_complex(value) for value in graph.eigenvalues],
+            "robustness": _robustness(graph),
+            "promise": asdict(promise(graph, getattr(scenario.consensus, "tolerated_liars", 0))),
         },
         "consensus": {
             **scenario.consensus.model_dump(),
             "modal_roots": _roots(scenario),
             "delay_margin": advice.margin(scenario),
         },
+        "links": _links(scenario),
+        "schedule": [asdict(state) for state in describe_schedule(scenario)],
+        "faults": [fault.model_dump(exclude_none=True) for fault in scenario.faults],
+        "checkpoint_period": scenario.checkpoint_period,
+        "tolerated_losses": scenario.tolerated_losses,
         "satellites": [_satellite(scenario, index) for index in range(len(names))],
         "processes": _processes(scenario),
         "topics": _topics(scenario),
@@ -92,6 +105,13 @@ def _complex(value: Any) -> float | list[float]:
     return [number.real, number.imag] if number.imag else number.real
 
 
+def _robustness(graph: Graph) -> dict[str, Any]:
+    """The largest r, exact or a lower bound, and the largest s of each r, empty where it is not known."""
+    if len(graph) > MAXIMUM_SATELLITES:
+        return {"r": lower_bound(graph), "s": [], "exact": False}
+    return {**asdict(robustness(graph)), "exact": True}
+
+
 def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
     law = scenario.consensus
     if not isinstance(law, ArcLengthConsensusSpec):
@@ -99,6 +119,24 @@ def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
     eigenvalues = scenario.communication_graph().eigenvalues
     roots = modal_roots(eigenvalues, law.tracking_gain, law.coupling_gain, law.rate_gain)
     return [[_complex(root) for root in pair] for pair in roots]
+
+
+def _links(scenario: Scenario) -> dict[str, Any] | None:
+    """The links, those of their own with what they take from the default; None where there are none."""
+    links = scenario.links
+    if links is None:
+        return None
+    return {
+        "default": links.default.model_dump(),
+        "edges": [
+            {
+                "speaker": edge.speaker,
+                "listener": edge.listener,
+                **links.of(edge.speaker, edge.listener).model_dump(),
+            }
+            for edge in links.edges
+        ],
+    }
 
 
 def _satellite(scenario: Scenario, index: int) -> dict[str, Any]:
@@ -216,16 +254,74 @@ def _print_graph(data: dict[str, Any]) -> None:
     say.line(f"graph: {graph['kind']} ({kind})")
     for name, heard in graph["hears"].items():
         say.line(f"  {name} hears {', '.join(heard) or 'nobody'}")
+    if "tracking_gain" in consensus:
+        _print_robustness(graph)
     own = {key: value for key, value in consensus.items() if key not in {"modal_roots", "delay_margin"}}
     say.line(f"consensus: {_words(own)}")
     rows = [
         (_number(value), ", ".join(_number(root) for root in roots))
-        for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"], strict=False)
+        for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"] or repeat([]), strict=False)
     ]
     say.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
     if consensus["delay_margin"] is not None:
         say.line(f"delay of all arc lengths that agreement bears: {consensus['delay_margin']:.6g} s")
     say.line()
+
+
+def _print_robustness(graph: dict[str, Any]) -> None:
+    found, promised = graph["robustness"], graph["promise"]
+    if found["exact"]:
+        pairs = ", ".join(f"({r}, {s})" for r, s in enumerate(found["s"], 1))
+        say.line(f"robustness: {found['r']}-robust{f'; (r, s)-robust for {pairs}' if pairs else ''}")
+    else:
+        say.line(f"robustness: at least {found['r']}-robust (exact up to {MAXIMUM_SATELLITES} satellites)")
+    if promised["largest_local"] is not None:
+        least = "" if promised["exact"] else "at least "
+        say.line(
+            f"liars that resilient_arc_length could bear here: {least}{promised['largest_local']} among the "
+            f"neighbours of each, {least}{promised['largest_total']} in the whole formation"
+        )
+    say.line(f"promise: {promised['sentence']}")
+
+
+def _print_disturbances(data: dict[str, Any]) -> None:
+    """What is planned to go wrong; nothing is printed where all goes well."""
+    links, schedule, faults, period = (
+        data[key] for key in ("links", "schedule", "faults", "checkpoint_period")
+    )
+    if links is not None:
+        say.line(f"links: {_link_words(links['default'])}")
+        for edge in links["edges"]:
+            own = {key: edge[key] for key in edge if key not in {"speaker", "listener"}}
+            say.line(f"  from {edge['speaker']} to {edge['listener']}: {_link_words(own)}")
+    for fault in faults:
+        own = {key: fault[key] for key in fault if key not in {"kind", "satellite"}}
+        say.line(f"fault: {fault['kind']} of {fault['satellite']}, {_words(own)}")
+    if period is not None:
+        say.line(f"checkpoints: every {period:g} s")
+    if data["tolerated_losses"]:
+        say.line(f"losses tolerated beside the planned ones: {data['tolerated_losses']}")
+    if schedule:
+        rows = [
+            (
+                f"{entry['at']:g}",
+                entry["reason"],
+                str(entry["flying"]),
+                str(entry["edges"]),
+                _number(entry["connectivity"]) + ("" if entry["connected"] else ", not connected"),
+            )
+            for entry in schedule
+        ]
+        headings = ("from [s]", "because", "flying", "links", "lambda_2 of those who fly")
+        say.table(Table(headings, rows, frozenset({0, 2, 3})))
+    if links is not None or schedule or faults or period is not None:
+        say.line()
+
+
+def _link_words(fields: dict[str, Any]) -> str:
+    """What a link does; nothing is said of what it does not do."""
+    own = {key: value for key, value in fields.items() if value}
+    return _words(own) or "as it should be"
 
 
 def _print_processes(data: dict[str, Any]) -> None:

@@ -33,6 +33,7 @@ class SatelliteSummary:
         clipped: steps with a command above the thrust limit.
         withheld: steps with a command below the smallest impulse.
         starved: steps with a command that the tank could not give.
+        absent: steps in which it did not fly; they have no part in the errors.
     """
 
     name: str
@@ -45,6 +46,7 @@ class SatelliteSummary:
     clipped: int
     withheld: int
     starved: int
+    absent: int
 
 
 @dataclass(frozen=True)
@@ -98,20 +100,23 @@ def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummar
     control = record.control[:, column]
     return SatelliteSummary(
         name=record.satellites[column],
-        final_error=_largest(record.tracking_error[final:, column]),
-        final_sliding_variable=_largest(np.abs(record.sliding_variable[final:, column])),
+        final_error=_largest(record, record.tracking_error, column, final),
+        final_sliding_variable=_largest(record, record.sliding_variable, column, final),
         mean_control=float(np.mean(control[final:])) if record.steps else math.nan,
-        largest_control=_largest(control),
+        largest_control=_largest(record, record.control, column, 0),
         delta_v=float(np.sum(record.effort[:, column])),
         propellant_used=float(record.propellant[0, column] - record.propellant[-1, column]),
         clipped=int(record.clipped[-1, column]),
         withheld=int(record.withheld[-1, column]),
         starved=int(record.starved[-1, column]),
+        absent=int(np.count_nonzero(record.absent[:, column])),
     )
 
 
-def _largest(values: Array) -> float:
-    return float(np.max(values)) if values.size else math.nan
+def _largest(record: FlightRecord, series: Array, column: int, first: int) -> float:
+    """Largest magnitude of a satellite's series from a row on, without the steps in which it does not fly."""
+    flying = ~record.left_out(series)[first:, column]
+    return float(np.max(np.abs(series[first:, column][flying]))) if flying.any() else math.nan
 
 
 def _smallest_distance(record: FlightRecord) -> float:

@@ -93,6 +93,9 @@ def print_summary(summary: Summary) -> None:
     ]
     say.table(Table(headings, rows, frozenset(range(1, len(headings)))))
     _print_thrusters(summary)
+    for entry in summary.satellites:
+        if entry.absent:
+            say.line(f"{entry.name} did not fly in {entry.absent} steps, which have no part in its errors")
     say.line(f"final and mean: from {summary.final_from:g} s to {summary.duration:g} s")
     if len(summary.satellites) > 1:
         say.line(

@@ -40,6 +40,7 @@ setup(
         "satform.consensus": [
             "arc_length = satform.consensus.arc_length:ArcLengthConsensusSpec",
             "motion = satform.consensus.motion:MotionSharingSpec",
+            "resilient_arc_length = satform.consensus.resilient:ResilientArcLengthConsensusSpec",
         ],
         "satform.dynamics": [
             "cw = satform.dynamics.models:CwDynamicsSpec",
@@ -72,10 +73,12 @@ setup(
             "range = satform.response_metrics:Range",
             "reaching_time = satform.metrics:ReachingTime",
             "response_time = satform.response_metrics:ResponseTime",
+            "rejoin_time = satform.presence_metrics:RejoinTime",
             "ripple = satform.response_metrics:Ripple",
             "settling_time = satform.metrics:SettlingTime",
             "sliding_variable = satform.metrics:SlidingVariable",
             "starved_steps = satform.equipment_metrics:StarvedSteps",
+            "steps_absent = satform.presence_metrics:StepsAbsent",
             "tracking_error = satform.metrics:TrackingError",
             "tracking_error_at = satform.metrics:TrackingErrorAt",
             "velocity_error = satform.response_metrics:VelocityError",
@@ -91,6 +94,7 @@ setup(
             "star = satform.consensus.graph:StarSpec",
             "none = satform.consensus.graph:NoneSpec",
             "matrix = satform.consensus.graph:MatrixSpec",
+            "random_regular = satform.consensus.random_graph:RandomRegularSpec",
         ],
         "satform.faults": [
             "clock_offset = satform.faults:ClockOffsetSpec",

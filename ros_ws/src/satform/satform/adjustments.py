@@ -93,10 +93,10 @@ def changed(spec: Spec, fields: dict[str, Any]) -> Spec:
     data = spec.model_dump()
     for name, value in fields.items():
         *path, last = name.split(".")
-        place = data
+        place: Any = data
         for part in path:
-            place = place.get(part, {})
-        if last not in place:
+            place = place.get(part) if isinstance(place, dict) else None
+        if not isinstance(place, dict) or last not in place:
             raise ValueError(f"{name}: there is no such field")
         place[last] = value
     return type(spec).model_validate(data)

@@ -1,6 +1,7 @@
 """Figures of attitude: how well satellites point, and what their wheels give.
 
-Of a satellite without attitude every figure is not a number, and what is expected of it is missed.
+Of a satellite without attitude every figure is not a number, and what is expected of it is missed. Steps in
+which a satellite does not fly, or in which the one that it points at does not, are left out.
 """
 
 import math
@@ -53,7 +54,9 @@ class AttitudeSettling(OfSatellites):
         series: Array = getattr(record, self.quantity)
         if not series.size:
             return math.nan
-        within = np.all(series[:, self.columns(record)] <= self.level, axis=1)
+        columns = self.columns(record)
+        excused = record.left_out(series, of_others=True)[:, columns]
+        within = np.all((series[:, columns] <= self.level) | excused, axis=1) & ~excused.all(axis=1)
         outside = np.flatnonzero(~within)
         first = int(outside[-1]) + 1 if outside.size else 0
         return first * record.step if first < len(series) else math.nan
@@ -149,7 +152,7 @@ class WheelSaturation(OverWindow):
 
 
 def _largest_known(expectation: OverWindow, series: Array, record: FlightRecord) -> float:
-    return largest(expectation.window(series, record)) if series.size else math.nan
+    return largest(expectation.window(series, record, of_others=True)) if series.size else math.nan
 
 
 def _known_at(
@@ -157,4 +160,5 @@ def _known_at(
 ) -> float:
     if not series.size:
         return math.nan
-    return largest(expectation.sample(series, record)[:, expectation.columns(record)])
+    columns = expectation.columns(record)
+    return largest(expectation.sample(series, record, columns, of_others=True))

@@ -1,5 +1,6 @@
 """Figures of what a satellite is equipped with: thrusters, sensor and filter."""
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -74,7 +75,8 @@ class StarvedSteps(_OfThrusters):
 def _largest_or_rms(values: Array, statistic: str) -> float:
     if statistic == "largest" or not values.size:
         return largest(values)
-    return float(np.sqrt(np.mean(values**2)))
+    numbers = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(numbers**2))) if numbers.size else math.nan
 
 
 class NavigationError(OverWindow):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
 from satform.consensus.graph import Graph, TopologySpec
 from satform.elementwise import Array
@@ -31,6 +32,16 @@ class GraphChangeSpec(Spec):
     """Edges that come, each as listener and speaker."""
     remove: tuple[tuple[str, str], ...] = ()
     """Edges that go, each as listener and speaker."""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> "GraphChangeSpec":
+        if self.graph is None and not self.add and not self.remove:
+            raise ValueError("nothing changes: give a graph, or edges to add or remove")
+        both = sorted(set(self.add) & set(self.remove))
+        if both:
+            listener, speaker = both[0]
+            raise ValueError(f"the edge [{listener}, {speaker}] cannot both come and go at one moment")
+        return self
 
     def applied(self, graph: Graph, names: Sequence[str]) -> Graph:
         """The graph after this change.
@@ -144,6 +155,11 @@ def possible_graph(graph: Graph, plan: Plan) -> Graph:
             if isinstance(event, Rewired):
                 adjacency = np.maximum(adjacency, event.graph.adjacency)
     return Graph(adjacency)
+
+
+def rewirings(plan: Plan) -> list[tuple[int, Rewired]]:
+    """The changes of the graph in it, each with its step, in order."""
+    return [(step, event) for step in sorted(plan) for event in plan[step] if isinstance(event, Rewired)]
 
 
 def loses(plan: Plan) -> bool:

@@ -95,10 +95,9 @@ class LinksSpec(Spec):
         """What of this cannot be, in a formation with these satellites and this control period in s."""
         found: list[tuple[tuple[str | int, ...], str]] = []
         seen: set[tuple[str, str]] = set()
-        for place, link in [
-            (("default",), self.default),
-            *((("edges", i), e) for i, e in enumerate(self.edges)),
-        ]:
+        every: list[tuple[tuple[str | int, ...], LinkSpec]] = [(("default",), self.default)]
+        every += [(("edges", i), self.of(edge.speaker, edge.listener)) for i, edge in enumerate(self.edges)]
+        for place, link in every:
             if (link.delay + link.jitter) / step > LONGEST_WAY:
                 sentence = (
                     f"delay and jitter make {link.delay + link.jitter:g} s, which is more than {LONGEST_WAY} "

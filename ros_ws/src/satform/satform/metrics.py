@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from satform.elementwise import Array
@@ -152,23 +153,29 @@ class OverWindow(OfSatellites):
     def needs(self, duration: float) -> float:
         return duration if self.before is None else self.before
 
-    def window(self, series: Array, record: FlightRecord, *, held: bool = False) -> Array:
+    def window(
+        self, series: Array, record: FlightRecord, *, held: bool = False, of_others: bool = False
+    ) -> Array:
         """The rows of a series whose times lie in the stretch, and the columns that are meant.
 
-        No rows when the record ends before the stretch does.
+        No rows when the record ends before the stretch does. What a satellite that does not fly does not
+        give is not a number; nothing is a number when something else is missing.
 
         Args:
             series: a row for each step or each state, a column for each satellite.
             record: of the flight.
             held: whether a row holds for the whole step that begins at its time, such as a command; the
                 step that begins where the stretch ends is not part of it.
+            of_others: whether a satellite cannot give it either while another one does not fly.
         """
         if self.before is not None and self.before * (1 - _TIME_SLACK) > record.steps * record.step:
             return series[:0, self.columns(record)]
         time = np.arange(len(series)) * record.step
         end = math.inf if self.before is None else self.before * (1 + (-_TIME_SLACK if held else _TIME_SLACK))
-        chosen: Array = series[(time >= self.after * (1 - _TIME_SLACK)) & (time <= end)]
-        return chosen[:, self.columns(record)]
+        rows = (time >= self.after * (1 - _TIME_SLACK)) & (time <= end)
+        columns = self.columns(record)
+        excused = record.left_out(series, of_others=of_others)[rows][:, columns]
+        return _honest(series[rows][:, columns], excused)
 
     def when(self) -> str:
         """The stretch, as the end of a label."""
@@ -191,14 +198,32 @@ class AtTime(Expectation):
     def needs(self, duration: float) -> float:
         return duration if self.at is None else self.at
 
-    def sample(self, series: Array, record: FlightRecord) -> Array:
-        """The row of a series nearest to the moment, as its only row; none when the record ends before."""
+    def sample(
+        self,
+        series: Array,
+        record: FlightRecord,
+        columns: list[int] | None = None,
+        *,
+        of_others: bool = False,
+    ) -> Array:
+        """The row of a series nearest to the moment, as its only row; none when the record ends before.
+
+        Args:
+            series: a row for each step or each state, a column for each satellite where it has columns.
+            record: of the flight.
+            columns: of the satellites that are meant; all when left out.
+            of_others: whether a satellite cannot give it either while another one does not fly.
+        """
         row = record.steps if self.at is None else round(self.at / record.step)
         if row > record.steps:
             return series[:0]
         # What is decided in a step has no row for the state after the last step.
         row = min(row, len(series) - 1)
-        return series[row : row + 1]
+        if series.ndim == 1:
+            return series[row : row + 1]
+        chosen = list(range(series.shape[1])) if columns is None else columns
+        excused = record.left_out(series, of_others=of_others)[row : row + 1, chosen]
+        return _honest(series[row : row + 1, chosen], excused)
 
     def moment(self) -> str:
         """The moment, as the end of a label."""
@@ -206,8 +231,27 @@ class AtTime(Expectation):
 
 
 def largest(values: Array) -> float:
-    """The largest of the values; NaN when there are none."""
-    return float(np.max(values)) if values.size else math.nan
+    """The largest of those values that are numbers; NaN when there are none."""
+    numbers = values[~np.isnan(values)]
+    return float(np.max(numbers)) if numbers.size else math.nan
+
+
+def by_satellite(values: Array) -> list[Array]:
+    """The numbers of each satellite that gives any, from a row for each moment and a column for each."""
+    columns = [values[:, place] for place in range(values.shape[1])]
+    numbers = [column[~np.isnan(column)] for column in columns]
+    return [column for column in numbers if column.size]
+
+
+def _honest(chosen: Array, excused: NDArray[np.bool_]) -> Array:
+    """No numbers at all where something is missing without an excuse, so that nothing is judged by the rest.
+
+    Args:
+        chosen: rows and columns that are meant, shape (K, N, ...).
+        excused: where what is missing may be left out, shape (K, N).
+    """
+    missing = np.isnan(chosen).any(axis=tuple(range(2, chosen.ndim)))
+    return np.full_like(chosen, np.nan) if np.any(missing & ~excused) else chosen
 
 
 class TrackingError(OverWindow):
@@ -230,7 +274,7 @@ class TrackingErrorAt(AtTime, OfSatellites):
     kind: Literal["tracking_error_at"] = "tracking_error_at"
 
     def measure(self, record: FlightRecord) -> float:
-        return largest(self.sample(record.tracking_error, record)[:, self.columns(record)])
+        return largest(self.sample(record.tracking_error, record, self.columns(record)))
 
     def describe(self) -> str:
         return self.label or f"tracking error{self.moment()}{self.whose()}"
@@ -260,8 +304,10 @@ class ReachingTime(OfSatellites):
     """Magnitude that counts as reached, m/s."""
 
     def measure(self, record: FlightRecord) -> float:
-        surface = np.abs(record.sliding_variable[:, self.columns(record), "xyz".index(self.axis)])
-        reached = np.all(surface <= self.level, axis=1)
+        columns = self.columns(record)
+        surface = np.abs(record.sliding_variable[:, columns, "xyz".index(self.axis)])
+        excused = record.left_out(record.sliding_variable)[:, columns]
+        reached = np.all((surface <= self.level) | excused, axis=1) & ~excused.all(axis=1)
         return float(np.argmax(reached)) * record.step if reached.any() else math.nan
 
     def describe(self) -> str:
@@ -309,25 +355,25 @@ class SettlingTime(OfSatellites):
     """Tracking error that counts as settled, m."""
 
     def measure(self, record: FlightRecord) -> float:
-        return _settled(
-            np.max(record.tracking_error[:, self.columns(record)], axis=1), self.level, record.step
-        )
+        columns, error = self.columns(record), record.tracking_error
+        furthest = largest_of_each(error[:, columns], record.left_out(error)[:, columns])
+        return settled(furthest, self.level, record.step)
 
     def describe(self) -> str:
         return self.label or f"tracking error settles to {self.level:g} m{self.whose()}"
 
 
-class ArcLengthSpread(AtTime):
-    """Largest minus smallest generalised arc length, in m."""
+class ArcLengthSpread(AtTime, OfSatellites):
+    """Largest minus smallest generalised arc length of the satellites that fly, in m."""
 
     unit = "m"
     kind: Literal["arc_length_spread"] = "arc_length_spread"
 
     def measure(self, record: FlightRecord) -> float:
-        return largest(self.sample(arc_length_spread(record), record))
+        return largest(self.sample(arc_length_spread(record, self.columns(record)), record))
 
     def describe(self) -> str:
-        return self.label or f"arc-length spread{self.moment()}"
+        return self.label or f"arc-length spread{self.moment()}{self.whose()}"
 
 
 class ArcLengthSettling(Expectation):
@@ -340,7 +386,7 @@ class ArcLengthSettling(Expectation):
 
     def measure(self, record: FlightRecord) -> float:
         spread = arc_length_spread(record)
-        return _settled(spread, self.fraction * float(spread[0]), record.step)
+        return settled(spread, self.fraction * float(spread[0]), record.step)
 
     def describe(self) -> str:
         return self.label or f"arc-length spread settles to {100 * self.fraction:g} %"
@@ -356,7 +402,8 @@ class ArcLengthMean(AtTime):
 
     def measure(self, record: FlightRecord) -> float:
         arc_length, time = self.sample(record.arc_length, record), self.sample(record.time, record)
-        return float(np.mean(arc_length) - self.nominal_rate * time[0]) if time.size else math.nan
+        flying = arc_length[~np.isnan(arc_length)]
+        return float(np.mean(flying) - self.nominal_rate * time[0]) if flying.size else math.nan
 
     def describe(self) -> str:
         return self.label or f"mean arc length in the nominal motion{self.moment()}"
@@ -371,7 +418,7 @@ class ArcLengthRate(AtTime, OfSatellites):
     """Rate that is taken off, m/s."""
 
     def measure(self, record: FlightRecord) -> float:
-        rate = self.sample(record.rate, record)[:, self.columns(record)]
+        rate = self.sample(record.rate, record, self.columns(record))
         return largest(np.abs(rate - self.nominal_rate))
 
     def describe(self) -> str:
@@ -404,10 +451,26 @@ class Distance(OverWindow):
         return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"
 
 
-def arc_length_spread(record: FlightRecord) -> Array:
-    """Largest minus smallest generalised arc length at every state, m, shape (K + 1,)."""
-    spread: Array = np.max(record.arc_length, axis=1) - np.min(record.arc_length, axis=1)
+def arc_length_spread(record: FlightRecord, columns: list[int] | None = None) -> Array:
+    """Largest minus smallest generalised arc length of those that fly, at every state.
+
+    Args:
+        record: of the flight.
+        columns: of the satellites that are meant; all when left out.
+
+    Returns:
+        m, shape (K + 1,); not a number where nobody flies.
+    """
+    chosen = list(range(len(record.satellites))) if columns is None else columns
+    told, excused = record.arc_length[:, chosen], record.left_out(record.arc_length)[:, chosen]
+    spread: Array = largest_of_each(told, excused) + largest_of_each(-told, excused)
     return spread
+
+
+def largest_of_each(values: Array, excused: NDArray[np.bool_]) -> Array:
+    """The largest value of each row, leaving out what is excused; shapes (K, N), gives (K,)."""
+    row = np.max(np.where(excused, -np.inf, values), axis=1, initial=-np.inf)
+    return np.where(excused.all(axis=1), np.nan, row)
 
 
 def judge(expectations: tuple[Expectation, ...], record: FlightRecord) -> list[Verdict]:
@@ -415,8 +478,8 @@ def judge(expectations: tuple[Expectation, ...], record: FlightRecord) -> list[V
     return [expectation.judge(record) for expectation in expectations]
 
 
-def _settled(series: Array, level: float, step: float) -> float:
-    """Time from which a series stays at or below a level; NaN when it ends above it or is empty."""
+def settled(series: Array, level: float, step: float) -> float:
+    """Time from which a series stays at or below a level; NaN when it does not end there or is empty."""
     outside = np.flatnonzero(series > level)
     first = int(outside[-1]) + 1 if outside.size else 0
-    return math.nan if first >= len(series) else first * step
+    return math.nan if first >= len(series) or math.isnan(series[-1]) else first * step

@@ -1,8 +1,10 @@
 """What is kept of a flight: plain arrays, the same from an in-process run and from a bag."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from satform.elementwise import Array
 
@@ -95,6 +97,35 @@ class FlightRecord:
         """Simulated time of every state, s, shape (K + 1,)."""
         time: Array = np.arange(self.steps + 1, dtype=np.float64) * self.step
         return time
+
+    @cached_property
+    def absent(self) -> NDArray[np.bool_]:
+        """In which steps a satellite does not fly, shape (K, N): it commands nothing and has no reference."""
+        without = np.isnan(self.reference_position).all(axis=-1) & (self.acceleration == 0.0).all(axis=-1)
+        absent: NDArray[np.bool_] = without
+        return absent
+
+    def left_out(self, series: Array, *, of_others: bool = False) -> NDArray[np.bool_]:
+        """Where a satellite gives no figure because it does not fly.
+
+        Args:
+            series: a row for each step or state, a column for each satellite, shape (K or K + 1, N, ...).
+            of_others: whether a satellite cannot give it either while another one does not fly.
+
+        Returns:
+            A mask of shape (K or K + 1, N); what is missing elsewhere is missing for another reason.
+        """
+        absent = np.zeros((len(series), len(self.satellites)), dtype=np.bool_)
+        absent[: self.steps] = self.absent[: len(series)]
+        if self.steps:
+            # What a satellite would have said of the state after the last step.
+            absent[self.steps :] = self.absent[-1:]
+        if of_others:
+            absent |= absent.any(axis=1, keepdims=True)
+        missing: NDArray[np.bool_] = np.asarray(np.isnan(series).any(axis=tuple(range(2, series.ndim))))
+        # Everybody flies at first: what is missing then belongs to a satellite that never gives it.
+        mask: NDArray[np.bool_] = absent & missing & ~missing[:1]
+        return mask
 
     @property
     def position_error(self) -> Array:

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from satform.elementwise import Array
-from satform.metrics import OfSatellites, OverWindow, largest
+from satform.metrics import OfSatellites, OverWindow, by_satellite, largest, settled
 from satform.record import FlightRecord
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ class _Response(OfSatellites):
         wanted = self._values(record.reference_position[:, columns])
         start = flown[:1]
         part: Array = (flown - start) / (wanted - start)
-        return part
+        excused = record.left_out(record.reference_position)[:, columns]
+        return np.where(excused, np.nan, part)
 
     def _values(self, vectors: Array) -> Array:
         if self.quantity == "range":
@@ -75,17 +76,15 @@ class ResponseTime(_Response):
         progress = self.progress(record)
         if not progress.size:
             return math.nan
-        return max(self._moment(column) for column in progress.T) * record.step
+        return float(np.max([self._moment(column) for column in progress.T])) * record.step
 
     def _moment(self, progress: Array) -> float:
         if self.event == "peak":
-            return float(np.argmax(progress))
+            return math.nan if np.isnan(progress).all() else float(np.nanargmax(progress))
         if self.event == "crossing":
             reached = progress >= 1.0
             return float(np.argmax(reached)) if reached.any() else math.nan
-        outside = np.flatnonzero(np.abs(progress - 1.0) > (self.band or 0.0))
-        first = int(outside[-1]) + 1 if outside.size else 0
-        return float(first) if first < len(progress) else math.nan
+        return settled(np.abs(progress - 1.0), self.band or 0.0, 1.0)
 
     def describe(self) -> str:
         words = {
@@ -108,8 +107,8 @@ class Offset(OverWindow):
         chosen = self.window(record.position_error, record)
         if not chosen.size:
             return math.nan
-        means = np.mean(chosen[..., "xyz".index(self.axis)], axis=0)
-        return float(means[np.argmax(np.abs(means))])
+        means = [float(np.mean(own)) for own in by_satellite(chosen[..., "xyz".index(self.axis)])]
+        return max(means, key=abs, default=math.nan)
 
     def describe(self) -> str:
         return self.label or f"mean error in {self.axis}{self.when()}{self.whose()}"
@@ -125,7 +124,7 @@ class Ripple(OverWindow):
 
     def measure(self, record: FlightRecord) -> float:
         chosen = self.window(record.position_error, record)[..., "xyz".index(self.axis)]
-        return 0.5 * largest(np.ptp(chosen, axis=0)) if chosen.size else math.nan
+        return 0.5 * max((float(np.ptp(own)) for own in by_satellite(chosen)), default=math.nan)
 
     def describe(self) -> str:
         return self.label or f"ripple in {self.axis}{self.when()}{self.whose()}"

@@ -138,7 +138,7 @@ class _Flight:
             match event:
                 case Lost():
                     self.groups[event.satellite].flies = False
-                case Back():
+                case Back() if not self.groups[event.satellite].flies:
                     self._restart(event, step)
                 case Adjusted():
                     self._adjust(event)

@@ -13,7 +13,7 @@ from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
 from satform.scenario.sentences import Path as FieldPath
 from satform.scenario.sentences import coerced, problems
-from satform.scenario.shortened import beyond_the_end, left_out
+from satform.scenario.shortened import beyond_the_end, left_out, within_the_end
 
 MAXIMUM_FILE_BYTES = 4_000_000
 """A larger scenario file is refused unread."""
@@ -31,7 +31,7 @@ def load_scenario(
         path: the YAML file.
         changes: `key=value` settings laid over the file, with dotted keys and YAML values, for
             example `timing.step=1.0` or `satellites.0.arc_length=100.0`. Where they shorten the
-            flight, the file's expectations of what then lies beyond its end are left out.
+            flight, what the file expects, breaks or changes beyond its new end is left out.
         remark: called with a sentence about what was left out.
 
     Returns:
@@ -82,23 +82,19 @@ def parse_scenario(
     written = _plain(tree)
     changed = _apply_changes(data, changes)
     beyond = beyond_the_end(written, data, changed)
-    flown = _without(data, beyond) if beyond else data
+    flown = within_the_end(data, beyond)
     scenario, found = _checked(flown, tree, file, changed)
     if found and beyond:
         # Found once more in the whole, where every problem has the place that the file gives it.
-        outside = {f"expect[{place}]" for place in beyond}
+        outside = {f"{field}[{place}]" for field, places in beyond.items() for place in places}
         _, every = _checked(data, tree, file, changed)
-        found = [problem for problem in every if problem.field not in outside] or found
+        found = [problem for problem in every if not problem.field.startswith(tuple(outside))] or found
     if scenario is None or found:
         raise ScenarioError(sorted(found, key=lambda problem: problem.line or 0))
-    if beyond and remark is not None:
-        remark(left_out(len(beyond)))
+    if remark is not None:
+        for sentence in left_out(beyond):
+            remark(sentence)
     return scenario
-
-
-def _without(data: dict[str, Any], beyond: set[int]) -> dict[str, Any]:
-    within = [entry for place, entry in enumerate(data["expect"]) if place not in beyond]
-    return {**data, "expect": within}
 
 
 def _checked(

@@ -15,7 +15,7 @@ from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSpec
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
-from satform.faults import FaultSpec, SatelliteLostSpec
+from satform.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
 from satform.formation import GraphChangeSpec, planned, possible_graph
 from satform.links import LinksSpec
 from satform.metrics import Expectation
@@ -405,7 +405,7 @@ class Scenario(Spec):
     def _fault_complaints(self) -> list[Complaint]:
         names = [satellite.name for satellite in self.satellites]
         complaints: list[Complaint] = []
-        gone: dict[str, float] = {}
+        back: dict[str, int] = {}
         for index, fault in enumerate(self.faults):
             place = ("faults", index)
             if fault.satellite not in names:
@@ -424,10 +424,15 @@ class Scenario(Spec):
                     "a checkpoint_period, or the fault memory: plan"
                 )
                 complaints.append((place, sentence))
-            if gone.get(fault.satellite, 0.0) > fault.at:
-                sentence = f"{fault.satellite} is lost already at {fault.at:g} s; list losses in their order"
+            if back.get(fault.satellite, -1) >= step_at(fault.at, self.timing.step):
+                sentence = (
+                    f"{fault.satellite} does not fly at {fault.at:g} s, so that it cannot be lost then; list "
+                    "its losses in their order, each later than its return from the one before"
+                )
                 complaints.append((place, sentence))
-            gone[fault.satellite] = math.inf if fault.back is None else fault.back
+            back[fault.satellite] = (
+                MOST_STEPS if fault.back is None else step_at(fault.back, self.timing.step)
+            )
         return complaints
 
     def _unfit(self, index: int, fault: FaultSpec, names: list[str]) -> list[Complaint]:

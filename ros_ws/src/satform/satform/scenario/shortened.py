@@ -1,4 +1,4 @@
-"""Which of a file's expectations a flight does not reach that settings laid over the file have shortened."""
+"""What of a file a flight does not reach that settings laid over the file have shortened."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -12,45 +12,87 @@ from satform.spec import specs
 _SLACK = 1e-9
 """Relative, between two times that are meant to be the same."""
 
+Places = dict[str, set[int]]
+"""Of entries in lists, by the name of the list."""
 
-def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> set[int]:
-    """Places of the expectations that lie beyond the end of a shortened flight, but not of the written one.
+
+def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
+    """Expectations, faults and changes of the graph beyond the end of a flight that settings have shortened.
 
     Args:
         written: the scenario as plain data, as its file has it.
         flown: the same with the settings laid over it.
-        changed: what those settings have changed; an expectation among it is meant for the shorter flight.
+        changed: what those settings have changed; what is among it is meant for the shorter flight.
 
     Returns:
-        Places in the list; none when the flight is as long as written, or cannot be understood.
+        Places in the lists `expect`, `faults` and `graph_schedule`, of those that have any; none when the
+        flight is as long as written, or cannot be understood.
     """
-    own = {path[1:2] for path in changed if path[0] == "expect"}
+    paths = list(changed)
     try:
         duration, shorter = float(written["timing"]["duration"]), float(flown["timing"]["duration"])
-        entries = list(written["expect"])
     except (KeyError, TypeError, ValueError):
-        return set()
-    if () in own or shorter >= duration:
-        return set()
-    return {
-        place
-        for place, entry in enumerate(entries)
-        if (place,) not in own
-        and shorter * (1 + _SLACK) < _needed_duration(entry, duration) <= duration * (1 + _SLACK)
+        return {}
+    if shorter >= duration:
+        return {}
+    beyond = {
+        "expect": _beyond(written, "expect", lambda entry: _unjudged(entry, shorter, duration)),
+        "faults": _beyond(written, "faults", lambda entry: _never(entry, shorter, duration)),
+        "graph_schedule": _beyond(written, "graph_schedule", lambda entry: _never(entry, shorter, duration)),
     }
+    kept: Places = {}
+    for field, places in beyond.items():
+        own = {path[1:2] for path in paths if path[0] == field}
+        kept[field] = set() if () in own else {place for place in places if (place,) not in own}
+    return {field: places for field, places in kept.items() if places}
 
 
-def left_out(count: int) -> str:
-    """What is said about expectations that were left out."""
-    if count == 1:
-        return "1 expectation lies beyond the shorter flight and is not judged"
-    return f"{count} expectations lie beyond the shorter flight and are not judged"
+def within_the_end(data: dict[str, Any], beyond: Places) -> dict[str, Any]:
+    """A scenario's plain data without what lies beyond the end."""
+    kept = {
+        field: [entry for place, entry in enumerate(data[field]) if place not in places]
+        for field, places in beyond.items()
+    }
+    return {**data, **kept}
 
 
-def _needed_duration(entry: Any, duration: float) -> float:
-    """How long a flight has to last for one expectation, s; 0 where that cannot be understood."""
+def left_out(beyond: Places) -> list[str]:
+    """What is said about that which was left out."""
+    said = []
+    if count := len(beyond.get("expect", ())):
+        lie = "expectation lies" if count == 1 else "expectations lie"
+        said.append(f"{count} {lie} beyond the shorter flight and {_are(count)} not judged")
+    for field, thing in (("faults", "fault"), ("graph_schedule", "change of the graph")):
+        if count := len(beyond.get(field, ())):
+            things = thing if count == 1 else thing.replace("fault", "faults").replace("change", "changes")
+            lie, happen = ("lies", "does") if count == 1 else ("lie", "do")
+            said.append(f"{count} {things} {lie} beyond the shorter flight and {happen} not happen")
+    return said
+
+
+def _are(count: int) -> str:
+    return "is" if count == 1 else "are"
+
+
+def _beyond(written: Any, field: str, lies_beyond: Any) -> set[int]:
+    entries = written.get(field)
+    if not isinstance(entries, list):
+        return set()
+    return {place for place, entry in enumerate(entries) if lies_beyond(entry)}
+
+
+def _unjudged(entry: Any, shorter: float, duration: float) -> bool:
+    """Whether an expectation can be judged of the flight as written, but not of the shorter one."""
     try:
         expectation = specs("satform.metrics")[entry["kind"]].model_validate(entry)
     except (KeyError, TypeError, ValidationError):
-        return 0.0
-    return expectation.needs(duration) if isinstance(expectation, Expectation) else 0.0
+        return False
+    if not isinstance(expectation, Expectation):
+        return False
+    return shorter * (1 + _SLACK) < expectation.needs(duration) <= duration * (1 + _SLACK)
+
+
+def _never(entry: Any, shorter: float, duration: float) -> bool:
+    """Whether a fault or a change happens in the flight as written, but not in the shorter one."""
+    at = entry.get("at") if isinstance(entry, dict) else None
+    return isinstance(at, int | float) and shorter * (1 - _SLACK) <= at < duration

@@ -1,0 +1,179 @@
+"""What is unwise about links, changes of the graph, losses and what is done about silence."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from satform.consensus.arc_length import ArcLengthGainsSpec, delay_margin
+from satform.consensus.graph import Graph
+from satform.faults import SatelliteLostSpec
+from satform.formation import Back, Formation, planned, rewirings
+from satform.links import LinkSpec
+from satform.scenario import Scenario
+
+_LONG = 0.25
+"""Part of a flight that is long enough to matter."""
+
+
+def disturbance_warnings(scenario: Scenario) -> list[str]:
+    """Sentences about what is allowed but unwise in links, graph_schedule and faults."""
+    return [
+        *_link_warnings(scenario),
+        *_schedule_warnings(scenario),
+        *_loss_warnings(scenario),
+        *_end_warnings(scenario),
+    ]
+
+
+@dataclass(frozen=True)
+class PlannedState:
+    """A state of the formation that a scenario plans.
+
+    Attributes:
+        at: from when, s.
+        reason: why.
+        flying: how many satellites fly.
+        edges: of the graph of those that fly.
+        connectivity: lambda_2 of that graph.
+        connected: whether agreement is possible on it.
+    """
+
+    at: float
+    reason: str
+    flying: int
+    edges: int
+    connectivity: float
+    connected: bool
+
+
+def describe_schedule(scenario: Scenario) -> list[PlannedState]:
+    """Every state of the formation after the first that a scenario plans, in order."""
+    names = [satellite.name for satellite in scenario.satellites]
+    formation, found = Formation.of(scenario), []
+    for step, events in planned(scenario).items():
+        if not formation.apply(events, step, names):
+            continue
+        flying = int(formation.alive.sum())
+        graph = formation.graph.subgraph(formation.alive)
+        found.append(
+            PlannedState(
+                at=step * scenario.timing.step,
+                reason=formation.reason,
+                flying=flying,
+                edges=len(graph.edges),
+                connectivity=formation.connectivity,
+                connected=flying > 0 and graph.connected(),
+            )
+        )
+    return found
+
+
+def _link_warnings(scenario: Scenario) -> list[str]:
+    if scenario.links is None:
+        return []
+    names = [satellite.name for satellite in scenario.satellites]
+    possible = {(names[speaker], names[listener]) for speaker, listener in scenario.possible_graph().edges}
+    found = [
+        f"links.edges: the graph never lets {edge.listener} hear {edge.speaker}; this link carries nothing"
+        for edge in scenario.links.edges
+        if (edge.speaker, edge.listener) not in possible
+    ]
+    own = [scenario.links.of(*edge) for edge in sorted(possible)]
+    if not own:
+        return found
+    longest, rarest = max(map(_age, own)), max(link.period for link in own)
+    bound = scenario.consensus.drop_after
+    if longest > bound:
+        found.append(
+            f"consensus.drop_after: {bound:g} s is shorter than the {longest:g} s to which words grow old by "
+            "delay, jitter and period of their link; neighbours are dropped though nothing is wrong with them"
+        )
+    return found + _age_warnings(scenario, max(link.delay + link.jitter for link in own), rarest)
+
+
+def _age(link: LinkSpec) -> float:
+    """Age in s to which a word grows on a link on which nothing is lost."""
+    return link.delay + link.jitter + link.period
+
+
+def _age_warnings(scenario: Scenario, delay: float, period: float) -> list[str]:
+    law = scenario.consensus
+    if not isinstance(law, ArcLengthGainsSpec):
+        return []
+    found = []
+    graph = scenario.possible_graph()
+    if not graph.directed and delay >= (bound := _margin(graph, law)):
+        found.append(
+            f"links: messages take up to {delay:g} s, beyond the delay margin of {bound:g} s of these gains "
+            "on this graph; agreement is slow at best, and lost where own values are as old"
+        )
+    if law.neighbour_values == "hold" and max(delay, period) > scenario.timing.step:
+        slower = _slowed(graph, law, delay + 0.5 * period)
+        found.append(
+            f"consensus.neighbour_values: hold takes words of up to {delay + period:g} s for new, which "
+            f"slows the formation down to about {100.0 * slower:.3g} % of its rate; extrapolate does not"
+        )
+    return found
+
+
+def _margin(graph: Graph, law: ArcLengthGainsSpec) -> float:
+    gains = (law.tracking_gain, law.coupling_gain, law.rate_gain)
+    return delay_margin(np.asarray(graph.eigenvalues), *gains) if graph.edges else math.inf
+
+
+def _slowed(graph: Graph, law: ArcLengthGainsSpec, age: float) -> float:
+    """Fraction of the nominal rate that is left where all hold words of one age, by the mean number heard."""
+    heard = float(graph.adjacency.sum(axis=1).mean())
+    return law.tracking_gain / (law.tracking_gain + law.coupling_gain * heard * age)
+
+
+def _schedule_warnings(scenario: Scenario) -> list[str]:
+    changes = rewirings(planned(scenario))
+    if not changes:
+        return []
+    graphs = [scenario.communication_graph(), *(event.graph for _, event in changes)]
+    if not scenario.possible_graph().connected():
+        return ["graph_schedule: not even all graphs together are connected; some satellites never agree"]
+    if any(graph.connected() for graph in graphs) or _together(graphs[len(graphs) // 2 :]):
+        return []
+    return ["graph_schedule: the graphs of its second half are not connected together; nobody need agree"]
+
+
+def _together(graphs: list[Graph]) -> bool:
+    return Graph(np.maximum.reduce([graph.adjacency for graph in graphs])).connected()
+
+
+def _loss_warnings(scenario: Scenario) -> list[str]:
+    found = []
+    for fault in scenario.faults:
+        if not isinstance(fault, SatelliteLostSpec) or fault.back is None:
+            continue
+        if fault.back >= scenario.timing.duration:
+            found.append(
+                f"faults: {fault.satellite} is to be back at {fault.back:g} s, after the flight's end"
+            )
+        period = scenario.checkpoint_period
+        if fault.memory == "checkpoint" and period is not None and fault.at < period:
+            found.append(
+                f"faults: {fault.satellite} is lost at {fault.at:g} s, before its first checkpoint at "
+                f"{period:g} s; it comes back with its flight plan alone"
+            )
+    returns = any(isinstance(event, Back) for events in planned(scenario).values() for event in events)
+    if scenario.checkpoint_period is not None and not returns and not scenario.tolerated_losses:
+        found.append("checkpoint_period: checkpoints are kept, but nobody comes back from one")
+    return found
+
+
+def _end_warnings(scenario: Scenario) -> list[str]:
+    """About a formation that its last state leaves in parts for long, unless it was so from the start."""
+    states = describe_schedule(scenario)
+    if not states or states[-1].connected or not scenario.communication_graph().connected():
+        return []
+    last = states[-1]
+    if last.at > (1.0 - _LONG) * scenario.timing.duration:
+        return []
+    return [
+        f"graph: from {last.at:g} s on ({last.reason}) those who fly are not connected; parts of the "
+        "formation never agree again"
+    ]
