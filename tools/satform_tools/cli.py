@@ -84,6 +84,9 @@ def run(
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
+    display: Annotated[
+        bool, typer.Option("--display", help="Also publish markers, poses and paths for RViz and Foxglove.")
+    ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is RunMode.LOCKSTEP:
@@ -97,7 +100,9 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure, group=group)
+    outcome = running.run(
+        flown, mode.value, record=record, out=out, measure=measure, group=group, display=display
+    )
     if json:
         say.as_json(outcome.data())
     else:

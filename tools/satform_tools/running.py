@@ -14,7 +14,14 @@ from satform_tools.summary import Summary, summarise
 
 
 def run(
-    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measure: bool, group: int = 1
+    scenario: Scenario,
+    mode: Mode,
+    *,
+    record: bool,
+    out: Path | None,
+    measure: bool,
+    group: int = 1,
+    display: bool = False,
 ) -> Outcome:
     """Fly a scenario and keep what came of it.
 
@@ -25,6 +32,7 @@ def run(
         out: folder of the run; None for a new one.
         measure: whether to measure the bare message exchange, too.
         group: satellites that share a process in lockstep.
+        display: whether to show the flight on topics that RViz and Foxglove draw; over DDS only.
 
     Returns:
         What came of it; also written to the folder.
@@ -32,13 +40,17 @@ def run(
     Raises:
         CommandError: the run cannot be started or kept.
     """
+    if display and mode == "inprocess":
+        raise CommandError("--display shows what passes over DDS; there is nothing to show in one process")
     folder = folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
             (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _lockstep(scenario, folder, record=record, measure=measure, group=group)
+            outcome = _lockstep(
+                scenario, folder, record=record, measure=measure, group=group, display=display
+            )
         outcome.write(folder / folders.RESULT)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
@@ -71,13 +83,17 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
 
 
-def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int) -> Outcome:
+def _lockstep(
+    scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int, display: bool
+) -> Outcome:
     ros.require()
     from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - in-process runs do without
 
     try:
         with progress.shown(scenario) as report:
-            flight: Flight = fly(scenario, folder, record=record, progress=report, group=group)
+            flight: Flight = fly(
+                scenario, folder, record=record, progress=report, group=group, display=display
+            )
     except RuntimeError as error:
         raise CommandError(str(error)) from None
     speed = Speed(

@@ -19,11 +19,13 @@ class NodeProcess:
         name: of the node, or of the group.
         executable: of the package `satform_nodes`.
         parameters: ROS parameters that are given at the start.
+        optional: whether the flight goes on without it, however it ends.
     """
 
     name: str
     executable: str
     parameters: dict[str, Value] = field(default_factory=dict)
+    optional: bool = False
 
     def arguments(self) -> list[str]:
         """Command line after the executable: the node's name and its parameters."""
@@ -36,7 +38,9 @@ class NodeProcess:
         return words
 
 
-def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: int = 1) -> list[NodeProcess]:
+def processes(
+    scenario: Scenario, scenario_file: Path, bag: Path | None, group: int = 1, *, display: bool = False
+) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
     Args:
@@ -44,9 +48,10 @@ def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: 
         scenario_file: where every node reads it.
         bag: folder of the bag to be recorded; None when nothing is recorded.
         group: how many satellites share a process.
+        display: whether the flight is shown on topics that RViz and Foxglove draw.
 
     Returns:
-        Plant, the satellites in their order, and the recorder if there is a bag.
+        Plant, the satellites in their order, the recorder if there is a bag, and the display if asked for.
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
     recorded = {**common, "recorded": bag is not None}
@@ -65,4 +70,6 @@ def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: 
         ]
     if bag is not None:
         found.append(NodeProcess("recorder", "recorder_node", {**common, "bag": str(bag)}))
+    if display:
+        found.append(NodeProcess("display", "display_node", common, optional=True))
     return found

@@ -65,6 +65,7 @@ def fly(
     record: bool,
     progress: Callable[[int, int], None],
     group: int = 1,
+    display: bool = False,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -74,6 +75,7 @@ def fly(
         record: whether to record a bag.
         progress: called now and then with the steps flown and the steps to fly.
         group: how many satellites share a process; they talk over DDS all the same.
+        display: whether to show the flight on topics that RViz and Foxglove draw.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -87,7 +89,8 @@ def fly(
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress)
         try:
-            watch.start(processes(scenario, scenario_file, bag, group), out / LOG_FOLDER, domain)
+            nodes = processes(scenario, scenario_file, bag, group, display=display)
+            watch.start(nodes, out / LOG_FOLDER, domain)
             watch.until_over()
         finally:
             watch.end_all()
@@ -130,12 +133,14 @@ class _Running:
         process: its handle.
         pipe: on which it reports.
         log: what it prints.
+        optional: whether the flight goes on without it, and does not wait for it to end.
     """
 
     name: str
     process: BaseProcess
     pipe: Connection
     log: Path
+    optional: bool = False
 
 
 @dataclass
@@ -164,7 +169,7 @@ class _Watch:
         for node in nodes:
             log = logs / f"{node.name}.log"
             process, pipe = nursery.start(node.executable, node.arguments(), domain, log)
-            entry = _Running(node.name, process, pipe, log)
+            entry = _Running(node.name, process, pipe, log, node.optional)
             self.running[node.name] = entry
             self.selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
             self.selector.register(pipe, selectors.EVENT_READ, (entry, self._on_report))
@@ -172,7 +177,7 @@ class _Watch:
     def until_over(self) -> None:
         """Watch until every process has ended, or those that do not end in time are to be ended."""
         told = False
-        while self.running:
+        while any(not entry.optional for entry in self.running.values()):
             for key, _ in self.selector.select(_LOOK):
                 entry, handle = key.data
                 # The one before may have done away with this one's process.
@@ -236,7 +241,7 @@ class _Watch:
         entry.process.join()
         code = entry.process.exitcode or 0
         self._forget(entry)
-        if code and self.over_since is None:
+        if code and self.over_since is None and not entry.optional:
             self._note_loss(entry, code)
             self._end_flight()
         if entry.name == "plant" and self.over_since is None:

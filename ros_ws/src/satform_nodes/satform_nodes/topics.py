@@ -1,5 +1,7 @@
 """Every topic's name, type and quality of service, in one place."""
 
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import (
@@ -14,6 +16,7 @@ from satform_msgs.msg import (
     RelativeState,
     Tracking,
 )
+from visualization_msgs.msg import MarkerArray
 
 FRAME = "lvlh"
 """The chief's rotating frame: x radial outward, y along-track, z orbit normal."""
@@ -22,6 +25,7 @@ CLOCK = "/clock"
 STATUS = "/formation/status"
 READY = "/formation/ready"
 RECORDED = "/formation/recorded"
+MARKERS = "/formation/markers"
 
 RECORDER_WINDOW = 1024
 """Steps by which the plant may be ahead of the recorder; writers keep twice as many for it."""
@@ -72,6 +76,16 @@ def parameter_changes(satellite: str) -> str:
     return f"/{satellite}/parameter_changes"
 
 
+def pose(satellite: str) -> str:
+    """Topic on which the display shows where a satellite is and how it is turned."""
+    return f"/{satellite}/pose"
+
+
+def path(satellite: str) -> str:
+    """Topic on which the display shows where a satellite has been."""
+    return f"/{satellite}/path"
+
+
 TYPES = {
     "clock": Clock,
     "status": FormationStatus,
@@ -86,6 +100,9 @@ TYPES = {
     "command": Command,
     "tracking": Tracking,
     "parameter_changes": ParameterChange,
+    "pose": PoseStamped,
+    "path": Path,
+    "markers": MarkerArray,
 }
 """Message type of each topic by the last part of its name."""
 
@@ -105,3 +122,19 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """Said now and then, and still heard by those who come later."""
+
+GLANCED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.BEST_EFFORT,
+    durability=DurabilityPolicy.VOLATILE,
+)
+"""For one who only looks on: the newest message, if it comes. No writer ever waits for such a reader."""
+
+PICTURE = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""The newest picture, also for those who come later."""
