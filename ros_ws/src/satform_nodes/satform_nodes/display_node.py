@@ -36,6 +36,9 @@ _PATH_EVERY = 10
 _NICENESS = 10
 """By how much the display stands back where processors are few."""
 
+_GLANCE = 0.02
+"""Wall-clock time between two looks at what has arrived: messages in between are not even taken, s."""
+
 _LAST_SIGHT = 0.2
 """Wall-clock time after the end of the flight in which the last states may still arrive, s."""
 
@@ -180,7 +183,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) 
         return display.ended is None and not stop.asked
 
     patience = max(PATIENCE, 2.0 * scenario.tolerated_silence)
-    if not executor.spin_at_leisure(flying, patience, stop.pause):
+    if not executor.spin_at_leisure(flying, patience, lambda _leisure: stop.pause(_GLANCE)):
         raise NodeError(f"nothing to show for {patience:g} s: the formation is silent", EXIT_LOST)
     executor.spin_while(lambda: not stop.asked, _LAST_SIGHT)
     display.show_last()
