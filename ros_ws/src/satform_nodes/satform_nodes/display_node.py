@@ -53,7 +53,7 @@ class DisplayNode:
         scale = _positive(node, "display_scale", 1e-3, "length in the pictures of one metre")
         per_lap = round(_positive(node, "frames_per_lap", 200.0, "pictures of a lap, in simulated time"))
         trail = round(_positive(node, "trail", 200.0, "pictures by which a trail reaches back"))
-        rate = _positive(node, "frame_rate", 20.0, "pictures a second of wall-clock time, at most")
+        rate = _positive(node, "frame_rate", 10.0, "pictures a second of wall-clock time, at most")
         self.node = node
         self.ended: FormationStatus | None = None
         self.seen_anything = False

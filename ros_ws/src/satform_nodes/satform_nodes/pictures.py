@@ -33,6 +33,8 @@ class PictureMessages:
         self._stamps = stamps
         self._scale = scale
         self._size = extent * scale
+        # Desired orbits never change, and making their points costs as much as all else.
+        self._orbits: dict[str, list[Point]] = {}
 
     def pose(self, seen: Pose) -> PoseStamped:
         """Where a satellite was seen, at the time at which it was there."""
@@ -64,9 +66,12 @@ class PictureMessages:
         name.scale.z = _TEXT * size
         name.pose.position = self._point(now.position)
         name.pose.position.z += _TEXT * size
-        trail = self._line("trails", number, now.step, view.colour, [seen.position for seen in view.trail])
+        been = [self._point(seen.position) for seen in view.trail]
+        trail = self._line("trails", number, now.step, view.colour, been)
+        if view.name not in self._orbits:
+            self._orbits[view.name] = [self._point(point) for point in view.orbit]
         faint = (*view.colour[:3], 0.35)
-        orbit = self._line("orbits", number, now.step, faint, view.orbit)
+        orbit = self._line("orbits", number, now.step, faint, self._orbits[view.name])
         return ball, arrow, name, trail, orbit
 
     def _links(self, picture: Picture) -> Marker:
@@ -84,14 +89,14 @@ class PictureMessages:
         return [self._point(link.start), self._point(link.end)]
 
     def _line(
-        self, namespace: str, number: int, step: int, colour: Colour, points: Sequence[Array] | Array
+        self, namespace: str, number: int, step: int, colour: Colour, points: Sequence[Point]
     ) -> Marker:
         marker = self._marker(namespace, number, Marker.LINE_STRIP, step, colour)
         marker.scale.x = _LINE * self._size
-        marker.points = [self._point(point) for point in points]
-        if len(marker.points) < 2:
+        if len(points) < 2:
             marker.action = Marker.DELETE
-            marker.points = []
+        else:
+            marker.points = points
         return marker
 
     def _marker(self, namespace: str, number: int, kind: int, step: int, colour: Colour) -> Marker:
