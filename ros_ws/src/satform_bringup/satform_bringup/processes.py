@@ -19,7 +19,7 @@ class NodeProcess:
         name: of the node, or of the group.
         executable: of the package `satform_nodes`.
         parameters: ROS parameters that are given at the start.
-        optional: whether the flight goes on without it, however it ends.
+        optional: whether the flight goes on without it, however it ends, and nobody waits for its end.
     """
 
     name: str
@@ -39,7 +39,14 @@ class NodeProcess:
 
 
 def processes(
-    scenario: Scenario, scenario_file: Path, bag: Path | None, group: int = 1, *, display: bool = False
+    scenario: Scenario,
+    scenario_file: Path,
+    bag: Path | None,
+    group: int = 1,
+    checkpoints: Path | None = None,
+    recorder_needed: bool = True,
+    *,
+    display: bool = False,
 ) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
@@ -48,6 +55,8 @@ def processes(
         scenario_file: where every node reads it.
         bag: folder of the bag to be recorded; None when nothing is recorded.
         group: how many satellites share a process.
+        checkpoints: folder of the satellites' checkpoints; None to keep none.
+        recorder_needed: whether the flight ends when the recorder is lost.
         display: whether the flight is shown on topics that RViz and Foxglove draw.
 
     Returns:
@@ -55,7 +64,9 @@ def processes(
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
     recorded = {**common, "recorded": bag is not None}
-    found = [NodeProcess("plant", "plant_node", recorded)]
+    found = [NodeProcess("plant", "plant_node", {**recorded, "recorder_needed": recorder_needed})]
+    if checkpoints is not None:
+        recorded["checkpoints"] = str(checkpoints)
     names = [satellite.name for satellite in scenario.satellites]
     if group == 1:
         found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]

@@ -10,7 +10,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
-from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.duration import Duration
@@ -38,6 +37,9 @@ _NICENESS = 10
 
 _GLANCE = 0.02
 """Wall-clock time between two looks at what has arrived: messages in between are not even taken, s."""
+
+_MOTION = tuple(f"{vector}.{axis}" for vector in ("position", "velocity") for axis in "xyz")
+_MRP = ("mrp.x", "mrp.y", "mrp.z")
 
 _LAST_SIGHT = 0.2
 """Wall-clock time after the end of the flight in which the last states may still arrive, s."""
@@ -76,12 +78,12 @@ class DisplayNode:
         for index, name in enumerate(self.scene.names):
             spec = scenario.satellite(index)
             moved = ("truth", topics.truth) if spec.sensor is not None else ("state", topics.state)
-            self._look_at(executor, moved[0], moved[1](name), self._on_state(index))
+            self._look_at(executor, moved[0], moved[1](name), self._on_state(index), _MOTION)
             if spec.attitude is not None:
-                self._look_at(executor, "attitude", topics.attitude(name), self._on_attitude(index))
+                self._look_at(executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP)
             # Looked at last: what was announced is then at least as new as what it is compared with.
             said = scenario.consensus.announces
-            self._look_at(executor, said, getattr(topics, said)(name), self._on_announcement(index))
+            self._look_at(executor, said, getattr(topics, said)(name), self._on_announcement(index), ())
         node.create_subscription(types["status"], topics.STATUS, self._on_status, topics.GLANCED)
         # What was decided before this node came is only kept for readers whom the plant waits for at the
         # end of the flight; so this subscription is given up once it has been heard.
@@ -130,17 +132,31 @@ class DisplayNode:
                 self._say_path[view.name].publish(self._messages.path(view))
 
     def _look_at(
-        self, executor: StepExecutor, kind: str, topic: str, read: Callable[[tuple[Any, ...]], None]
+        self,
+        executor: StepExecutor,
+        kind: str,
+        topic: str,
+        read: Callable[[int, int, int, list[float]], None],
+        fields: tuple[str, ...],
     ) -> None:
-        """Keep the newest message of a topic until a picture is made."""
+        """Keep the newest message of a topic until a picture is made.
+
+        Args:
+            executor: hands out the messages.
+            kind: of topic, for its type.
+            topic: name of the topic.
+            read: takes seconds, nanoseconds and step of a message, and the wanted numbers in it.
+            fields: names of these numbers.
+        """
         form, place = layout(topics.TYPES[kind], topics.FRAME), len(self._readers)
+        step, *wanted = (form.fields.index(name) for name in ("step", *fields))
 
         def take_apart(data: bytes) -> None:
             numbers = form.unpack(data)
             if numbers is not None:
-                read(numbers)
+                read(numbers[0], numbers[1], numbers[step], [numbers[index] for index in wanted])
 
-        def keep(data: bytes) -> None:
+        def keep(data: bytes, _number: int) -> None:
             self._newest[place] = data
             self.seen_anything = True
 
@@ -152,16 +168,24 @@ class DisplayNode:
         for place, data in newest.items():
             self._readers[place](data)
 
-    def _on_state(self, index: int) -> Callable[[tuple[Any, ...]], None]:
-        return lambda numbers: self.scene.moved(
-            index, self._stamps.step(*numbers[:2]), numbers[3:6], numbers[6:9]
-        )
+    def _on_state(self, index: int) -> Callable[[int, int, int, list[float]], None]:
+        def moved(seconds: int, nanoseconds: int, _step: int, numbers: list[float]) -> None:
+            # A measurement may be told later than it was taken: what counts is when the satellite was there.
+            self.scene.moved(index, self._stamps.step(seconds, nanoseconds), numbers[:3], numbers[3:])
 
-    def _on_attitude(self, index: int) -> Callable[[tuple[Any, ...]], None]:
-        return lambda numbers: self.scene.turned(index, numbers[2], numbers[3:6])
+        return moved
 
-    def _on_announcement(self, index: int) -> Callable[[tuple[Any, ...]], None]:
-        return lambda numbers: self.scene.spoke(index, self._stamps.time(*numbers[:2]))
+    def _on_attitude(self, index: int) -> Callable[[int, int, int, list[float]], None]:
+        def turned(_seconds: int, _nanoseconds: int, step: int, numbers: list[float]) -> None:
+            self.scene.turned(index, step, numbers)
+
+        return turned
+
+    def _on_announcement(self, index: int) -> Callable[[int, int, int, list[float]], None]:
+        def spoke(seconds: int, nanoseconds: int, _step: int, _numbers: list[float]) -> None:
+            self.scene.spoke(index, self._stamps.time(seconds, nanoseconds))
+
+        return spoke
 
     def _on_status(self, status: FormationStatus) -> None:
         self.seen_anything = True

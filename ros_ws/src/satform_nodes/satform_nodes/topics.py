@@ -1,5 +1,6 @@
 """Every topic's name, type and quality of service, in one place."""
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -26,6 +27,12 @@ STATUS = "/formation/status"
 READY = "/formation/ready"
 RECORDED = "/formation/recorded"
 MARKERS = "/formation/markers"
+
+FASTEST = 1e5
+"""Speed above which nothing in a formation moves, m/s."""
+
+NEAR = 1e3
+"""Distance by which a place may jump beside that, m."""
 
 RECORDER_WINDOW = 1024
 """Steps by which the plant may be ahead of the recorder; writers keep twice as many for it."""
@@ -100,6 +107,7 @@ TYPES = {
     "command": Command,
     "tracking": Tracking,
     "parameter_changes": ParameterChange,
+    "diagnostics": DiagnosticArray,
     "pose": PoseStamped,
     "path": Path,
     "markers": MarkerArray,
@@ -122,6 +130,9 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """Said now and then, and still heard by those who come later."""
+
+SEEN = QoSProfile(depth=10)
+"""For whoever looks on: reliable, and what is missed is missed."""
 
 GLANCED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
