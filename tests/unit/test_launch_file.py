@@ -109,6 +109,13 @@ def test_without_a_record_there_is_no_recorder(launch_file: Any, tmp_path: Path)
     assert told(nodes) == expected(processes(shipped("triangle"), tmp_path / "scenario.json", None))
 
 
+def test_a_display_that_ends_does_not_end_the_launch(launch_file: Any, tmp_path: Path) -> None:
+    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), display="true")
+    file, bag = tmp_path / "scenario.json", tmp_path / "bag"
+    assert told(nodes) == expected(processes(shipped("triangle"), file, bag, display=True))
+    assert [node["exec_name"] for node in nodes if node["on_exit"] is None] == ["display"]
+
+
 def test_a_scenario_may_be_a_path_and_its_flight_gets_a_folder_of_its_own(
     launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -147,5 +154,6 @@ def test_a_lost_process_ends_the_launch_and_one_that_is_done_does_not(
 
 def test_every_argument_says_what_it_is(launch_file: Any) -> None:
     *arguments, _ = launch_file.generate_launch_description()
-    assert [argument.positional[0] for argument in arguments] == ["scenario", "record", "out", "group"]
+    names = [argument.positional[0] for argument in arguments]
+    assert names == ["scenario", "record", "out", "group", "display"]
     assert all(argument.named["description"] for argument in arguments)

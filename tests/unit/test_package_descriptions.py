@@ -24,9 +24,11 @@ DEPENDENCIES = {
         for name in (
             "ament_index_python",
             "builtin_interfaces",
+            "diagnostic_msgs",
             "geometry_msgs",
             "launch",
             "launch_ros",
+            "nav_msgs",
             "rcl_interfaces",
             "rclpy",
             "rosgraph_msgs",
@@ -35,6 +37,7 @@ DEPENDENCIES = {
             "satform_msgs",
             "satform_nodes",
             "std_msgs",
+            "visualization_msgs",
         )
     },
 }

@@ -40,6 +40,13 @@ def test_without_a_bag_nobody_records_and_nobody_waits_for_a_recorder() -> None:
     assert all(node.parameters["recorded"] is False for node in nodes)
 
 
+def test_a_display_is_the_one_process_that_the_flight_does_without() -> None:
+    nodes = processes(shipped("triangle"), FILE, Path("/runs/bag"), display=True)
+    assert told(nodes)[-1] == ("display", "display_node", {"scenario": str(FILE)})
+    assert [node.name for node in nodes if node.optional] == ["display"]
+    assert nodes[:-1] == processes(shipped("triangle"), FILE, Path("/runs/bag"))
+
+
 @pytest.fixture
 def ros_domain() -> Iterator[int]:
     with own_domain() as domain:

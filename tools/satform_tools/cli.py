@@ -100,6 +100,9 @@ def run(
         bool,
         typer.Option("--without-recorder", help="Fly on when the recorder is lost, instead of stopping."),
     ] = False,
+    display: Annotated[
+        bool, typer.Option("--display", help="Also publish markers, poses and paths for RViz and Foxglove.")
+    ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is not RunMode.INPROCESS:
@@ -114,7 +117,7 @@ def run(
 
     flown = catalogue.load(scenario, changes or (), seed)
     clock = rate if mode is RunMode.REALTIME else 0.0
-    manner = running.Manner(measure, group, restart, without_recorder, clock)
+    manner = running.Manner(measure, group, restart, without_recorder, clock, display)
     outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:
         say.as_json(outcome.data())

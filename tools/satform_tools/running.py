@@ -28,6 +28,7 @@ class Manner:
         restart: whether a satellite that is lost is started again.
         without_recorder: whether the flight goes on when the recorder is lost.
         rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+        display: whether to show the flight on topics that RViz and Foxglove draw.
     """
 
     measure: bool = False
@@ -35,6 +36,7 @@ class Manner:
     restart: bool = False
     without_recorder: bool = False
     rate: float = 0.0
+    display: bool = False
 
 
 def run(
@@ -55,6 +57,8 @@ def run(
     Raises:
         CommandError: the run cannot be started or kept.
     """
+    if manner is not None and manner.display and mode == "inprocess":
+        raise CommandError("--display shows what passes over DDS; there is nothing to show in one process")
     folder = folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
@@ -101,7 +105,15 @@ def _lockstep(scenario: Scenario, folder: Path, *, record: bool, manner: Manner)
     try:
         with progress.shown(scenario) as report:
             policy = Policy(manner.restart, manner.without_recorder, manner.rate)
-            flight = fly(scenario, folder, record=record, progress=report, group=manner.group, policy=policy)
+            flight = fly(
+                scenario,
+                folder,
+                record=record,
+                progress=report,
+                group=manner.group,
+                display=manner.display,
+                policy=policy,
+            )
     except RuntimeError as error:
         raise CommandError(str(error)) from None
     speed = Speed(

@@ -13,6 +13,7 @@ setup(
         ("share/ament_index/resource_index/packages", ["resource/satform_bringup"]),
         ("share/satform_bringup", ["package.xml"]),
         ("share/satform_bringup/launch", sorted(map(str, Path("launch").glob("*.launch.py")))),
+        ("share/satform_bringup/layouts", sorted(map(str, Path("layouts").iterdir()))),
     ],
     install_requires=["setuptools"],
     # `colcon test` looks for pytest here; named in tests_require it runs no test and reports success.

@@ -21,6 +21,7 @@ setup(
             "satellite_node = satform_nodes.satellite_node:main",
             "group_node = satform_nodes.group_node:main",
             "recorder_node = satform_nodes.recorder_node:main",
+            "display_node = satform_nodes.display_node:main",
         ],
     },
 )

@@ -33,6 +33,12 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="1",
                 description="Satellites that share a process; they talk over DDS all the same.",
             ),
+            DeclareLaunchArgument(
+                "display",
+                default_value="false",
+                choices=["true", "false"],
+                description="Publish markers, poses and paths for RViz and Foxglove.",
+            ),
             OpaqueFunction(function=_nodes),
         ]
     )
@@ -40,7 +46,8 @@ def generate_launch_description() -> LaunchDescription:
 
 def _nodes(context: LaunchContext) -> list[Node]:
     asked = {
-        name: LaunchConfiguration(name).perform(context) for name in ("scenario", "record", "out", "group")
+        name: LaunchConfiguration(name).perform(context)
+        for name in ("scenario", "record", "out", "group", "display")
     }
     if not asked["group"].isdecimal() or int(asked["group"]) < 1:
         raise RuntimeError(f"group:={asked['group']} is not a number of satellites, 1 or more")
@@ -49,7 +56,9 @@ def _nodes(context: LaunchContext) -> list[Node]:
     scenario_file = out / SCENARIO_FILE
     scenario_file.write_text(scenario.to_json(), encoding="utf-8")
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
-    return [_node(process) for process in processes(scenario, scenario_file, bag, int(asked["group"]))]
+    display = asked["display"] == "true"
+    found = processes(scenario, scenario_file, bag, int(asked["group"]), display=display)
+    return [_node(process) for process in found]
 
 
 def _node(process: NodeProcess) -> Node:
@@ -65,7 +74,7 @@ def _node(process: NodeProcess) -> Node:
         exec_name=process.name,
         arguments=process.arguments(),
         output="screen",
-        on_exit=_end_all_if_lost,
+        on_exit=None if process.optional else _end_all_if_lost,
     )
 
 

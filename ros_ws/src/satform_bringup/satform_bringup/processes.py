@@ -19,11 +19,13 @@ class NodeProcess:
         name: of the node, or of the group.
         executable: of the package `satform_nodes`.
         parameters: ROS parameters that are given at the start.
+        optional: whether the flight goes on without it, however it ends, and nobody waits for its end.
     """
 
     name: str
     executable: str
     parameters: dict[str, Value] = field(default_factory=dict)
+    optional: bool = False
 
     def arguments(self) -> list[str]:
         """Command line after the executable: the node's name and its parameters."""
@@ -44,6 +46,8 @@ def processes(
     checkpoints: Path | None = None,
     recorder_needed: bool = True,
     rate: float = 0.0,
+    *,
+    display: bool = False,
 ) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
@@ -55,9 +59,10 @@ def processes(
         checkpoints: folder of the satellites' checkpoints; None to keep none.
         recorder_needed: whether the flight ends when the recorder is lost.
         rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+        display: whether the flight is shown on topics that RViz and Foxglove draw.
 
     Returns:
-        Plant, the satellites in their order, and the recorder if there is a bag.
+        Plant, the satellites in their order, the recorder if there is a bag, and the display if asked for.
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
     if rate > 0.0:
@@ -80,4 +85,6 @@ def processes(
         ]
     if bag is not None:
         found.append(NodeProcess("recorder", "recorder_node", {**common, "bag": str(bag)}))
+    if display:
+        found.append(NodeProcess("display", "display_node", common, optional=True))
     return found

@@ -138,6 +138,7 @@ def fly(
     progress: Callable[[int, int], None],
     group: int = 1,
     policy: Policy | None = None,
+    display: bool = False,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -148,6 +149,7 @@ def fly(
         progress: called now and then with the steps flown and the steps to fly.
         group: how many satellites share a process; they talk over DDS all the same.
         policy: what is done about losses; by default nothing is restarted and the recorder is needed.
+        display: whether to show the flight on topics that RViz and Foxglove draw.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -166,7 +168,9 @@ def fly(
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain)
         needed = not policy.without_recorder
-        nodes = processes(scenario, scenario_file, bag, group, checkpoints, needed, policy.rate)
+        nodes = processes(
+            scenario, scenario_file, bag, group, checkpoints, needed, policy.rate, display=display
+        )
         (out / PROCESSES_FILE).write_text(json.dumps({"domain": domain, "nodes": [asdict(n) for n in nodes]}))
         try:
             watch.start(nodes)
@@ -272,7 +276,7 @@ class _Watch:
     def until_over(self) -> None:
         """Watch until every process has ended, or those that do not end in time are to be ended."""
         told = False
-        while self.running:
+        while any(not entry.node.optional for entry in self.running.values()):
             for key, _ in self.selector.select(_LOOK):
                 entry, handle = key.data
                 # The one before may have done away with this one's process.
@@ -356,7 +360,7 @@ class _Watch:
             if self.over_since is None:
                 # It has told everyone that the flight is over, and why.
                 self._end_flight()
-        elif code and self.over_since is None:
+        elif code and self.over_since is None and not entry.node.optional:
             self._go_on_without(entry, code)
 
     def _go_on_without(self, entry: _Running, code: int) -> None:

@@ -2,9 +2,9 @@
 
 import scipy.special
 
-from satform_nodes import group_node, plant_node, recorder_node, satellite_node, topics
+from satform_nodes import display_node, group_node, plant_node, recorder_node, satellite_node, topics
 
-MODULES = (scipy.special, group_node, plant_node, recorder_node, satellite_node)
+MODULES = (scipy.special, display_node, group_node, plant_node, recorder_node, satellite_node)
 
 for _message_type in topics.TYPES.values():
     # Loads the C libraries that turn these messages into bytes.

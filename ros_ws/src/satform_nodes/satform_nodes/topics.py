@@ -1,6 +1,8 @@
 """Every topic's name, type and quality of service, in one place."""
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import (
@@ -15,6 +17,7 @@ from satform_msgs.msg import (
     RelativeState,
     Tracking,
 )
+from visualization_msgs.msg import MarkerArray
 
 FRAME = "lvlh"
 """The chief's rotating frame: x radial outward, y along-track, z orbit normal."""
@@ -23,6 +26,7 @@ CLOCK = "/clock"
 STATUS = "/formation/status"
 READY = "/formation/ready"
 RECORDED = "/formation/recorded"
+MARKERS = "/formation/markers"
 
 FASTEST = 1e5
 """Speed above which nothing in a formation moves, m/s."""
@@ -79,6 +83,16 @@ def parameter_changes(satellite: str) -> str:
     return f"/{satellite}/parameter_changes"
 
 
+def pose(satellite: str) -> str:
+    """Topic on which the display shows where a satellite is and how it is turned."""
+    return f"/{satellite}/pose"
+
+
+def path(satellite: str) -> str:
+    """Topic on which the display shows where a satellite has been."""
+    return f"/{satellite}/path"
+
+
 TYPES = {
     "clock": Clock,
     "status": FormationStatus,
@@ -94,6 +108,9 @@ TYPES = {
     "tracking": Tracking,
     "parameter_changes": ParameterChange,
     "diagnostics": DiagnosticArray,
+    "pose": PoseStamped,
+    "path": Path,
+    "markers": MarkerArray,
 }
 """Message type of each topic by the last part of its name."""
 
@@ -124,3 +141,19 @@ LATCHED = QoSProfile(
 
 SEEN = QoSProfile(depth=10)
 """For whoever looks on: reliable, and what is missed is missed."""
+
+GLANCED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.BEST_EFFORT,
+    durability=DurabilityPolicy.VOLATILE,
+)
+"""For one who only looks on: the newest message, if it comes. No writer ever waits for such a reader."""
+
+PICTURE = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""The newest picture, also for those who come later."""

@@ -66,7 +66,18 @@ def mrp_from_direction_cosines(matrix: Array) -> Array:
     return _mrp_from_quaternion(chosen[..., 0] / length, chosen[..., 1:] / length[..., None])
 
 
-def _quaternion(mrp: Array) -> tuple[Array, Array]:
+def quaternion(mrp: Array) -> tuple[Array, Array]:
+    """Quaternion of an attitude.
+
+    Args:
+        mrp: modified Rodrigues parameters, shape (..., 3).
+
+    Returns:
+        Scalar part, shape (...), and vector part, shape (..., 3), of unit length together; in the sense
+        of the parameters, whose rotation takes the axes of the first frame to those of the second.
+
+    Source: Schaub & Junkins, ch. 3.
+    """
     squared = dot(mrp, mrp)
     return (1.0 - squared) / (1.0 + squared), 2.0 * mrp / (1.0 + squared)[..., None]
 
@@ -89,8 +100,8 @@ def relative_mrp(mrp: Array, reference_mrp: Array) -> Array:
 
     Source: Schaub & Junkins, ch. 3, by way of the quaternion, which has no singular pair.
     """
-    scalar, vector = _quaternion(mrp)
-    reference_scalar, reference_vector = _quaternion(reference_mrp)
+    scalar, vector = quaternion(mrp)
+    reference_scalar, reference_vector = quaternion(reference_mrp)
     relative_scalar = scalar * reference_scalar + dot(vector, reference_vector)
     relative_vector = (
         reference_scalar[..., None] * vector

@@ -1,0 +1,123 @@
+"""Pictures of a formation as messages that RViz and Foxglove draw."""
+
+from collections.abc import Iterable, Sequence
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, PoseStamped, Quaternion
+from geometry_msgs.msg import Pose as PoseMessage
+from nav_msgs.msg import Path
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from satform.elementwise import Array
+from satform.scene import LinkView, Picture, Pose, SatelliteView
+from satform.scene_shapes import Colour
+from satform_nodes import topics
+from satform_nodes.stamps import Stamps
+
+_DIAMETER, _ARROW, _TEXT, _LINE = 0.04, 0.16, 0.07, 0.006
+"""Sizes of a satellite, its heading, its name and of lines, per extent of the formation."""
+
+
+class PictureMessages:
+    """Turns pictures into messages of one frame and scale, stamped in simulated time."""
+
+    def __init__(self, stamps: Stamps, scale: float, extent: float) -> None:
+        """Messages for one display.
+
+        Args:
+            stamps: of the scenario's steps.
+            scale: length in the messages of one metre.
+            extent: of the formation, m, by which sizes are chosen.
+        """
+        self._stamps = stamps
+        self._scale = scale
+        self._size = extent * scale
+        # Desired orbits never change, and making their points costs as much as all else.
+        self._orbits: dict[str, list[Point]] = {}
+
+    def pose(self, seen: Pose) -> PoseStamped:
+        """Where a satellite was seen, at the time at which it was there."""
+        return PoseStamped(header=self._header(seen.step), pose=self._pose(seen))
+
+    def path(self, view: SatelliteView) -> Path:
+        """Where a satellite has been, the oldest pose first."""
+        poses = [self.pose(seen) for seen in view.trail]
+        return Path(header=self._header(view.pose.step), poses=poses)
+
+    def markers(self, picture: Picture) -> MarkerArray:
+        """Satellites with names, headings, trails and desired orbits, and who hears whom."""
+        markers = []
+        for number, view in enumerate(picture.satellites):
+            markers += self._satellite(number, view)
+        return MarkerArray(markers=[*markers, self._links(picture)])
+
+    def _satellite(self, number: int, view: SatelliteView) -> Iterable[Marker]:
+        now, size = view.pose, self._size
+        at = self._pose(now)
+        ball = self._marker("satellites", number, Marker.SPHERE, now.step, view.colour)
+        ball.pose = at
+        ball.scale.x = ball.scale.y = ball.scale.z = _DIAMETER * size
+        arrow = self._marker("headings", number, Marker.ARROW, now.step, view.colour)
+        arrow.pose = at
+        arrow.scale.x, arrow.scale.y, arrow.scale.z = _ARROW * size, _LINE * 2 * size, _LINE * 4 * size
+        name = self._marker("names", number, Marker.TEXT_VIEW_FACING, now.step, (1.0, 1.0, 1.0, 1.0))
+        name.text = view.name
+        name.scale.z = _TEXT * size
+        name.pose.position = self._point(now.position)
+        name.pose.position.z += _TEXT * size
+        been = [self._point(seen.position) for seen in view.trail]
+        trail = self._line("trails", number, now.step, view.colour, been)
+        if view.name not in self._orbits:
+            self._orbits[view.name] = [self._point(point) for point in view.orbit]
+        faint = (*view.colour[:3], 0.35)
+        orbit = self._line("orbits", number, now.step, faint, self._orbits[view.name])
+        return ball, arrow, name, trail, orbit
+
+    def _links(self, picture: Picture) -> Marker:
+        marker = self._marker("links", 0, Marker.LINE_LIST, picture.step, (1.0, 1.0, 1.0, 1.0))
+        marker.scale.x = _LINE * self._size
+        if not picture.links:
+            # RViz complains of a list of lines without a line.
+            marker.action = Marker.DELETE
+        for link in picture.links:
+            marker.points += self._ends(link)
+            marker.colors += [_colour(link.colour)] * 2
+        return marker
+
+    def _ends(self, link: LinkView) -> list[Point]:
+        return [self._point(link.start), self._point(link.end)]
+
+    def _line(
+        self, namespace: str, number: int, step: int, colour: Colour, points: Sequence[Point]
+    ) -> Marker:
+        marker = self._marker(namespace, number, Marker.LINE_STRIP, step, colour)
+        marker.scale.x = _LINE * self._size
+        if len(points) < 2:
+            marker.action = Marker.DELETE
+        else:
+            marker.points = points
+        return marker
+
+    def _marker(self, namespace: str, number: int, kind: int, step: int, colour: Colour) -> Marker:
+        marker = Marker(header=self._header(step), ns=namespace, id=number, type=kind, action=Marker.ADD)
+        marker.pose.orientation.w = 1.0
+        marker.color = _colour(colour)
+        return marker
+
+    def _pose(self, seen: Pose) -> PoseMessage:
+        x, y, z, w = seen.orientation.tolist()
+        return PoseMessage(position=self._point(seen.position), orientation=Quaternion(x=x, y=y, z=z, w=w))
+
+    def _point(self, position: Array) -> Point:
+        x, y, z = (position * self._scale).tolist()
+        return Point(x=x, y=y, z=z)
+
+    def _header(self, step: int) -> Header:
+        seconds, nanoseconds = self._stamps.at(step)
+        return Header(stamp=Time(sec=seconds, nanosec=nanoseconds), frame_id=topics.FRAME)
+
+
+def _colour(colour: Colour) -> ColorRGBA:
+    red, green, blue, opacity = colour
+    return ColorRGBA(r=red, g=green, b=blue, a=opacity)
