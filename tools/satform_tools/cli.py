@@ -84,6 +84,12 @@ def run(
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
+    host: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Run only the part of this machine, by its name in the scenario's hosts."
+        ),
+    ] = None,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is RunMode.LOCKSTEP:
@@ -97,7 +103,7 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure, group=group)
+    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure, group=group, host=host)
     if json:
         say.as_json(outcome.data())
     else:

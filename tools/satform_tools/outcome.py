@@ -83,6 +83,8 @@ class Outcome:
         reason: why the flight ended early or cannot be judged; empty when neither is so.
         stopped: whether the user stopped it.
         messages: in the bag.
+        host: the scenario's host that this machine was; empty when it ran everything.
+        judged_on: the host that judges the flight, where it is another one.
     """
 
     scenario: Scenario
@@ -96,6 +98,8 @@ class Outcome:
     reason: str = ""
     stopped: bool = False
     messages: int = 0
+    host: str = ""
+    judged_on: str = ""
 
     @property
     def complete(self) -> bool:
@@ -133,6 +137,8 @@ class Outcome:
             "expectations": [asdict(verdict) for verdict in self.verdicts],
             "summary": None if self.summary is None else self.summary.data(),
             "messages": self.messages,
+            "host": self.host,
+            "judged_on": self.judged_on,
             "speed": {
                 **asdict(self.speed),
                 "steps_per_second": self.speed.steps_per_second,

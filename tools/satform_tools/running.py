@@ -6,15 +6,23 @@ from pathlib import Path
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
 from satform.scenario import Scenario
+from satform.scenario.hosts import HostSpec
 from satform_bringup import SCENARIO_FILE
-from satform_tools import folders, progress, ros, say
+from satform_tools import folders, hosting, progress, ros, say
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
 
 
 def run(
-    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measure: bool, group: int = 1
+    scenario: Scenario,
+    mode: Mode,
+    *,
+    record: bool,
+    out: Path | None,
+    measure: bool,
+    group: int = 1,
+    host: str | None = None,
 ) -> Outcome:
     """Fly a scenario and keep what came of it.
 
@@ -25,6 +33,7 @@ def run(
         out: folder of the run; None for a new one.
         measure: whether to measure the bare message exchange, too.
         group: satellites that share a process in lockstep.
+        host: the scenario's host that this machine is; None when it runs everything.
 
     Returns:
         What came of it; also written to the folder.
@@ -32,13 +41,16 @@ def run(
     Raises:
         CommandError: the run cannot be started or kept.
     """
+    part = None if host is None else hosting.part(scenario, host, mode, record=record)
     folder = folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
             (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _lockstep(scenario, folder, record=record, measure=measure, group=group)
+            outcome = _lockstep(scenario, folder, record=record, measure=measure, group=group, host=part)
+        if part is not None:
+            outcome = hosting.told(outcome, part)
         outcome.write(folder / folders.RESULT)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
@@ -71,13 +83,15 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
 
 
-def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int) -> Outcome:
+def _lockstep(
+    scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int, host: HostSpec | None
+) -> Outcome:
     ros.require()
     from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - in-process runs do without
 
     try:
         with progress.shown(scenario) as report:
-            flight: Flight = fly(scenario, folder, record=record, progress=report, group=group)
+            flight: Flight = fly(scenario, folder, record=record, progress=report, group=group, host=host)
     except RuntimeError as error:
         raise CommandError(str(error)) from None
     speed = Speed(

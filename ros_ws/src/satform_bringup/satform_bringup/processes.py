@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from satform.scenario import Scenario
+from satform.scenario.hosts import HostSpec
 
 Value: TypeAlias = str | bool | list[str]
 """Of a ROS parameter."""
@@ -36,7 +37,13 @@ class NodeProcess:
         return words
 
 
-def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: int = 1) -> list[NodeProcess]:
+def processes(
+    scenario: Scenario,
+    scenario_file: Path,
+    bag: Path | None,
+    group: int = 1,
+    host: HostSpec | None = None,
+) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
     Args:
@@ -44,14 +51,15 @@ def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: 
         scenario_file: where every node reads it.
         bag: folder of the bag to be recorded; None when nothing is recorded.
         group: how many satellites share a process.
+        host: of which only the part is wanted; None for all.
 
     Returns:
         Plant, the satellites in their order, and the recorder if there is a bag.
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
     recorded = {**common, "recorded": bag is not None}
-    found = [NodeProcess("plant", "plant_node", recorded)]
-    names = [satellite.name for satellite in scenario.satellites]
+    found = [NodeProcess("plant", "plant_node", recorded)] if _runs(host, "plant") else []
+    names = [satellite.name for satellite in scenario.satellites if _runs(host, satellite.name)]
     if group == 1:
         found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]
     else:
@@ -63,6 +71,10 @@ def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: 
             )
             for first in range(0, len(names), group)
         ]
-    if bag is not None:
+    if bag is not None and _runs(host, "recorder"):
         found.append(NodeProcess("recorder", "recorder_node", {**common, "bag": str(bag)}))
     return found
+
+
+def _runs(host: HostSpec | None, part: str) -> bool:
+    return host is None or part in host.runs

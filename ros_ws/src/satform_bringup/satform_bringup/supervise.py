@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from satform.scenario import Scenario
+from satform.scenario.hosts import HostSpec
 from satform_bringup import BAG_FOLDER, LOG_FOLDER, SCENARIO_FILE, nursery
-from satform_bringup.domain import own_domain
+from satform_bringup.peers import flight_domain, step_told, variables
 from satform_bringup.processes import NodeProcess, processes
 
 FAREWELL = 15.0
@@ -65,6 +66,7 @@ def fly(
     record: bool,
     progress: Callable[[int, int], None],
     group: int = 1,
+    host: HostSpec | None = None,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -74,6 +76,7 @@ def fly(
         record: whether to record a bag.
         progress: called now and then with the steps flown and the steps to fly.
         group: how many satellites share a process; they talk over DDS all the same.
+        host: of the scenario's hosts the one that this machine is; None when it runs everything.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -83,15 +86,17 @@ def fly(
     """
     scenario_file = out / SCENARIO_FILE
     bag = out / BAG_FOLDER if record else None
-    with _asked_to_stop() as signals, own_domain() as domain:
+    nodes = processes(scenario, scenario_file, bag, group, host)
+    environment = variables(scenario, host)
+    with _asked_to_stop() as signals, flight_domain(scenario, host) as domain:
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress)
         try:
-            watch.start(processes(scenario, scenario_file, bag, group), out / LOG_FOLDER, domain)
+            watch.start(nodes, out / LOG_FOLDER, domain, environment)
             watch.until_over()
         finally:
             watch.end_all()
-        return watch.flight(domain, bag)
+        return watch.flight(domain, bag if host is None or "recorder" in host.runs else None)
 
 
 @dataclass
@@ -145,6 +150,7 @@ class _Watch:
     progress: Callable[[int, int], None]
     running: dict[str, _Running] = field(default_factory=dict)
     selector: selectors.BaseSelector = field(default_factory=selectors.DefaultSelector)
+    sees_plant: bool = True
     begun: float = 0.0
     flying_since: float | None = None
     steps: int = 0
@@ -157,13 +163,14 @@ class _Watch:
     stopped: bool = False
     over_since: float | None = None
 
-    def start(self, nodes: list[NodeProcess], logs: Path, domain: int) -> None:
+    def start(self, nodes: list[NodeProcess], logs: Path, domain: int, environment: dict[str, str]) -> None:
         """Start all processes, each with a pipe for its reports and a file for its words."""
         logs.mkdir(parents=True, exist_ok=True)
         self.begun = time.monotonic()
+        self.sees_plant = any(node.name == "plant" for node in nodes)
         for node in nodes:
             log = logs / f"{node.name}.log"
-            process, pipe = nursery.start(node.executable, node.arguments(), domain, log)
+            process, pipe = nursery.start(node.executable, node.arguments(), domain, log, environment)
             entry = _Running(node.name, process, pipe, log)
             self.running[node.name] = entry
             self.selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
@@ -203,6 +210,8 @@ class _Watch:
             self.selector.unregister(entry.pipe)
             return
         self._on_event(event)
+        if not self.sees_plant:
+            self.steps = max(self.steps, step_told(event, self.scenario.timing.steps))
 
     def _on_event(self, event: dict[str, Any]) -> None:
         match event["event"]:
