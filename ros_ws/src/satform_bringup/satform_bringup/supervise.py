@@ -87,7 +87,7 @@ def fly(
     scenario_file = out / SCENARIO_FILE
     bag = out / BAG_FOLDER if record else None
     nodes = processes(scenario, scenario_file, bag, group, host)
-    environment = variables(scenario, host)
+    environment = variables(scenario, host, out)
     with _asked_to_stop() as signals, flight_domain(scenario, host) as domain:
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress)
