@@ -84,6 +84,12 @@ def run(
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
+    secure: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="KEYSTORE", help="Fly with the keys that `security` made, or not at all; lockstep only."
+        ),
+    ] = None,
     host: Annotated[
         str | None,
         typer.Option(
@@ -103,7 +109,9 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure, group=group, host=host)
+    outcome = running.run(
+        flown, mode.value, record=record, out=out, measure=measure, group=group, host=host, keystore=secure
+    )
     if json:
         say.as_json(outcome.data())
     else:
@@ -155,6 +163,27 @@ def report(
     from satform_tools import reporting
 
     reporting.report(run, out, as_json=json)
+
+
+@app.command()
+def security(
+    scenario: ScenarioArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the keystore, new or empty; by default in keystores/."),
+    ] = None,
+    days: Annotated[int, typer.Option(min=1, max=36500, help="For which the keys hold.")] = 365,
+    domain: Annotated[
+        int | None, typer.Option(min=0, max=232, help="The only DDS domain for which they hold; else all.")
+    ] = None,
+    changes: Changes = None,
+    json: Json = False,
+) -> None:
+    """Make the keys and signed permissions (SROS 2) by which each node does its own work and no other."""
+    from satform_tools import catalogue
+    from satform_tools.security import command
+
+    command.secure(catalogue.load(scenario, changes or ()), out, days, domain, as_json=json)
 
 
 @app.command()

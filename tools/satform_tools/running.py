@@ -23,6 +23,7 @@ def run(
     measure: bool,
     group: int = 1,
     host: str | None = None,
+    keystore: Path | None = None,
 ) -> Outcome:
     """Fly a scenario and keep what came of it.
 
@@ -34,6 +35,7 @@ def run(
         measure: whether to measure the bare message exchange, too.
         group: satellites that share a process in lockstep.
         host: the scenario's host that this machine is; None when it runs everything.
+        keystore: with the nodes' keys; None to fly unsecured.
 
     Returns:
         What came of it; also written to the folder.
@@ -41,6 +43,8 @@ def run(
     Raises:
         CommandError: the run cannot be started or kept.
     """
+    if keystore is not None and mode != "lockstep":
+        raise CommandError("--secure is for lockstep: a run in one process says nothing on a network")
     part = None if host is None else hosting.part(scenario, host, mode, record=record)
     folder = folders.make(out, scenario.name)
     try:
@@ -48,7 +52,9 @@ def run(
             (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _lockstep(scenario, folder, record=record, measure=measure, group=group, host=part)
+            outcome = _lockstep(
+                scenario, folder, record=record, measure=measure, group=group, host=part, keystore=keystore
+            )
         if part is not None:
             outcome = hosting.told(outcome, part)
         outcome.write(folder / folders.RESULT)
@@ -84,14 +90,23 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
 
 
 def _lockstep(
-    scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int, host: HostSpec | None
+    scenario: Scenario,
+    folder: Path,
+    *,
+    record: bool,
+    measure: bool,
+    group: int,
+    host: HostSpec | None,
+    keystore: Path | None,
 ) -> Outcome:
     ros.require()
     from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - in-process runs do without
 
     try:
         with progress.shown(scenario) as report:
-            flight: Flight = fly(scenario, folder, record=record, progress=report, group=group, host=host)
+            flight: Flight = fly(
+                scenario, folder, record=record, progress=report, group=group, host=host, keystore=keystore
+            )
     except RuntimeError as error:
         raise CommandError(str(error)) from None
     speed = Speed(

@@ -20,11 +20,13 @@ class NodeProcess:
         name: of the node, or of the group.
         executable: of the package `satform_nodes`.
         parameters: ROS parameters that are given at the start.
+        enclave: where its keys are in a keystore; empty when it has none.
     """
 
     name: str
     executable: str
     parameters: dict[str, Value] = field(default_factory=dict)
+    enclave: str = ""
 
     def arguments(self) -> list[str]:
         """Command line after the executable: the node's name and its parameters."""
@@ -34,7 +36,7 @@ class NodeProcess:
         for name, value in self.parameters.items():
             # Quoted, since a bare `on` or `1` would be read as something else than a string.
             words += ["-p", f"{name}:={json.dumps(value, ensure_ascii=False)}"]
-        return words
+        return [*words, "--enclave", self.enclave] if self.enclave else words
 
 
 def processes(

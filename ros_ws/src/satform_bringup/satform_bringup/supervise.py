@@ -13,7 +13,7 @@ from typing import Any
 
 from satform.scenario import Scenario
 from satform.scenario.hosts import HostSpec
-from satform_bringup import BAG_FOLDER, LOG_FOLDER, SCENARIO_FILE, nursery
+from satform_bringup import BAG_FOLDER, LOG_FOLDER, SCENARIO_FILE, nursery, security
 from satform_bringup.peers import flight_domain, step_told, variables
 from satform_bringup.processes import NodeProcess, processes
 
@@ -67,6 +67,7 @@ def fly(
     progress: Callable[[int, int], None],
     group: int = 1,
     host: HostSpec | None = None,
+    keystore: Path | None = None,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -77,6 +78,7 @@ def fly(
         progress: called now and then with the steps flown and the steps to fly.
         group: how many satellites share a process; they talk over DDS all the same.
         host: of the scenario's hosts the one that this machine is; None when it runs everything.
+        keystore: with the nodes' keys; None to fly unsecured.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -88,7 +90,11 @@ def fly(
     bag = out / BAG_FOLDER if record else None
     nodes = processes(scenario, scenario_file, bag, group, host)
     environment = variables(scenario, host, out)
+    if keystore is not None:
+        nodes, environment = security.secured(nodes), environment | security.variables(keystore)
     with _asked_to_stop() as signals, flight_domain(scenario, host) as domain:
+        if keystore is not None:
+            security.require_secured(keystore, nodes, domain)
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress)
         try:
