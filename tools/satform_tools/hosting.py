@@ -56,8 +56,10 @@ def told(outcome: Outcome, host: HostSpec) -> Outcome:
 
     judge = peers.judge(outcome.scenario).name
     outcome = replace(outcome, host=host.name, judged_on="" if judge == host.name else judge)
-    if outcome.complete or outcome.reason or "plant" in host.runs:
+    flown = outcome.speed.steps == outcome.scenario.timing.steps
+    if flown or outcome.lost or outcome.stopped or "plant" in host.runs:
         return outcome
+    # Nothing failed here, and a bag that ends with the flight is not the reason.
     plant = next(other.name for other in outcome.scenario.hosts if "plant" in other.runs)
     steps = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
     return replace(outcome, reason=f"it ended at {steps}; host {plant}, which runs the plant, says why")
