@@ -1,4 +1,4 @@
-"""Several machines on one: network namespaces joined by a switch, with cables that can be cut and lose packets."""
+"""Several machines on one: network namespaces and a switch, with cables to cut and packets to lose."""
 
 import os
 import shutil

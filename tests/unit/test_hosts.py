@@ -9,6 +9,7 @@ from satform.scenario import Scenario, ScenarioError
 from satform.scenario.hosts import HostSpec
 from satform_bringup import peers
 from satform_bringup.processes import processes
+from satform_tools import cli
 
 ALPHA = "{name: alpha, address: 192.0.2.1, runs: [plant, sat1]}"
 BETA = "{name: beta, address: 192.0.2.2, runs: [recorder, sat2, sat3]}"
@@ -134,3 +135,19 @@ def test_a_name_that_leads_nowhere_is_said_to() -> None:
     host = HostSpec(name="alpha", address="nowhere.invalid", runs=("plant",))
     with pytest.raises(peers.PeerError, match=r"nowhere\.invalid, the address of host alpha, is not known"):
         peers.require_own_address(host)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--host", "alpha"], "the scenario triangle does not say which host runs what"),
+        (["--host", "alpha", "--mode", "inprocess"], "--host alpha is for lockstep"),
+        (["--set", f"hosts=[{ALPHA}, {BETA}]", "--host", "alpha"], "this machine does not have 192.0.2.1"),
+    ],
+)
+def test_a_part_that_cannot_be_taken_is_refused_before_a_folder_is_made(
+    options: list[str], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["run", "triangle", *options, "--out", str(tmp_path / "run")]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
