@@ -103,6 +103,18 @@ def run(
     display: Annotated[
         bool, typer.Option("--display", help="Also publish markers, poses and paths for RViz and Foxglove.")
     ] = False,
+    secure: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="KEYSTORE", help="Fly with the keys that `security` made, or not at all; lockstep only."
+        ),
+    ] = None,
+    host: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Run only the part of this machine, by its name in the scenario's hosts."
+        ),
+    ] = None,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is not RunMode.INPROCESS:
@@ -117,7 +129,7 @@ def run(
 
     flown = catalogue.load(scenario, changes or (), seed)
     clock = rate if mode is RunMode.REALTIME else 0.0
-    manner = running.Manner(measure, group, restart, without_recorder, clock, display)
+    manner = running.Manner(measure, group, restart, without_recorder, clock, display, host, secure)
     outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:
         say.as_json(outcome.data())
@@ -220,6 +232,27 @@ def gallery(
     from satform_tools import gallery as pictures
 
     raise typer.Exit(pictures.make(names or (), stale=stale))
+
+
+@app.command()
+def security(
+    scenario: ScenarioArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the keystore, new or empty; by default in keystores/."),
+    ] = None,
+    days: Annotated[int, typer.Option(min=1, max=36500, help="For which the keys hold.")] = 365,
+    domain: Annotated[
+        int | None, typer.Option(min=0, max=232, help="The only DDS domain for which they hold; else all.")
+    ] = None,
+    changes: Changes = None,
+    json: Json = False,
+) -> None:
+    """Make the keys and signed permissions (SROS 2) by which each node does its own work and no other."""
+    from satform_tools import catalogue
+    from satform_tools.security import command
+
+    command.secure(catalogue.load(scenario, changes or ()), out, days, domain, as_json=json)
 
 
 @app.command()

@@ -85,6 +85,8 @@ class Outcome:
         stopped: whether the user stopped it.
         messages: in the bag.
         punctuality: of a flight on the wall clock: delays, missed steps, ages of what was heard.
+        host: the scenario's host that this machine was; empty when it ran everything.
+        judged_on: the host that judges the flight, where it is another one.
     """
 
     scenario: Scenario
@@ -100,6 +102,8 @@ class Outcome:
     stopped: bool = False
     messages: int = 0
     punctuality: dict[str, Any] = field(default_factory=dict)
+    host: str = ""
+    judged_on: str = ""
 
     @property
     def complete(self) -> bool:
@@ -144,6 +148,8 @@ class Outcome:
             "summary": None if self.summary is None else self.summary.data(),
             "messages": self.messages,
             "punctuality": self.punctuality,
+            "host": self.host,
+            "judged_on": self.judged_on,
             "speed": {
                 **asdict(self.speed),
                 "steps_per_second": self.speed.steps_per_second,

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
 from satform.scenario import Scenario
+from satform.scenario.hosts import HostSpec
 from satform_bringup import SCENARIO_FILE
-from satform_tools import folders, progress, ros, say
+from satform_tools import folders, hosting, progress, ros, say
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
@@ -29,6 +30,8 @@ class Manner:
         without_recorder: whether the flight goes on when the recorder is lost.
         rate: simulated seconds in each second of the wall clock; 0 for lockstep.
         display: whether to show the flight on topics that RViz and Foxglove draw.
+        host: the scenario's host that this machine is; None when it runs everything.
+        keystore: with the nodes' keys; None to fly unsecured.
     """
 
     measure: bool = False
@@ -37,6 +40,8 @@ class Manner:
     without_recorder: bool = False
     rate: float = 0.0
     display: bool = False
+    host: str | None = None
+    keystore: Path | None = None
 
 
 def run(
@@ -57,15 +62,21 @@ def run(
     Raises:
         CommandError: the run cannot be started or kept.
     """
-    if manner is not None and manner.display and mode == "inprocess":
+    manner = manner or Manner()
+    if manner.display and mode == "inprocess":
         raise CommandError("--display shows what passes over DDS; there is nothing to show in one process")
+    if manner.keystore is not None and mode == "inprocess":
+        raise CommandError("--secure is for DDS: a run in one process says nothing on a network")
+    part = None if manner.host is None else hosting.part(scenario, manner.host, mode, record=record)
     folder = folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
             (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _lockstep(scenario, folder, record=record, manner=manner or Manner())
+            outcome = _over_dds(scenario, folder, record=record, manner=manner, host=part)
+        if part is not None:
+            outcome = hosting.told(outcome, part)
         outcome.write(folder / folders.RESULT)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
@@ -98,7 +109,9 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
 
 
-def _lockstep(scenario: Scenario, folder: Path, *, record: bool, manner: Manner) -> Outcome:
+def _over_dds(
+    scenario: Scenario, folder: Path, *, record: bool, manner: Manner, host: HostSpec | None
+) -> Outcome:
     ros.require()
     from satform_bringup.supervise import Policy, fly  # noqa: PLC0415 - in-process runs do without
 
@@ -113,6 +126,8 @@ def _lockstep(scenario: Scenario, folder: Path, *, record: bool, manner: Manner)
                 group=manner.group,
                 display=manner.display,
                 policy=policy,
+                host=host,
+                keystore=manner.keystore,
             )
     except RuntimeError as error:
         raise CommandError(str(error)) from None

@@ -23,7 +23,8 @@ def print_outcome(outcome: Outcome) -> None:
     say.line(conclusion(outcome), _PASS if outcome.exit_code == 0 else _MISS)
     if outcome.punctuality:
         _print_punctuality(outcome.punctuality)
-    if outcome.speed.steps:
+    # The plant's host measures the time.
+    if outcome.speed.steps and outcome.speed.seconds > 0.0:
         _print_speed(outcome)
     say.line(
         f"kept in {outcome.folder}"
@@ -40,6 +41,8 @@ def conclusion(outcome: Outcome) -> str:
         return f"Lost {', '.join(outcome.lost)} at {flown}: {outcome.reason}."
     if not outcome.complete:
         return f"The flight cannot be judged: {outcome.reason or f'it ended at {flown}'}."
+    if outcome.judged_on:
+        return f"Flown to the end. It is judged on host {outcome.judged_on}, which records."
     if not outcome.recorded:
         return "Flown to the end. Nothing was recorded, so there is nothing to judge by."
     if not outcome.verdicts:

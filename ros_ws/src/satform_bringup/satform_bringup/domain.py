@@ -24,17 +24,20 @@ class DomainError(RuntimeError):
 
 
 @contextmanager
-def own_domain() -> Iterator[int]:
+def own_domain(agreed: int | None = None) -> Iterator[int]:
     """Hold a domain for the length of a run.
 
+    Args:
+        agreed: with other machines, to be taken unless the environment says otherwise; None for any.
+
     Yields:
-        `ROS_DOMAIN_ID` from the environment if it is set; else a number that no other run on this
-        machine holds.
+        `ROS_DOMAIN_ID` from the environment if it is set; else the one that was agreed; else a number
+        that no other run on this machine holds.
 
     Raises:
         DomainError: the domain that is set is held by another run or is none; or all are held.
     """
-    given = os.environ.get("ROS_DOMAIN_ID", "")
+    given = os.environ.get("ROS_DOMAIN_ID", "") or ("" if agreed is None else str(agreed))
     wanted = [_number(given)] if given else list(range(FIRST, LAST + 1))
     if given and os.environ.get(_HELD) == given:
         yield wanted[0]
@@ -50,7 +53,8 @@ def own_domain() -> Iterator[int]:
     if given:
         raise DomainError(
             f"ROS_DOMAIN_ID={given} is in use by another run on this machine, and both would hear each "
-            "other; wait for it to end, set another one, or unset it to get a free one"
+            "other; wait for it to end, set another one, "
+            + ("or unset it to get a free one" if agreed is None else "the same on every host")
         )
     raise DomainError(f"{len(wanted)} runs are under way already; wait for one to end")
 

@@ -11,14 +11,14 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 
 from satform_bringup import PACKAGE
 from satform_bringup.domain import enter_domain
@@ -28,6 +28,8 @@ _TERMINAL_SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
 
 _SET_PARENT_DEATH_SIGNAL = 1
 """`PR_SET_PDEATHSIG` of Linux's prctl."""
+
+_AS_IT_IS: Mapping[str, str] = MappingProxyType({})
 
 _TITLE_LENGTH = 15
 """Characters that Linux keeps of a process's name."""
@@ -45,7 +47,9 @@ def prepare() -> ForkServerContext:
     return context
 
 
-def start(executable: str, arguments: list[str], domain: int, log: Path) -> tuple[BaseProcess, Connection]:
+def start(
+    executable: str, arguments: list[str], domain: int, log: Path, environment: Mapping[str, str] = _AS_IT_IS
+) -> tuple[BaseProcess, Connection]:
     """Start one node in a process of its own.
 
     Args:
@@ -53,6 +57,7 @@ def start(executable: str, arguments: list[str], domain: int, log: Path) -> tupl
         arguments: its command line.
         domain: DDS domain; the node stays on this machine unless the environment says otherwise.
         log: file for what it prints.
+        environment: variables that differ from those with which the server was started.
 
     Returns:
         The process's handle and the end of the pipe on which it reports.
@@ -62,7 +67,9 @@ def start(executable: str, arguments: list[str], domain: int, log: Path) -> tupl
     """
     context = prepare()
     ours, theirs = context.Pipe()
-    process = context.Process(target=_live, args=(executable, arguments, domain, log, theirs))
+    process = context.Process(
+        target=_live, args=(executable, arguments, domain, log, dict(environment), theirs)
+    )
     try:
         with _without_main_module():
             process.start()
@@ -93,7 +100,14 @@ def _signals_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _live(executable: str, arguments: list[str], domain: int, log: Path, pipe: Connection) -> None:
+def _live(
+    executable: str,
+    arguments: list[str],
+    domain: int,
+    log: Path,
+    environment: dict[str, str],
+    pipe: Connection,
+) -> None:
     # A terminal's Ctrl-C is for the one who started the flight, who ends it in order.
     os.setsid()
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL_SIGNALS)
@@ -101,6 +115,7 @@ def _live(executable: str, arguments: list[str], domain: int, log: Path, pipe: C
     with log.open("wb") as output:
         os.dup2(output.fileno(), sys.stdout.fileno())
         os.dup2(output.fileno(), sys.stderr.fileno())
+    os.environ.update(environment)
     enter_domain(domain)
     name = next(word.partition("__node:=")[2] for word in arguments if "__node:=" in word)
     Path("/proc/self/comm").write_text(name[:_TITLE_LENGTH])

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from satform.scenario import Scenario
+from satform.scenario.hosts import HostSpec
 
 Value: TypeAlias = str | bool | float | list[str]
 """Of a ROS parameter."""
@@ -20,12 +21,14 @@ class NodeProcess:
         executable: of the package `satform_nodes`.
         parameters: ROS parameters that are given at the start.
         optional: whether the flight goes on without it, however it ends, and nobody waits for its end.
+        enclave: where its keys are in a keystore; empty when it has none.
     """
 
     name: str
     executable: str
     parameters: dict[str, Value] = field(default_factory=dict)
     optional: bool = False
+    enclave: str = ""
 
     def arguments(self) -> list[str]:
         """Command line after the executable: the node's name and its parameters."""
@@ -35,7 +38,7 @@ class NodeProcess:
         for name, value in self.parameters.items():
             # Quoted, since a bare `on` or `1` would be read as something else than a string.
             words += ["-p", f"{name}:={json.dumps(value, ensure_ascii=False)}"]
-        return words
+        return [*words, "--enclave", self.enclave] if self.enclave else words
 
 
 def processes(
@@ -48,6 +51,7 @@ def processes(
     rate: float = 0.0,
     *,
     display: bool = False,
+    host: HostSpec | None = None,
 ) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
@@ -60,6 +64,7 @@ def processes(
         recorder_needed: whether the flight ends when the recorder is lost.
         rate: simulated seconds in each second of the wall clock; 0 for lockstep.
         display: whether the flight is shown on topics that RViz and Foxglove draw.
+        host: of which only the part is wanted; None for all.
 
     Returns:
         Plant, the satellites in their order, the recorder if there is a bag, and the display if asked for.
@@ -68,10 +73,12 @@ def processes(
     if rate > 0.0:
         common["rate"] = rate
     recorded = {**common, "recorded": bag is not None}
-    found = [NodeProcess("plant", "plant_node", {**recorded, "recorder_needed": recorder_needed})]
+    found: list[NodeProcess] = []
+    if _runs(host, "plant"):
+        found.append(NodeProcess("plant", "plant_node", {**recorded, "recorder_needed": recorder_needed}))
     if checkpoints is not None:
         recorded["checkpoints"] = str(checkpoints)
-    names = [satellite.name for satellite in scenario.satellites]
+    names = [satellite.name for satellite in scenario.satellites if _runs(host, satellite.name)]
     if group == 1:
         found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]
     else:
@@ -83,8 +90,12 @@ def processes(
             )
             for first in range(0, len(names), group)
         ]
-    if bag is not None:
+    if bag is not None and _runs(host, "recorder"):
         found.append(NodeProcess("recorder", "recorder_node", {**common, "bag": str(bag)}))
     if display:
         found.append(NodeProcess("display", "display_node", common, optional=True))
     return found
+
+
+def _runs(host: HostSpec | None, part: str) -> bool:
+    return host is None or part in host.runs

@@ -14,7 +14,7 @@ class RejoinError(ValueError):
     """A process cannot be started again; the message says why, and what would be right."""
 
 
-def process_of(run: Path, name: str) -> tuple[NodeProcess, int]:
+def process_of(run: Path, name: str) -> tuple[NodeProcess, int, dict[str, str]]:
     """What a run's process was started with.
 
     Args:
@@ -22,7 +22,7 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int]:
         name: of the process: a satellite, or a group.
 
     Returns:
-        The process, and the DDS domain of the run.
+        The process, the DDS domain of the run, and what its processes have in their environment.
 
     Raises:
         RejoinError: the folder is no run over DDS, or there is no such process in it.
@@ -31,7 +31,7 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int]:
     try:
         kept = json.loads(file.read_text())
         nodes = {node["name"]: NodeProcess(**node) for node in kept["nodes"]}
-        domain = int(kept["domain"])
+        domain, environment = int(kept["domain"]), dict(kept["environment"])
     except OSError as error:
         sentence = f"{file}: cannot be read: {error.strerror}; name the folder of a run that is under way"
         raise RejoinError(sentence) from None
@@ -40,7 +40,7 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int]:
     if name not in nodes or nodes[name].executable not in ("satellite_node", "group_node"):
         satellites = [node.name for node in nodes.values() if node.executable.startswith(("sat", "group"))]
         raise RejoinError(f"{run}: has no satellite {name}; there are {', '.join(satellites)}")
-    return nodes[name], domain
+    return nodes[name], domain, environment
 
 
 def rejoin(run: Path, name: str) -> int:
@@ -57,9 +57,9 @@ def rejoin(run: Path, name: str) -> int:
         RejoinError: there is no such process.
         OSError: it cannot be started.
     """
-    node, domain = process_of(run, name)
+    node, domain, environment = process_of(run, name)
     log = _free(run / LOG_FOLDER, name)
-    process, pipe = nursery.start(node.executable, node.arguments(), domain, log)
+    process, pipe = nursery.start(node.executable, node.arguments(), domain, log, environment)
     try:
         while process.exitcode is None:
             process.join(_LOOK)

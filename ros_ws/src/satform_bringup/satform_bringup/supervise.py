@@ -17,6 +17,7 @@ from satform.exit_codes import EXIT_BAD_INPUT
 from satform.faults import SatelliteLostSpec
 from satform.formation import Lost, planned
 from satform.scenario import Scenario
+from satform.scenario.hosts import HostSpec
 from satform_bringup import (
     BAG_FOLDER,
     CHECKPOINT_FOLDER,
@@ -24,8 +25,9 @@ from satform_bringup import (
     PROCESSES_FILE,
     SCENARIO_FILE,
     nursery,
+    security,
 )
-from satform_bringup.domain import own_domain
+from satform_bringup.peers import flight_domain, step_told, variables
 from satform_bringup.processes import NodeProcess, processes
 
 FAREWELL = 15.0
@@ -139,6 +141,8 @@ def fly(
     group: int = 1,
     policy: Policy | None = None,
     display: bool = False,
+    host: HostSpec | None = None,
+    keystore: Path | None = None,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -150,6 +154,8 @@ def fly(
         group: how many satellites share a process; they talk over DDS all the same.
         policy: what is done about losses; by default nothing is restarted and the recorder is needed.
         display: whether to show the flight on topics that RViz and Foxglove draw.
+        host: of the scenario's hosts the one that this machine is; None when it runs everything.
+        keystore: with the nodes' keys; None to fly unsecured.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -164,20 +170,33 @@ def fly(
         period = CHECKPOINT_STEPS * scenario.timing.step
         scenario = scenario.model_copy(update={"checkpoint_period": period})
     checkpoints = out / CHECKPOINT_FOLDER if scenario.checkpoint_period is not None else None
-    with _asked_to_stop() as signals, own_domain() as domain:
+    nodes = processes(
+        scenario,
+        scenario_file,
+        bag,
+        group,
+        checkpoints,
+        not policy.without_recorder,
+        policy.rate,
+        display=display,
+        host=host,
+    )
+    environment = variables(scenario, host, out)
+    if keystore is not None:
+        nodes, environment = security.secured(nodes), environment | security.variables(keystore)
+    with _asked_to_stop() as signals, flight_domain(scenario, host) as domain:
+        if keystore is not None:
+            security.require_secured(keystore, nodes, domain)
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
-        watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain)
-        needed = not policy.without_recorder
-        nodes = processes(
-            scenario, scenario_file, bag, group, checkpoints, needed, policy.rate, display=display
-        )
-        (out / PROCESSES_FILE).write_text(json.dumps({"domain": domain, "nodes": [asdict(n) for n in nodes]}))
+        watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, environment)
+        described = {"domain": domain, "environment": environment, "nodes": [asdict(node) for node in nodes]}
+        (out / PROCESSES_FILE).write_text(json.dumps(described))
         try:
             watch.start(nodes)
             watch.until_over()
         finally:
             watch.end_all()
-        return watch.flight(domain, bag)
+        return watch.flight(domain, bag if host is None or "recorder" in host.runs else None)
 
 
 @dataclass
@@ -237,6 +256,7 @@ class _Watch:
     policy: Policy
     logs: Path
     domain: int
+    environment: dict[str, str]
     losses: list[Loss] = field(default_factory=list)
     lost_since: dict[str, float] = field(default_factory=dict)
     returns: list[Return] = field(default_factory=list)
@@ -245,6 +265,7 @@ class _Watch:
     satellites: dict[str, dict[str, Any]] = field(default_factory=dict)
     running: dict[str, _Running] = field(default_factory=dict)
     selector: selectors.BaseSelector = field(default_factory=selectors.DefaultSelector)
+    sees_plant: bool = True
     begun: float = 0.0
     flying_since: float | None = None
     steps: int = 0
@@ -261,13 +282,14 @@ class _Watch:
         """Start all processes, each with a pipe for its reports and a file for its words."""
         self.logs.mkdir(parents=True, exist_ok=True)
         self.begun = time.monotonic()
+        self.sees_plant = any(node.name == "plant" for node in nodes)
         for node in nodes:
             self._start(node)
 
     def _start(self, node: NodeProcess) -> None:
         times = self.restarts[node.name]
         log = self.logs / (f"{node.name}.{times}.log" if times else f"{node.name}.log")
-        process, pipe = nursery.start(node.executable, node.arguments(), self.domain, log)
+        process, pipe = nursery.start(node.executable, node.arguments(), self.domain, log, self.environment)
         entry = _Running(node, process, pipe, log)
         self.running[node.name] = entry
         self.selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
@@ -307,6 +329,8 @@ class _Watch:
             self.selector.unregister(entry.pipe)
             return
         self._on_event(event)
+        if not self.sees_plant:
+            self.steps = max(self.steps, step_told(event, self.scenario.timing.steps))
 
     def _on_event(self, event: dict[str, Any]) -> None:
         match event["event"]:

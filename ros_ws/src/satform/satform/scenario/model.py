@@ -21,6 +21,7 @@ from satform.links import LinksSpec
 from satform.metrics import Expectation
 from satform.navigation import FilterSpec, NavigationSpec
 from satform.orientation import AttitudeSpec
+from satform.scenario.hosts import HostSpec, host_complaints
 from satform.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.thruster import ThrusterSpec
 
@@ -245,6 +246,8 @@ class Scenario(Spec):
     """What the run is judged by."""
     tolerated_silence: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
     """Wall-clock time after which a process that does not answer counts as lost, s."""
+    hosts: Annotated[tuple[HostSpec, ...], Field(max_length=1000)] = ()
+    """Which machine runs which part, where the formation is flown on several."""
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scenario":
@@ -258,6 +261,7 @@ class Scenario(Spec):
             *self._link_complaints(),
             *self._schedule_complaints(),
             *self._fault_complaints(),
+            *host_complaints(self.hosts, [satellite.name for satellite in self.satellites]),
         ]
         if complaints:
             # The loader turns each complaint into a problem with a line of its own.
@@ -484,4 +488,5 @@ class Scenario(Spec):
         """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
         satellites = tuple(self.satellite(index) for index in range(len(self.satellites)))
         explicit = self.model_copy(update={"satellites": satellites, "every_satellite": SatelliteFields()})
-        return hashlib.sha256(explicit.model_dump_json().encode()).hexdigest()
+        # Where the parts run does not change what is flown.
+        return hashlib.sha256(explicit.model_dump_json(exclude={"hosts"}).encode()).hexdigest()

@@ -1,0 +1,65 @@
+"""The part of a flight that one of several hosts has: which it is, and what can be said of it there."""
+
+from dataclasses import replace
+
+from satform.scenario import Scenario
+from satform.scenario.hosts import HostSpec
+from satform_tools import ros, say
+from satform_tools.faults import CommandError
+from satform_tools.outcome import Mode, Outcome
+
+
+def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec:
+    """The part of the host that this machine is said to be.
+
+    Args:
+        scenario: what is flown.
+        name: of the host.
+        mode: how it is flown.
+        record: whether the flight is recorded.
+
+    Returns:
+        The host.
+
+    Raises:
+        CommandError: there is no such host, this machine is another one, or it has nothing to do.
+    """
+    if mode != "lockstep":
+        raise CommandError(f"--host {name} is for lockstep: a run in one process is on one machine")
+    ros.require()
+    from satform_bringup import peers  # noqa: PLC0415 - in-process runs do without
+    from satform_bringup.domain import DomainError  # noqa: PLC0415
+
+    try:
+        host = peers.find_host(scenario, name)
+        peers.require_own_address(host)
+        with peers.flight_domain(scenario, host) as domain:
+            say.note(peers.in_words(scenario, host, domain))
+    except (peers.PeerError, DomainError) as error:
+        raise CommandError(str(error)) from None
+    if host.runs == ("recorder",) and not record:
+        raise CommandError(f"host {name} runs the recorder alone, so with --no-record it has nothing to do")
+    return host
+
+
+def told(outcome: Outcome, host: HostSpec) -> Outcome:
+    """What came of a flight as it is to be told on one of its hosts.
+
+    Args:
+        outcome: as this machine saw it.
+        host: that this machine was.
+
+    Returns:
+        The same, with the host that judges and, where the flight ended early, the one that knows why.
+    """
+    from satform_bringup import peers  # noqa: PLC0415 - in-process runs do without
+
+    judge = peers.judge(outcome.scenario).name
+    outcome = replace(outcome, host=host.name, judged_on="" if judge == host.name else judge)
+    flown = outcome.speed.steps == outcome.scenario.timing.steps
+    if flown or outcome.lost or outcome.stopped or "plant" in host.runs:
+        return outcome
+    # Nothing failed here, and a bag that ends with the flight is not the reason.
+    plant = next(other.name for other in outcome.scenario.hosts if "plant" in other.runs)
+    steps = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
+    return replace(outcome, reason=f"it ended at {steps}; host {plant}, which runs the plant, says why")

@@ -1,0 +1,51 @@
+"""The command `security`: makes a formation's keystore and says what it allows."""
+
+from pathlib import Path
+
+from satform.scenario import Scenario
+from satform_tools import ros, say
+from satform_tools.catalogue import ROOT
+from satform_tools.say import Table
+from satform_tools.security.access import OPERATOR
+from satform_tools.security.documents import ANY_DOMAIN
+from satform_tools.security.keystore import POLICIES, make
+
+
+def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, *, as_json: bool) -> None:
+    """Make a formation's keystore.
+
+    Args:
+        scenario: whose nodes get keys and permissions.
+        out: folder of the keystore; None for one in `keystores`, by the scenario's name.
+        days: for which the certificates hold.
+        domain: DDS domain to which the permissions are restricted; None for all.
+        as_json: whether to print for a machine.
+
+    Raises:
+        CommandError: ROS is missing, or the keystore cannot be made.
+    """
+    ros.require()
+    folder = (out or ROOT / "keystores" / scenario.name).absolute()
+    granted = make(scenario, folder, days, ANY_DOMAIN if domain is None else (domain, domain))
+    if as_json:
+        say.as_json(
+            {
+                "keystore": str(folder),
+                "enclaves": {
+                    access.enclave: {"publishes": access.publishes, "subscribes": access.subscribes}
+                    for access in granted
+                },
+            }
+        )
+        return
+    rows = [
+        (access.enclave, str(len(access.publishes)), ", ".join(access.subscribes))
+        for access in granted
+        if access.node not in {OPERATOR, "recorder"}
+    ]
+    say.table(Table(("enclave", "says", "hears"), rows, frozenset({1})))
+    say.line(f"{granted[-1].enclave} hears everything and may call the services of all nodes")
+    say.line(
+        f"kept in {folder}: {POLICIES}, and for each enclave its key, certificate and signed permissions"
+    )
+    say.line("whoever has private/ca.key.pem can let others in; it is not needed to fly: keep it elsewhere")
