@@ -11,7 +11,7 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection
@@ -45,7 +45,9 @@ def prepare() -> ForkServerContext:
     return context
 
 
-def start(executable: str, arguments: list[str], domain: int, log: Path) -> tuple[BaseProcess, Connection]:
+def start(
+    executable: str, arguments: list[str], domain: int, log: Path, variables: Mapping[str, str] | None = None
+) -> tuple[BaseProcess, Connection]:
     """Start one node in a process of its own.
 
     Args:
@@ -53,6 +55,7 @@ def start(executable: str, arguments: list[str], domain: int, log: Path) -> tupl
         arguments: its command line.
         domain: DDS domain; the node stays on this machine unless the environment says otherwise.
         log: file for what it prints.
+        variables: of its environment, instead of what it inherits.
 
     Returns:
         The process's handle and the end of the pipe on which it reports.
@@ -62,7 +65,7 @@ def start(executable: str, arguments: list[str], domain: int, log: Path) -> tupl
     """
     context = prepare()
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_live, args=(executable, arguments, domain, log, theirs))
+    process = context.Process(target=_live, args=(executable, arguments, domain, log, theirs, dict(variables or {})))
     try:
         with _without_main_module():
             process.start()
@@ -93,7 +96,14 @@ def _signals_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _live(executable: str, arguments: list[str], domain: int, log: Path, pipe: Connection) -> None:
+def _live(
+    executable: str,
+    arguments: list[str],
+    domain: int,
+    log: Path,
+    pipe: Connection,
+    variables: Mapping[str, str],
+) -> None:
     # A terminal's Ctrl-C is for the one who started the flight, who ends it in order.
     os.setsid()
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL_SIGNALS)
@@ -101,6 +111,7 @@ def _live(executable: str, arguments: list[str], domain: int, log: Path, pipe: C
     with log.open("wb") as output:
         os.dup2(output.fileno(), sys.stdout.fileno())
         os.dup2(output.fileno(), sys.stderr.fileno())
+    os.environ.update(variables)
     enter_domain(domain)
     name = next(word.partition("__node:=")[2] for word in arguments if "__node:=" in word)
     Path("/proc/self/comm").write_text(name[:_TITLE_LENGTH])

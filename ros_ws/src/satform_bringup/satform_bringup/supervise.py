@@ -3,7 +3,7 @@
 import selectors
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from satform.scenario import Scenario
-from satform_bringup import BAG_FOLDER, LOG_FOLDER, SCENARIO_FILE, nursery
+from satform_bringup import BAG_FOLDER, LOG_FOLDER, SCENARIO_FILE, discovery, nursery
 from satform_bringup.domain import own_domain
 from satform_bringup.processes import NodeProcess, processes
 
@@ -80,6 +80,7 @@ def fly(
 
     Raises:
         OSError: the folder cannot be written to, or a process cannot be started.
+        RuntimeError: there is no free domain, or there are too many processes for one machine.
     """
     scenario_file = out / SCENARIO_FILE
     bag = out / BAG_FOLDER if record else None
@@ -87,7 +88,8 @@ def fly(
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress)
         try:
-            watch.start(processes(scenario, scenario_file, bag, group), out / LOG_FOLDER, domain)
+            nodes = processes(scenario, scenario_file, bag, group)
+            watch.start(nodes, out / LOG_FOLDER, domain, discovery.variables(len(nodes), out))
             watch.until_over()
         finally:
             watch.end_all()
@@ -157,13 +159,13 @@ class _Watch:
     stopped: bool = False
     over_since: float | None = None
 
-    def start(self, nodes: list[NodeProcess], logs: Path, domain: int) -> None:
+    def start(self, nodes: list[NodeProcess], logs: Path, domain: int, variables: Mapping[str, str]) -> None:
         """Start all processes, each with a pipe for its reports and a file for its words."""
         logs.mkdir(parents=True, exist_ok=True)
         self.begun = time.monotonic()
         for node in nodes:
             log = logs / f"{node.name}.log"
-            process, pipe = nursery.start(node.executable, node.arguments(), domain, log)
+            process, pipe = nursery.start(node.executable, node.arguments(), domain, log, variables)
             entry = _Running(node.name, process, pipe, log)
             self.running[node.name] = entry
             self.selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
