@@ -84,6 +84,9 @@ def run(
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="Keep what every process did when, as trace.json of the run.")
+    ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is RunMode.LOCKSTEP:
@@ -97,7 +100,9 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure, group=group)
+    outcome = running.run(
+        flown, mode.value, record=record, out=out, measure=measure, group=group, profile=profile
+    )
     if json:
         say.as_json(outcome.data())
     else:

@@ -1,20 +1,28 @@
 """Flying a scenario, in this process or over DDS, and judging the flight."""
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform_bringup import SCENARIO_FILE
-from satform_tools import folders, progress, ros, say
+from satform_tools import folders, progress, ros, say, tracing
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
 
 
 def run(
-    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measure: bool, group: int = 1
+    scenario: Scenario,
+    mode: Mode,
+    *,
+    record: bool,
+    out: Path | None,
+    measure: bool,
+    group: int = 1,
+    profile: bool = False,
 ) -> Outcome:
     """Fly a scenario and keep what came of it.
 
@@ -25,6 +33,7 @@ def run(
         out: folder of the run; None for a new one.
         measure: whether to measure the bare message exchange, too.
         group: satellites that share a process in lockstep.
+        profile: whether to keep what every process did when, in lockstep.
 
     Returns:
         What came of it; also written to the folder.
@@ -32,13 +41,20 @@ def run(
     Raises:
         CommandError: the run cannot be started or kept.
     """
+    if profile and mode == "inprocess":
+        raise CommandError("--profile is for flights of several processes; --mode inprocess is but one")
     folder = folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
             (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _lockstep(scenario, folder, record=record, measure=measure, group=group)
+            variables = _tracing(folder) if profile else {}
+            outcome = _lockstep(
+                scenario, folder, record=record, measure=measure, group=group, variables=variables
+            )
+            if profile:
+                _join_trace(folder)
         outcome.write(folder / folders.RESULT)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
@@ -71,13 +87,45 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
 
 
-def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int) -> Outcome:
+def _tracing(folder: Path) -> dict[str, str]:
+    """What makes every process of a run leave its marks."""
+    from satform_nodes import trace  # noqa: PLC0415 - in-process runs do without
+
+    marks = folder / tracing.FOLDER
+    marks.mkdir()
+    return {trace.FOLDER: str(marks.absolute())}
+
+
+def _join_trace(folder: Path) -> None:
+    spans = tracing.spans(folder / tracing.FOLDER)
+    tracing.write(spans, folder / tracing.FILE)
+    parts = tracing.parts(spans)
+    for part in parts:
+        say.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
+    if parts:
+        total = sum(part.seconds for part in parts)
+        say.note(
+            f"{1e6 * total:8.0f} us  of a step, median; {folder / tracing.FILE} opens in ui.perfetto.dev"
+        )
+
+
+def _lockstep(
+    scenario: Scenario,
+    folder: Path,
+    *,
+    record: bool,
+    measure: bool,
+    group: int,
+    variables: Mapping[str, str],
+) -> Outcome:
     ros.require()
     from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - in-process runs do without
 
     try:
         with progress.shown(scenario) as report:
-            flight: Flight = fly(scenario, folder, record=record, progress=report, group=group)
+            flight: Flight = fly(
+                scenario, folder, record=record, progress=report, group=group, variables=variables
+            )
     except RuntimeError as error:
         raise CommandError(str(error)) from None
     speed = Speed(

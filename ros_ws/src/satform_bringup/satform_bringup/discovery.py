@@ -11,7 +11,7 @@ import os
 from pathlib import Path
 
 MOST_ON_LOOPBACK = 28
-"""Processes that are sure to find each other in the range LOCALHOST, with a few to spare for those who look in."""
+"""Processes that find each other in the range LOCALHOST, with a few to spare for those who look in."""
 
 MOST = 100
 """Participants that Fast DDS finds ports for in one domain on one machine."""

@@ -65,7 +65,9 @@ def start(
     """
     context = prepare()
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_live, args=(executable, arguments, domain, log, theirs, dict(variables or {})))
+    process = context.Process(
+        target=_live, args=(executable, arguments, domain, log, theirs, dict(variables or {}))
+    )
     try:
         with _without_main_module():
             process.start()

@@ -65,6 +65,7 @@ def fly(
     record: bool,
     progress: Callable[[int, int], None],
     group: int = 1,
+    variables: Mapping[str, str] | None = None,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -74,6 +75,7 @@ def fly(
         record: whether to record a bag.
         progress: called now and then with the steps flown and the steps to fly.
         group: how many satellites share a process; they talk over DDS all the same.
+        variables: more of the processes' environment.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -89,7 +91,8 @@ def fly(
         watch = _Watch(scenario, signals, progress)
         try:
             nodes = processes(scenario, scenario_file, bag, group)
-            watch.start(nodes, out / LOG_FOLDER, domain, discovery.variables(len(nodes), out))
+            given = {**discovery.variables(len(nodes), out), **(variables or {})}
+            watch.start(nodes, out / LOG_FOLDER, domain, given)
             watch.until_over()
         finally:
             watch.end_all()

@@ -1,12 +1,18 @@
 """An executor for nodes that live from a few small messages at every step.
 
 The stock executor gathers all entities, builds a wait set and makes a task for every message, which
-costs several times what DDS itself does. Here the hot subscriptions stand in a wait set that is built
-once, and their messages go straight to their callbacks, in the thread that waits. A second wait set,
-looked at now and then, holds all else (parameter services, latched topics); what is ready there is handed
-to the parent class.
+costs several times what DDS itself does. Here the messages of hot subscriptions go straight to their
+callbacks, in the thread that waits. A second wait set, looked at now and then, holds all else (parameter
+services, latched topics); what is ready there is handed to the parent class.
+
+Hot topics are taken to be paced: to bring one message a step, where a step needs all of them. So it is
+enough to wait for one of them, in turn, and to take the others without waiting: a node is woken once or
+twice a step, not once a message, and waits on one subscription, not on all. One that stays away in its turn
+while others come costs `LONGEST_WAIT`; when that has happened more than once it counts as unpaced, and is
+waited for beside every other.
 """
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +20,8 @@ from typing import Any
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+
+from satform_nodes.trace import AnyTrace, trace_from_environment
 
 HOUSEKEEPING_PERIOD = 1.0
 """Wall-clock time between two looks at what no wait set holds: timers, events, new entities; s."""
@@ -24,7 +32,38 @@ LONGEST_WAIT = 0.02
 LEISURE = 0.005
 """Wall-clock time that a node which nobody waits for lets messages gather, s."""
 
+STOCK = "SATFORM_STOCK_EXECUTOR"
+"""Environment variable: when set, all is left to the parent class, to measure what this one gains."""
+
 _NANOSECONDS = 1_000_000_000
+
+_STRIKE = 64
+"""Messages that make up for one that stayed away in its turn."""
+
+
+class _Hot:
+    """A subscription on the fast path.
+
+    Attributes:
+        handle: rclpy's, by which messages are taken.
+        message_type: rosidl's class.
+        callback: called with the serialised message.
+        received: messages so far.
+        strikes: how badly it has kept its turn; more than `_STRIKE` is too badly.
+        wait_set: to wait for this one and for those that are not paced; None until it is needed.
+        name: of its callback's spans in a trace.
+    """
+
+    __slots__ = ("callback", "handle", "message_type", "name", "received", "strikes", "wait_set")
+
+    def __init__(self, message_type: Any, callback: Callable[[bytes], None], name: int) -> None:
+        self.handle: Any = None
+        self.message_type = message_type
+        self.callback = callback
+        self.received = 0
+        self.strikes = 0
+        self.wait_set: Any = None
+        self.name = name
 
 
 class StepExecutor(SingleThreadedExecutor):
@@ -32,7 +71,14 @@ class StepExecutor(SingleThreadedExecutor):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self._hot: list[tuple[Any, Any, Callable[[bytes], None]]] = []
+        self.trace: AnyTrace = trace_from_environment()
+        self._stock = STOCK in os.environ
+        self._heard_at = 0.0
+        self._hot: list[_Hot] = []
+        self._paced: list[_Hot] = []
+        self._unpaced: list[_Hot] = []
+        self._turn = 0
+        self._hot_handles: set[int] = set()
         self._cold: list[Any] = []
         self._services: list[Any] = []
         self._hot_wait_set: Any = None
@@ -55,10 +101,26 @@ class StepExecutor(SingleThreadedExecutor):
         Returns:
             rclpy's subscription.
         """
-        subscription = node.create_subscription(message_type, topic, callback, qos, raw=True)
-        self._hot.append((subscription, message_type, callback))
-        self._hot_wait_set = None
+        if self._stock:
+            return node.create_subscription(message_type, topic, self._noting_time(callback), qos, raw=True)
+        hot = _Hot(message_type, callback, self.trace.name(topic))
+
+        def _handed_out_by_the_parent(data: bytes) -> None:
+            self._hand_out(hot, data)
+
+        # When the parent is asked to look at all else it may come upon a hot message, too.
+        subscription = node.create_subscription(message_type, topic, _handed_out_by_the_parent, qos, raw=True)
+        hot.handle = subscription.handle
+        self._hot.append(hot)
+        self._paced.append(hot)
+        self._hot_handles.add(id(subscription))
+        self._forget_wait_sets()
         return subscription
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """End, and leave what was traced where it was asked for."""
+        self.trace.write([node.get_name() for node in self.get_nodes()])
+        return bool(super().shutdown(timeout_sec))
 
     def spin_while(self, condition: Callable[[], bool], timeout: float) -> bool:
         """Work until the condition no longer holds, or nothing hot has arrived for too long.
@@ -70,12 +132,14 @@ class StepExecutor(SingleThreadedExecutor):
         Returns:
             True when the condition has ended; False when the time was up.
         """
+        if self._stock:
+            return self._spin_stock(condition, timeout)
         last = time.monotonic()
         while condition():
             now = time.monotonic()
             if now >= self._next_cold_look:
                 self._look_at_cold(now)
-            if self._take_hot(LONGEST_WAIT):
+            if self._take_hot():
                 last = now
             elif now - last > timeout:
                 return False
@@ -94,6 +158,8 @@ class StepExecutor(SingleThreadedExecutor):
         Returns:
             True when the condition has ended; False when the time was up.
         """
+        if self._stock:
+            return self._spin_stock(condition, timeout)
         last = time.monotonic()
         while condition():
             now = time.monotonic()
@@ -124,35 +190,119 @@ class StepExecutor(SingleThreadedExecutor):
             super().spin_once(timeout_sec=min(left, LONGEST_WAIT))
         return True
 
-    def _take_hot(self, timeout: float) -> bool:
+    def _take_hot(self) -> bool:
         """Wait for hot messages and hand them out; whether there were any."""
+        if not self._paced:
+            return self._take_any()
+        hot = self._paced[self._turn]
+        if self._take_in_turn(hot):
+            return True
+        if self._wait_for(hot):
+            taken = False
+            for entry in self._unpaced:
+                taken = self._take(entry) or taken
+            return self._take_in_turn(hot) or taken
+        if not self._drain_hot():
+            return False
+        hot.strikes += _STRIKE
+        if hot.strikes > _STRIKE:
+            self._paced.remove(hot)
+            self._unpaced.append(hot)
+            self._turn = 0
+            self._forget_wait_sets()
+        return True
+
+    def _take_in_turn(self, hot: _Hot) -> bool:
+        """Hand out a message of the one whose turn it is; whether there was one."""
+        if not self._take(hot):
+            return False
+        hot.strikes -= hot.strikes > 0
+        # The next is one that is behind; where nobody is, a round is complete and the next in order begins.
+        paced, first = self._paced, self._turn + 1
+        for turn in range(first, first + len(paced)):
+            if paced[turn % len(paced)].received < hot.received:
+                self._turn = turn % len(paced)
+                return True
+        self._turn = first % len(paced)
+        return True
+
+    def _forget_wait_sets(self) -> None:
+        self._hot_wait_set = None
+        for entry in self._hot:
+            entry.wait_set = None
+
+    def _wait_for(self, hot: _Hot) -> bool:
+        """Wait for one paced subscription, or for any that is not paced; whether one has something."""
+        if hot.wait_set is None:
+            hot.wait_set = _rclpy.WaitSet(1 + len(self._unpaced), 0, 0, 0, 0, 0, self.context.handle)
+        wait_set = hot.wait_set
+        wait_set.clear_entities()
+        wait_set.add_subscription(hot.handle)
+        for entry in self._unpaced:
+            wait_set.add_subscription(entry.handle)
+        wait_set.wait(int(LONGEST_WAIT * _NANOSECONDS))
+        return wait_set.is_ready("subscription", 0) or bool(
+            self._unpaced and wait_set.get_ready_entities("subscription")
+        )
+
+    def _take_any(self) -> bool:
+        """Wait for all hot subscriptions at once and hand out what they have; whether there was anything."""
         wait_set = self._hot_wait_set
         if wait_set is None:
             wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, self.context.handle)
             self._hot_wait_set = wait_set
         wait_set.clear_entities()
         add = wait_set.add_subscription
-        for subscription, _, _ in self._hot:
-            add(subscription.handle)
-        wait_set.wait(int(timeout * _NANOSECONDS))
+        for entry in self._hot:
+            add(entry.handle)
+        wait_set.wait(int(LONGEST_WAIT * _NANOSECONDS))
         taken_any = False
-        for index, (subscription, message_type, callback) in enumerate(self._hot):
+        for index, entry in enumerate(self._hot):
             if wait_set.is_ready("subscription", index):
-                taken = subscription.handle.take_message(message_type, True)
-                if taken is not None:
-                    taken_any = True
-                    callback(taken[0])
+                taken_any = self._take(entry) or taken_any
         return taken_any
+
+    def _take(self, hot: _Hot) -> bool:
+        """Hand out one message without waiting; whether there was one."""
+        taken = hot.handle.take_message(hot.message_type, True)
+        if taken is None:
+            return False
+        self._hand_out(hot, taken[0])
+        return True
+
+    def _hand_out(self, hot: _Hot, data: bytes) -> None:
+        hot.received += 1
+        trace = self.trace
+        if trace.on:
+            trace.begin(hot.name)
+            hot.callback(data)
+            trace.end(hot.name)
+        else:
+            hot.callback(data)
 
     def _drain_hot(self) -> bool:
         """Hand out all hot messages that have arrived, without waiting; whether there were any."""
         taken_any = False
-        for subscription, message_type, callback in self._hot:
-            take = subscription.handle.take_message
-            while (taken := take(message_type, True)) is not None:
+        for entry in self._hot:
+            while self._take(entry):
                 taken_any = True
-                callback(taken[0])
         return taken_any
+
+    def _noting_time(self, callback: Callable[[bytes], None]) -> Callable[[bytes], None]:
+        def noted(data: bytes) -> None:
+            self._heard_at = time.monotonic()
+            callback(data)
+
+        return noted
+
+    def _spin_stock(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """As `spin_while`, with everything left to the parent class."""
+        self._heard_at = time.monotonic()
+        while condition():
+            super().spin_once(timeout_sec=LONGEST_WAIT)
+            if time.monotonic() - self._heard_at > timeout:
+                return False
+        return True
 
     def _look_at_cold(self, now: float) -> None:
         """Hand to the parent what has become ready besides hot messages."""
@@ -174,10 +324,11 @@ class StepExecutor(SingleThreadedExecutor):
             super().spin_once(timeout_sec=0.0)
 
     def _gather_cold(self) -> None:
-        hot = {id(subscription) for subscription, _, _ in self._hot}
         nodes = self.get_nodes()
         subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
-        self._cold = [subscription for subscription in subscriptions if id(subscription) not in hot]
+        self._cold = [
+            subscription for subscription in subscriptions if id(subscription) not in self._hot_handles
+        ]
         self._services = [service for node in nodes for service in node.services]
         self._cold_wait_set = _rclpy.WaitSet(
             len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle
