@@ -7,6 +7,7 @@ It is no dependency: with Basilisk absent it says so.
 import sys
 import time
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 MU = 3.986004415e14
 RADIUS = 7e6
@@ -47,7 +48,7 @@ def steps_per_second(count: int, steps: int = 200) -> float:
     return steps / seconds
 
 
-def _formation(simulation, count: int) -> list:  # type: ignore[no-untyped-def,type-arg]
+def _formation(simulation: Any, count: int) -> list[Any]:
     """Chief and deputies with their modules in the task; what has to be kept alive."""
     from Basilisk.architecture import messaging  # noqa: PLC0415 - optional
     from Basilisk.fswAlgorithms import hillFrameRelativeControl, hillStateConverter  # noqa: PLC0415
@@ -58,7 +59,7 @@ def _formation(simulation, count: int) -> list:  # type: ignore[no-untyped-def,t
     mass = messaging.VehicleConfigMsg().write(messaging.VehicleConfigMsgPayload(massSC=100.0))
     kept = [earth, mass]
 
-    def spacecraft_at(offset: float, name: str):  # type: ignore[no-untyped-def]
+    def spacecraft_at(offset: float, name: str) -> tuple[Any, Any]:
         body = _spacecraft(earth, [RADIUS + offset, 0.0, 0.0], [0.0, speed, 0.0], name)
         navigation = simpleNav.SimpleNav()
         navigation.ModelTag = f"{name}_navigation"
@@ -96,7 +97,7 @@ def _diagonal(gain: float) -> list[float]:
     return [gain, 0.0, 0.0, 0.0, gain, 0.0, 0.0, 0.0, gain]
 
 
-def _earth():  # type: ignore[no-untyped-def]
+def _earth() -> Any:
     from Basilisk.utilities import simIncludeGravBody  # noqa: PLC0415
 
     factory = simIncludeGravBody.gravBodyFactory()
@@ -105,7 +106,7 @@ def _earth():  # type: ignore[no-untyped-def]
     return factory
 
 
-def _spacecraft(earth, position: list[float], velocity: list[float], name: str):  # type: ignore[no-untyped-def]
+def _spacecraft(earth: Any, position: list[float], velocity: list[float], name: str) -> Any:
     from Basilisk.simulation import spacecraft  # noqa: PLC0415
 
     body = spacecraft.Spacecraft()
@@ -123,7 +124,10 @@ def main() -> int:
     try:
         print(f"Basilisk {version('bsk')}")
     except PackageNotFoundError:
-        print("Basilisk is not installed here; `pip install bsk` into an environment of its own", file=sys.stderr)
+        print(
+            "Basilisk is not installed here; `pip install bsk` into an environment of its own",
+            file=sys.stderr,
+        )
         return 2
     for word in sys.argv[1:] or ["10", "100", "1000"]:
         print(f"{word} deputies: {steps_per_second(int(word)):.4g} steps/s", flush=True)
