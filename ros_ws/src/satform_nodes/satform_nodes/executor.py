@@ -1,15 +1,10 @@
 """An executor for nodes that live from a few small messages at every step.
 
 The stock executor gathers all entities, builds a wait set and makes a task for every message, which
-costs several times what DDS itself does. Here the messages of hot subscriptions go straight to their
-callbacks, in the thread that waits. A second wait set, looked at now and then, holds all else (parameter
-services, latched topics); what is ready there is handed to the parent class.
-
-Hot topics are taken to be paced: to bring one message a step, where a step needs all of them. So it is
-enough to wait for one of them, in turn, and to take the others without waiting: a node is woken once or
-twice a step, not once a message, and waits on one subscription, not on all. One that stays away in its turn
-while others come costs `LONGEST_WAIT`; when that has happened more than once it counts as unpaced, and is
-waited for beside every other.
+costs several times what DDS itself does. Here the hot subscriptions stand in a wait set that is built
+once, and their messages go straight to their callbacks, in the thread that waits. A second wait set,
+looked at now and then, holds all else (parameter services, latched topics); what is ready there is handed
+to the parent class.
 """
 
 import os
@@ -37,9 +32,6 @@ STOCK = "SATFORM_STOCK_EXECUTOR"
 
 _NANOSECONDS = 1_000_000_000
 
-_STRIKE = 64
-"""Messages that make up for one that stayed away in its turn."""
-
 
 class _Hot:
     """A subscription on the fast path.
@@ -48,21 +40,15 @@ class _Hot:
         handle: rclpy's, by which messages are taken.
         message_type: rosidl's class.
         callback: called with the serialised message.
-        received: messages so far.
-        strikes: how badly it has kept its turn; more than `_STRIKE` is too badly.
-        wait_set: to wait for this one and for those that are not paced; None until it is needed.
         name: of its callback's spans in a trace.
     """
 
-    __slots__ = ("callback", "handle", "message_type", "name", "received", "strikes", "wait_set")
+    __slots__ = ("callback", "handle", "message_type", "name")
 
     def __init__(self, message_type: Any, callback: Callable[[bytes], None], name: int) -> None:
         self.handle: Any = None
         self.message_type = message_type
         self.callback = callback
-        self.received = 0
-        self.strikes = 0
-        self.wait_set: Any = None
         self.name = name
 
 
@@ -75,9 +61,6 @@ class StepExecutor(SingleThreadedExecutor):
         self._stock = STOCK in os.environ
         self._heard_at = 0.0
         self._hot: list[_Hot] = []
-        self._paced: list[_Hot] = []
-        self._unpaced: list[_Hot] = []
-        self._turn = 0
         self._hot_handles: set[int] = set()
         self._cold: list[Any] = []
         self._services: list[Any] = []
@@ -112,9 +95,8 @@ class StepExecutor(SingleThreadedExecutor):
         subscription = node.create_subscription(message_type, topic, _handed_out_by_the_parent, qos, raw=True)
         hot.handle = subscription.handle
         self._hot.append(hot)
-        self._paced.append(hot)
         self._hot_handles.add(id(subscription))
-        self._forget_wait_sets()
+        self._hot_wait_set = None
         return subscription
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
@@ -192,61 +174,6 @@ class StepExecutor(SingleThreadedExecutor):
 
     def _take_hot(self) -> bool:
         """Wait for hot messages and hand them out; whether there were any."""
-        if not self._paced:
-            return self._take_any()
-        hot = self._paced[self._turn]
-        if self._take_in_turn(hot):
-            return True
-        if self._wait_for(hot):
-            taken = False
-            for entry in self._unpaced:
-                taken = self._take(entry) or taken
-            return self._take_in_turn(hot) or taken
-        if not self._drain_hot():
-            return False
-        hot.strikes += _STRIKE
-        if hot.strikes > _STRIKE:
-            self._paced.remove(hot)
-            self._unpaced.append(hot)
-            self._turn = 0
-            self._forget_wait_sets()
-        return True
-
-    def _take_in_turn(self, hot: _Hot) -> bool:
-        """Hand out a message of the one whose turn it is; whether there was one."""
-        if not self._take(hot):
-            return False
-        hot.strikes -= hot.strikes > 0
-        # The next is one that is behind; where nobody is, a round is complete and the next in order begins.
-        paced, first = self._paced, self._turn + 1
-        for turn in range(first, first + len(paced)):
-            if paced[turn % len(paced)].received < hot.received:
-                self._turn = turn % len(paced)
-                return True
-        self._turn = first % len(paced)
-        return True
-
-    def _forget_wait_sets(self) -> None:
-        self._hot_wait_set = None
-        for entry in self._hot:
-            entry.wait_set = None
-
-    def _wait_for(self, hot: _Hot) -> bool:
-        """Wait for one paced subscription, or for any that is not paced; whether one has something."""
-        if hot.wait_set is None:
-            hot.wait_set = _rclpy.WaitSet(1 + len(self._unpaced), 0, 0, 0, 0, 0, self.context.handle)
-        wait_set = hot.wait_set
-        wait_set.clear_entities()
-        wait_set.add_subscription(hot.handle)
-        for entry in self._unpaced:
-            wait_set.add_subscription(entry.handle)
-        wait_set.wait(int(LONGEST_WAIT * _NANOSECONDS))
-        return wait_set.is_ready("subscription", 0) or bool(
-            self._unpaced and wait_set.get_ready_entities("subscription")
-        )
-
-    def _take_any(self) -> bool:
-        """Wait for all hot subscriptions at once and hand out what they have; whether there was anything."""
         wait_set = self._hot_wait_set
         if wait_set is None:
             wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, self.context.handle)
@@ -271,7 +198,6 @@ class StepExecutor(SingleThreadedExecutor):
         return True
 
     def _hand_out(self, hot: _Hot, data: bytes) -> None:
-        hot.received += 1
         trace = self.trace
         if trace.on:
             trace.begin(hot.name)
