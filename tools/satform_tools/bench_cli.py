@@ -2,13 +2,65 @@
 
 # ruff: noqa: PLC0415
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="Measure speed; figures to compare are of one run.", no_args_is_help=True)
+HISTORY = Path("runs/bench")
+
+app = typer.Typer(help="Measure speed. Without a command: everything, kept for `bench compare`.")
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines, in SI units.")]
+Keep = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Keep the figures there as a JSON file for `bench compare`."),
+]
+Times = Annotated[int, typer.Option(min=1, help="Repetitions, in turns with the yardstick.")]
+Counts = Annotated[
+    list[int] | None, typer.Option("--satellites", "-n", min=1, help="Number of satellites. Repeatable.")
+]
+
+
+@app.callback(invoke_without_command=True)
+def everything(
+    context: typer.Context,
+    times: Times = 3,
+    keep: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder of the history, of which this becomes a file.")
+    ] = HISTORY,
+    json: Json = False,
+) -> None:
+    """Measure speed. Without a command: everything, kept for `bench compare`."""
+    if context.invoked_subcommand is not None:
+        return
+    from satform_tools import benching, catalogue
+    from satform_tools.benchmarks import suite
+
+    with _flying():
+        found = suite.round_trip(times)
+        found += suite.satellite(catalogue.SCENARIOS, times)
+        found += suite.in_process([1, 100], times)
+        found += suite.recorder(times)
+        found += suite.lockstep([3], 1, 500, times, record=True, stock=False)
+        found += suite.lockstep([3], 1, 500, times, record=False, stock=False)
+        found += suite.lockstep([3], 1, 200, times, record=False, stock=True)
+        found += suite.lockstep([16], 16, 200, times, record=False, stock=False)
+        found += suite.start_up([3], times)
+    benching.show(found, keep, as_json=json)
+
+
+@app.command("ping-pong")
+def ping_pong(times: Times = 3, keep: Keep = None, json: Json = False) -> None:
+    """A bare message there and back between two processes: the yardstick of all that goes over DDS."""
+    from satform_tools import benching
+    from satform_tools.benchmarks import suite
+
+    with _flying():
+        found = suite.round_trip(times)
+    benching.show(found, keep, as_json=json)
 
 
 @app.command()
@@ -21,32 +73,97 @@ def plant(json: Json = False) -> None:
 
 @app.command()
 def lockstep(
-    satellites: Annotated[
-        list[int] | None,
-        typer.Option("--satellites", "-n", help="Number of satellites on a ring. Repeatable; 3, 8 and 16."),
-    ] = None,
+    satellites: Counts = None,
     group: Annotated[int, typer.Option(min=1, help="Satellites that share a process.")] = 1,
     steps: Annotated[int, typer.Option(min=10, help="Steps of each flight.")] = 1000,
     record: Annotated[
         bool, typer.Option("--record/--no-record", help="Whether a recorder takes part.")
     ] = True,
+    executor: Annotated[
+        str,
+        typer.Option(help="own: the nodes'; stock: rclpy's SingleThreadedExecutor; both: one after another."),
+    ] = "own",
+    times: Times = 1,
+    keep: Keep = None,
     json: Json = False,
 ) -> None:
-    """Steps in a second over DDS against the number of satellites, beside a bare round trip."""
+    """A step over DDS of satellites on a ring (3, 8 and 16), beside a bare round trip."""
     from satform_tools import benching
+    from satform_tools.benchmarks import suite
+    from satform_tools.faults import CommandError
 
-    benching.lockstep(satellites or [3, 8, 16], group, steps, record=record, as_json=json)
+    if executor not in ("own", "stock", "both"):
+        raise CommandError(f"--executor {executor}: is one of own, stock, both")
+    with _flying():
+        found = []
+        for stock in {"own": (False,), "stock": (True,), "both": (False, True)}[executor]:
+            found += suite.lockstep(satellites or [3, 8, 16], group, steps, times, record=record, stock=stock)
+    benching.show(found, keep, as_json=json)
 
 
 @app.command()
-def inprocess(
-    satellites: Annotated[
-        list[int] | None,
-        typer.Option("--satellites", "-n", help="Number of satellites on a ring. Repeatable; 1 to 10000."),
+def satellite(times: Times = 3, keep: Keep = None, json: Json = False) -> None:
+    """One satellite's own step under each control law: processor time without any message."""
+    from satform_tools import benching, catalogue
+    from satform_tools.benchmarks import suite
+
+    benching.show(suite.satellite(catalogue.SCENARIOS, times), keep, as_json=json)
+
+
+@app.command()
+def startup(satellites: Counts = None, times: Times = 5, keep: Keep = None, json: Json = False) -> None:
+    """From the command to the first step, of whole commands as a user types them (3 satellites)."""
+    from satform_tools import benching
+    from satform_tools.benchmarks import suite
+
+    with _flying():
+        found = suite.start_up(satellites or [3], times)
+    benching.show(found, keep, as_json=json)
+
+
+@app.command()
+def recorder(times: Times = 3, keep: Keep = None, json: Json = False) -> None:
+    """A message written into a bag: processor time without the message's way there."""
+    from satform_tools import benching
+    from satform_tools.benchmarks import suite
+
+    with _flying():
+        found = suite.recorder(times)
+    benching.show(found, keep, as_json=json)
+
+
+@app.command()
+def inprocess(satellites: Counts = None, times: Times = 1, keep: Keep = None, json: Json = False) -> None:
+    """A step of the in-process run, whole formations at once over arrays (1 to 10000 satellites)."""
+    from satform_tools import benching
+    from satform_tools.benchmarks import suite
+
+    benching.show(suite.in_process(satellites or [1, 10, 100, 1000, 10_000], times), keep, as_json=json)
+
+
+@app.command()
+def compare(
+    before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Earlier history file.")],
+    after: Annotated[
+        Path | None,
+        typer.Argument(metavar="AFTER", help="Later one; the newest of runs/bench when left out."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Steps in a second of the in-process run, whole formations in one step over arrays."""
+    """Name what has got slower beyond the noise, by ratios to yardsticks; never fails because of it."""
     from satform_tools import benching
 
-    benching.inprocess(satellites or [1, 10, 100, 1000, 10_000], as_json=json)
+    benching.compare(before, after, HISTORY, as_json=json)
+
+
+@contextmanager
+def _flying() -> Iterator[None]:
+    """For what flies over DDS: it is there, and a flight that fails is a sentence."""
+    from satform_tools import ros
+    from satform_tools.faults import CommandError
+
+    ros.require()
+    try:
+        yield
+    except RuntimeError as error:
+        raise CommandError(str(error)) from None

@@ -1,11 +1,104 @@
-"""What `satform bench` prints: rows of the benchmarks as tables or JSON."""
+"""What `satform bench` prints and keeps: figures as tables or JSON, and how they have changed."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from satform_tools import say
+from satform_tools.benchmarks import figures as history
+from satform_tools.benchmarks.figures import Figure
+from satform_tools.faults import CommandError
 from satform_tools.say import Table
+
+
+def show(figures: Sequence[Figure], keep: Path | None, *, as_json: bool) -> None:
+    """Print figures, and keep them where a folder is named.
+
+    Args:
+        figures: to print.
+        keep: folder of the history; None to keep nothing.
+        as_json: whether for a machine.
+    """
+    path = None if keep is None else history.write(figures, keep)
+    if as_json:
+        say.as_json(
+            {
+                "machine": history.machine(),
+                "figures": [
+                    {**asdict(figure), "ratio": figure.ratio, "spread": figure.spread} for figure in figures
+                ],
+            }
+        )
+        return
+    rows = [
+        (
+            figure.name,
+            f"{1e6 * sorted(figure.seconds)[len(figure.seconds) // 2]:.4g}",
+            f"{1e6 * min(figure.seconds):.4g}",
+            f"{1e6 * max(figure.seconds):.4g}",
+            f"{figure.ratio:.3g}",
+            f"{100.0 * figure.spread:.0f} %",
+            figure.yardstick,
+        )
+        for figure in figures
+    ]
+    headings = ("what", "median [us]", "min [us]", "max [us]", "in yardsticks", "spread", "yardstick")
+    say.table(Table(headings, rows, frozenset({1, 2, 3, 4, 5})))
+    about = history.machine()
+    load = ", ".join(f"{value:.1f}" for value in about["load_average"])
+    say.line(f"{about['processor']}, {about['cores']} cores, load {load}")
+    if path is not None:
+        say.line(f"kept in {path}")
+
+
+def compare(before: Path, after: Path | None, folder: Path, *, as_json: bool) -> bool:
+    """Print what has changed between two histories.
+
+    Args:
+        before: earlier file.
+        after: later file; None for the newest in the folder.
+        folder: of the history.
+        as_json: whether for a machine.
+
+    Returns:
+        Whether something has got slower beyond the noise.
+
+    Raises:
+        CommandError: a file is no history, or there is none.
+    """
+    later = after or max(folder.glob("*.json"), default=None)
+    if later is None:
+        raise CommandError(f"{folder}: holds no history; `satform bench` writes one")
+    try:
+        changes = history.compare(history.read(before), history.read(later))
+    except ValueError as error:
+        raise CommandError(str(error)) from None
+    if not changes:
+        raise CommandError(f"{before} and {later} have no figure in common")
+    if as_json:
+        say.as_json([{**asdict(change), "slower": change.slower} for change in changes])
+    else:
+        rows = [
+            (
+                change.name,
+                f"{change.before:.3g}",
+                f"{change.after:.3g}",
+                f"{100.0 * (change.after / change.before - 1.0):+.0f} %",
+                _verdict(change),
+            )
+            for change in changes
+        ]
+        say.table(Table(("what", "before", "after", "change", ""), rows, frozenset({1, 2, 3})))
+        slower = [change.name for change in changes if change.slower]
+        say.line(f"slower: {'; '.join(slower)}" if slower else "nothing is slower beyond the noise")
+    return any(change.slower for change in changes)
+
+
+def _verdict(change: history.Change) -> str:
+    if not change.beyond_noise:
+        return "within the noise"
+    return "slower" if change.slower else "faster"
 
 
 def plant(*, as_json: bool) -> None:
@@ -22,43 +115,6 @@ def plant(*, as_json: bool) -> None:
             str(row.satellites),
             f"{row.satellite_seconds_per_second:.3g}",
             f"{row.error:.2g}",
-        ),
-        as_json=as_json,
-    )
-
-
-def lockstep(counts: Sequence[int], group: int, steps: int, *, record: bool, as_json: bool) -> None:
-    """Measure and print how lockstep flights scale with the number of satellites."""
-    from satform_tools.benchmarks import scaling  # noqa: PLC0415
-
-    rows = [scaling.over_dds(count, group, steps, record=record) for count in counts]
-    _print(
-        rows,
-        ("satellites", "processes", "steps/s", "round trips/step", "start [s]", "memory/process [MB]"),
-        lambda row: (
-            str(row.satellites),
-            str(row.processes),
-            f"{row.steps_per_second:.4g}",
-            f"{row.round_trips_per_step:.3g}",
-            f"{row.start_seconds:.2f}",
-            f"{row.memory_per_process / 1e6:.0f}",
-        ),
-        as_json=as_json,
-    )
-
-
-def inprocess(counts: Sequence[int], *, as_json: bool) -> None:
-    """Measure and print how in-process flights scale with the number of satellites."""
-    from satform_tools.benchmarks import scaling  # noqa: PLC0415
-
-    rows = [scaling.in_process(count) for count in counts]
-    _print(
-        rows,
-        ("satellites", "steps/s", "satellite-steps/s"),
-        lambda row: (
-            str(row.satellites),
-            f"{row.steps_per_second:.4g}",
-            f"{row.satellites * row.steps_per_second:.3g}",
         ),
         as_json=as_json,
     )

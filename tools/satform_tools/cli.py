@@ -115,6 +115,9 @@ def run(
             metavar="NAME", help="Run only the part of this machine, by its name in the scenario's hosts."
         ),
     ] = None,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="Keep what every process did when, as trace.json of the run.")
+    ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is not RunMode.INPROCESS:
@@ -129,7 +132,7 @@ def run(
 
     flown = catalogue.load(scenario, changes or (), seed)
     clock = rate if mode is RunMode.REALTIME else 0.0
-    manner = running.Manner(measure, group, restart, without_recorder, clock, display, host, secure)
+    manner = running.Manner(measure, group, restart, without_recorder, clock, display, host, secure, profile)
     outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:
         say.as_json(outcome.data())

@@ -10,7 +10,7 @@ from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform.scenario.hosts import HostSpec
 from satform_bringup import SCENARIO_FILE
-from satform_tools import folders, hosting, progress, ros, say
+from satform_tools import folders, hosting, progress, ros, say, tracing
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
@@ -32,6 +32,7 @@ class Manner:
         display: whether to show the flight on topics that RViz and Foxglove draw.
         host: the scenario's host that this machine is; None when it runs everything.
         keystore: with the nodes' keys; None to fly unsecured.
+        profile: whether to keep what every process did when.
     """
 
     measure: bool = False
@@ -42,6 +43,7 @@ class Manner:
     display: bool = False
     host: str | None = None
     keystore: Path | None = None
+    profile: bool = False
 
 
 def run(
@@ -67,6 +69,8 @@ def run(
         raise CommandError("--display shows what passes over DDS; there is nothing to show in one process")
     if manner.keystore is not None and mode == "inprocess":
         raise CommandError("--secure is for DDS: a run in one process says nothing on a network")
+    if manner.profile and mode == "inprocess":
+        raise CommandError("--profile is for flights of several processes; --mode inprocess is but one")
     part = None if manner.host is None else hosting.part(scenario, manner.host, mode, record=record)
     folder = folders.make(out, scenario.name)
     try:
@@ -75,6 +79,8 @@ def run(
             outcome = _in_process(scenario, folder, record=record)
         else:
             outcome = _over_dds(scenario, folder, record=record, manner=manner, host=part)
+            if manner.profile:
+                _join_trace(folder)
         if part is not None:
             outcome = hosting.told(outcome, part)
         outcome.write(folder / folders.RESULT)
@@ -109,6 +115,28 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
 
 
+def _tracing(folder: Path) -> dict[str, str]:
+    """What makes every process of a run leave its marks."""
+    from satform_nodes import trace  # noqa: PLC0415 - in-process runs do without
+
+    marks = folder / tracing.FOLDER
+    marks.mkdir()
+    return {trace.FOLDER: str(marks.absolute())}
+
+
+def _join_trace(folder: Path) -> None:
+    spans = tracing.spans(folder / tracing.FOLDER)
+    tracing.write(spans, folder / tracing.FILE)
+    parts = tracing.parts(spans)
+    for part in parts:
+        say.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
+    if parts:
+        total = sum(part.seconds for part in parts)
+        say.note(
+            f"{1e6 * total:8.0f} us  of a step, median; {folder / tracing.FILE} opens in ui.perfetto.dev"
+        )
+
+
 def _over_dds(
     scenario: Scenario, folder: Path, *, record: bool, manner: Manner, host: HostSpec | None
 ) -> Outcome:
@@ -128,6 +156,7 @@ def _over_dds(
                 policy=policy,
                 host=host,
                 keystore=manner.keystore,
+                environment=_tracing(folder) if manner.profile else None,
             )
     except RuntimeError as error:
         raise CommandError(str(error)) from None

@@ -1,5 +1,6 @@
 """How steps in a second depend on the number of satellites, over DDS and in one process."""
 
+import math
 import tempfile
 import time
 from dataclasses import dataclass
@@ -7,6 +8,7 @@ from pathlib import Path
 
 from satform.scenario import Scenario, parse_scenario
 from satform.simulate import simulate
+from satform_tools.benchmarks.processor import ProcessorClock
 
 _RING = """
 name: ring
@@ -36,6 +38,9 @@ class OverDds:
         round_trips_per_step: length of a step in bare round trips over DDS, measured right before.
         start_seconds: from the start of the first process to the first step.
         memory_per_process: largest resident memory of the satellites' processes, bytes, on the average.
+        processor_per_step: processor time of all processes, s a step.
+        edges: of the communication graph, each direction counted.
+        round_trip: the bare round trip, median, s.
     """
 
     satellites: int
@@ -44,6 +49,9 @@ class OverDds:
     round_trips_per_step: float
     start_seconds: float
     memory_per_process: float
+    processor_per_step: float
+    edges: int
+    round_trip: float
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,7 @@ class InProcess:
 
     Attributes:
         satellites: how many.
-        steps_per_second: of wall-clock time, making the formation not counted.
+        steps_per_second: of processor time, making the formation not counted.
     """
 
     satellites: int
@@ -68,14 +76,26 @@ def ring(count: int, steps: int) -> Scenario:
     return parse_scenario(_RING.format(steps=steps, graph=graph) + satellites, f"a ring of {count}")
 
 
-def over_dds(count: int, group: int, steps: int, *, record: bool) -> OverDds:
-    """Fly a ring in lockstep.
+def over_dds(
+    count: int,
+    group: int,
+    steps: int,
+    *,
+    record: bool,
+    stock: bool = False,
+    scenario: Scenario | None = None,
+    round_trips: int = 1000,
+) -> OverDds:
+    """Fly a formation in lockstep.
 
     Args:
         count: satellites.
         group: satellites that share a process.
         steps: length of the flight.
         record: whether a recorder takes part.
+        stock: whether rclpy's own executor is used instead of the nodes'.
+        scenario: what to fly; a ring when left out.
+        round_trips: bare ones that are measured right before; 0 for none, which makes their figures NaN.
 
     Returns:
         How fast it was.
@@ -83,31 +103,49 @@ def over_dds(count: int, group: int, steps: int, *, record: bool) -> OverDds:
     Raises:
         RuntimeError: a process was lost.
     """
-    from satform_bringup.domain import on_domain, own_domain  # noqa: PLC0415
     from satform_bringup.supervise import fly  # noqa: PLC0415
-    from satform_nodes import ping_pong  # noqa: PLC0415
+    from satform_nodes.executor import STOCK  # noqa: PLC0415
 
-    with own_domain() as domain, on_domain(domain):
-        round_trip = ping_pong.measure(1000).median
+    trip = ping_pong_median(round_trips) if round_trips else math.nan
+    flown = scenario or ring(count, steps)
+    clock = ProcessorClock()
     with tempfile.TemporaryDirectory() as folder:
-        scenario = ring(count, steps)
-        flight = fly(scenario, Path(folder), record=record, progress=lambda _done, _all: None, group=group)
+        flight = fly(
+            flown,
+            Path(folder),
+            record=record,
+            progress=clock.look,
+            group=group,
+            environment={STOCK: "1"} if stock else None,
+        )
         if flight.lost or flight.stopped:
             raise RuntimeError(f"{count} satellites: {flight.reason}")
     return OverDds(
         satellites=count,
         processes=len(flight.memory) + 1 + int(record),
         steps_per_second=flight.steps / flight.seconds,
-        round_trips_per_step=flight.seconds / flight.steps / round_trip,
+        round_trips_per_step=flight.seconds / flight.steps / trip,
         start_seconds=flight.start_seconds,
         memory_per_process=sum(flight.memory.values()) / len(flight.memory),
+        processor_per_step=clock.per_step(),
+        edges=int(flown.communication_graph().adjacency.astype(bool).sum()),
+        round_trip=trip,
     )
+
+
+def ping_pong_median(count: int) -> float:
+    """Median of bare round trips between two processes on a domain of their own, s."""
+    from satform_bringup.domain import on_domain, own_domain  # noqa: PLC0415
+    from satform_nodes import ping_pong  # noqa: PLC0415
+
+    with own_domain() as domain, on_domain(domain):
+        return ping_pong.measure(count).median
 
 
 def in_process(count: int) -> InProcess:
     """Fly a ring in this process, for about two seconds or ten steps."""
     steps = max(10, min(5000, 200_000 // count))
     times: list[float] = []
-    simulate(ring(count, steps), progress=lambda _step: times.append(time.perf_counter()))
+    simulate(ring(count, steps), progress=lambda _step: times.append(time.thread_time()))
     # The first step makes what later ones reuse.
     return InProcess(count, (len(times) - 1) / (times[-1] - times[0]))

@@ -5,7 +5,7 @@ import selectors
 import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
 from multiprocessing.connection import Connection
@@ -24,6 +24,7 @@ from satform_bringup import (
     LOG_FOLDER,
     PROCESSES_FILE,
     SCENARIO_FILE,
+    discovery,
     nursery,
     security,
 )
@@ -143,6 +144,7 @@ def fly(
     display: bool = False,
     host: HostSpec | None = None,
     keystore: Path | None = None,
+    environment: Mapping[str, str] | None = None,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -156,12 +158,14 @@ def fly(
         display: whether to show the flight on topics that RViz and Foxglove draw.
         host: of the scenario's hosts the one that this machine is; None when it runs everything.
         keystore: with the nodes' keys; None to fly unsecured.
+        environment: more variables for the processes.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
 
     Raises:
         OSError: the folder cannot be written to, or a process cannot be started.
+        RuntimeError: there is no free domain, or there are too many processes for one machine.
     """
     scenario_file = out / SCENARIO_FILE
     bag = out / BAG_FOLDER if record else None
@@ -181,15 +185,16 @@ def fly(
         display=display,
         host=host,
     )
-    environment = variables(scenario, host, out)
+    found = discovery.variables(len(nodes), out) if host is None else variables(scenario, host, out)
+    given = {**found, **(environment or {})}
     if keystore is not None:
-        nodes, environment = security.secured(nodes), environment | security.variables(keystore)
+        nodes, given = security.secured(nodes), given | security.variables(keystore)
     with _asked_to_stop() as signals, flight_domain(scenario, host) as domain:
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
-        watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, environment)
-        described = {"domain": domain, "environment": environment, "nodes": [asdict(node) for node in nodes]}
+        watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, given)
+        described = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
         (out / PROCESSES_FILE).write_text(json.dumps(described))
         try:
             watch.start(nodes)

@@ -7,6 +7,7 @@ looked at now and then, holds all else (parameter services, latched topics); wha
 to the parent class.
 """
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,6 +15,8 @@ from typing import Any
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+
+from satform_nodes.trace import AnyTrace, trace_from_environment
 
 HOUSEKEEPING_PERIOD = 1.0
 """Wall-clock time between two looks at what no wait set holds: timers, events, new entities; s."""
@@ -33,10 +36,32 @@ PATIENCE_OF_A_STEP = 0.1
 LONGEST_IDLE = 1.0
 """Longest wall-clock time between two such repetitions, s."""
 
+STOCK = "SATFORM_STOCK_EXECUTOR"
+"""Environment variable: when set, all is left to the parent class, to measure what this one gains."""
+
 _SEQUENCE = "publication_sequence_number"
 """Where rclpy tells the number that a message has as its writer counts."""
 
 _NANOSECONDS = 1_000_000_000
+
+
+class _Hot:
+    """A subscription on the fast path.
+
+    Attributes:
+        handle: rclpy's, by which messages are taken.
+        message_type: rosidl's class.
+        callback: called with the serialised message and its number.
+        name: of its callback's spans in a trace.
+    """
+
+    __slots__ = ("callback", "handle", "message_type", "name")
+
+    def __init__(self, message_type: Any, callback: Callable[[bytes, int], None], name: int) -> None:
+        self.handle: Any = None
+        self.message_type = message_type
+        self.callback = callback
+        self.name = name
 
 
 class StepExecutor(SingleThreadedExecutor):
@@ -44,7 +69,11 @@ class StepExecutor(SingleThreadedExecutor):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self._hot: list[tuple[Any, Any, Callable[[bytes, int], None]]] = []
+        self.trace: AnyTrace = trace_from_environment()
+        self._stock = STOCK in os.environ
+        self._handed_out = 0
+        self._hot: list[_Hot] = []
+        self._hot_subscriptions: set[int] = set()
         self._chores: list[Callable[[], None]] = []
         self._cold: list[Any] = []
         self._services: list[Any] = []
@@ -76,14 +105,25 @@ class StepExecutor(SingleThreadedExecutor):
         Returns:
             rclpy's subscription.
         """
+        hot = _Hot(message_type, callback, self.trace.name(topic))
 
-        def _handed_out_by_parent(data: bytes, information: dict[str, int]) -> None:
-            callback(data, information[_SEQUENCE])
+        # When the parent is asked to look at all else it may come upon a hot message, too.
+        def _handed_out_by_the_parent(data: bytes, information: dict[str, int]) -> None:
+            self._hand_out(hot, data, information[_SEQUENCE])
 
-        subscription = node.create_subscription(message_type, topic, _handed_out_by_parent, qos, raw=True)
-        self._hot.append((subscription, message_type, callback))
+        subscription = node.create_subscription(message_type, topic, _handed_out_by_the_parent, qos, raw=True)
+        hot.handle = subscription.handle
+        if self._stock:
+            return subscription
+        self._hot.append(hot)
+        self._hot_subscriptions.add(id(subscription))
         self._hot_wait_set = None
         return subscription
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """End, and leave what was traced where it was asked for."""
+        self.trace.write([node.get_name() for node in self.get_nodes()])
+        return bool(super().shutdown(timeout_sec))
 
     def spin_while(
         self,
@@ -183,32 +223,51 @@ class StepExecutor(SingleThreadedExecutor):
 
     def _take_hot(self, timeout: float) -> bool:
         """Wait for hot messages and hand them out; whether there were any."""
+        if self._stock:
+            before = self._handed_out
+            super().spin_once(timeout_sec=timeout)
+            return self._handed_out != before
         wait_set = self._hot_wait_set
         if wait_set is None:
             wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, self.context.handle)
             self._hot_wait_set = wait_set
         wait_set.clear_entities()
         add = wait_set.add_subscription
-        for subscription, _, _ in self._hot:
-            add(subscription.handle)
+        for entry in self._hot:
+            add(entry.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
         taken_any = False
-        for index, (subscription, message_type, callback) in enumerate(self._hot):
+        for index, entry in enumerate(self._hot):
             if wait_set.is_ready("subscription", index):
-                taken = subscription.handle.take_message(message_type, True)
-                if taken is not None:
-                    taken_any = True
-                    callback(taken[0], taken[1][_SEQUENCE])
+                taken_any = self._take(entry) or taken_any
         return taken_any
+
+    def _take(self, hot: _Hot) -> bool:
+        """Hand out one message without waiting; whether there was one."""
+        taken = hot.handle.take_message(hot.message_type, True)
+        if taken is None:
+            return False
+        self._hand_out(hot, taken[0], taken[1][_SEQUENCE])
+        return True
+
+    def _hand_out(self, hot: _Hot, data: bytes, sequence: int) -> None:
+        self._handed_out += 1
+        trace = self.trace
+        if trace.on:
+            trace.begin(hot.name)
+            hot.callback(data, sequence)
+            trace.end(hot.name)
+        else:
+            hot.callback(data, sequence)
 
     def _drain_hot(self) -> bool:
         """Hand out all hot messages that have arrived, without waiting; whether there were any."""
+        if self._stock:
+            return self._take_hot(0.0)
         taken_any = False
-        for subscription, message_type, callback in self._hot:
-            take = subscription.handle.take_message
-            while (taken := take(message_type, True)) is not None:
+        for entry in self._hot:
+            while self._take(entry):
                 taken_any = True
-                callback(taken[0], taken[1][_SEQUENCE])
         return taken_any
 
     def _look_at_cold(self, now: float) -> None:
@@ -233,10 +292,11 @@ class StepExecutor(SingleThreadedExecutor):
             super().spin_once(timeout_sec=0.0)
 
     def _gather_cold(self) -> None:
-        hot = {id(subscription) for subscription, _, _ in self._hot}
         nodes = self.get_nodes()
         subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
-        self._cold = [subscription for subscription in subscriptions if id(subscription) not in hot]
+        self._cold = [
+            subscription for subscription in subscriptions if id(subscription) not in self._hot_subscriptions
+        ]
         self._services = [service for node in nodes for service in node.services]
         self._cold_wait_set = _rclpy.WaitSet(
             len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle

@@ -1,0 +1,26 @@
+"""A flight whose processes find each other through shared memory alone is the same flight."""
+
+from pathlib import Path
+
+import pytest
+
+from flights import shortened
+from satform.simulate import simulate
+from satform_bringup import discovery
+from satform_bringup.supervise import fly
+from satform_nodes.bag_reader import read_bag
+
+
+def test_a_flight_through_shared_memory_alone_has_the_bits_of_the_in_process_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(discovery, "MOST_ON_LOOPBACK", 1)
+    monkeypatch.delenv(discovery.RANGE, raising=False)
+    scenario = shortened("triangle", 50.0)
+    flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
+    assert (tmp_path / discovery.PROFILE_FILE).is_file()
+    assert not flight.lost, flight.reason
+    assert flight.bag is not None
+    bag = read_bag(flight.bag)
+    assert bag.complete
+    assert simulate(scenario).differences(bag.record) == []

@@ -1,0 +1,63 @@
+"""A trace says where a step's time goes."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from satform_tools import tracing
+from satform_tools.tracing import Span
+
+STEP = 1_000_000
+
+
+def flight(steps: int) -> list[Span]:
+    """Two satellites; the plant works 100 us, states take 50, satellite b acts for 300."""
+    found = []
+    for step in range(steps):
+        begin = step * STEP
+        found += [
+            Span("a", "/a/state", begin + 120_000, begin + 220_000),
+            Span("b", "/b/state", begin + 150_000, begin + 450_000),
+            Span("plant", "/a/command", begin + 300_000, begin + 301_000),
+            Span("plant", "/b/command", begin + 520_000, begin + 620_000),
+        ]
+    # The step after begins when this one's last command is in.
+    moved = [
+        Span(span.process, span.name, span.begin - 520_000, span.end - 520_000)
+        if span.process == "plant" and span.name == "/b/command"
+        else span
+        for span in found
+    ]
+    return sorted(moved, key=lambda span: span.begin)
+
+
+def test_the_parts_of_a_step_are_those_of_its_slowest_satellite_and_make_up_the_step() -> None:
+    spans = [
+        span if span.name != "/a/command" else Span("plant", span.name, span.begin - STEP, span.end - STEP)
+        for span in flight(9)
+    ]
+    parts = tracing.parts(sorted(spans, key=lambda span: span.begin))
+    assert [part.seconds for part in parts] == pytest.approx([100e-6, 50e-6, 300e-6, 550e-6])
+    assert sum(part.seconds for part in parts) == pytest.approx(STEP * 1e-9)
+
+
+def test_too_short_a_trace_has_no_parts() -> None:
+    assert tracing.parts([]) == []
+    assert tracing.parts(flight(2)) == []
+
+
+def test_spans_within_spans_come_back_from_the_marks_of_a_process(tmp_path: Path) -> None:
+    marks = {"nodes": ["sat1"], "process": 7, "names": ["outer", "inner"]}
+    (tmp_path / "7.json").write_text(
+        json.dumps({**marks, "what": [0, 1, ~1, ~0, 0], "when": [1, 2, 3, 4, 5]})
+    )
+    assert tracing.spans(tmp_path) == [Span("sat1", "outer", 1, 4), Span("sat1", "inner", 2, 3)]
+
+
+def test_a_viewer_gets_microseconds_from_the_first_span_on(tmp_path: Path) -> None:
+    tracing.write(
+        [Span("plant", "a", 5_000, 8_000), Span("sat1", "b", 6_500, 7_000)], tmp_path / "trace.json"
+    )
+    events = json.loads((tmp_path / "trace.json").read_text())["traceEvents"]
+    assert [(event["ts"], event["dur"]) for event in events if event["ph"] == "X"] == [(0.0, 3.0), (1.5, 0.5)]

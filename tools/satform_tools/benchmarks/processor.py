@@ -1,0 +1,61 @@
+"""Processor time of a flight's processes, which other work on the machine hardly changes."""
+
+import os
+from pathlib import Path
+
+_TICK = 1.0 / os.sysconf("SC_CLK_TCK")
+
+
+class ProcessorClock:
+    """Reads the processor time of all node processes as the flight goes on."""
+
+    def __init__(self) -> None:
+        self._processes: list[int] = []
+        self._looks: list[tuple[int, float]] = []
+
+    def look(self, steps: int, _total: int) -> None:
+        """Take a reading; to be given to a flight as what is called with its progress.
+
+        Args:
+            steps: flown so far.
+        """
+        if not self._processes:
+            self._processes = _node_processes()
+        times = [_processor_time(process) for process in self._processes]
+        if None not in times:
+            self._looks.append((steps, sum(time for time in times if time is not None)))
+
+    def per_step(self) -> float:
+        """Processor time of a step, s, from the first reading to the last; NaN with fewer than two."""
+        if len(self._looks) < 2 or self._looks[-1][0] == self._looks[0][0]:
+            return float("nan")
+        (first, begin), (last, end) = self._looks[0], self._looks[-1]
+        return (end - begin) / (last - first)
+
+
+def _node_processes() -> list[int]:
+    """Processes that the nursery's server of this process has given birth to."""
+    from multiprocessing import forkserver  # noqa: PLC0415 - only where there is a nursery
+
+    # There is no public way to ask for the server's number.
+    server = getattr(forkserver._forkserver, "_forkserver_pid", None)
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit() and _stat(int(entry.name))[1:2] == [str(server)]:
+            found.append(int(entry.name))
+    return found
+
+
+def _processor_time(process: int) -> float | None:
+    """User and system time of a process and of all its threads, s; None when it has ended."""
+    fields = _stat(process)
+    return (int(fields[11]) + int(fields[12])) * _TICK if len(fields) > 12 else None
+
+
+def _stat(process: int) -> list[str]:
+    """What Linux tells of a process after its name, from its state on; nothing when it has ended."""
+    try:
+        text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    return text.rpartition(")")[2].split()
