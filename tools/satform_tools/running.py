@@ -73,10 +73,17 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
 
 def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int) -> Outcome:
     ros.require()
-    from satform_bringup.supervise import Flight, fly  # noqa: PLC0415 - in-process runs do without
+    from satform_bringup.domain import on_domain, own_domain  # noqa: PLC0415 - in-process runs do without
+    from satform_bringup.supervise import Flight, fly  # noqa: PLC0415
+    from satform_bringup.under_way import described  # noqa: PLC0415
 
     try:
-        with progress.shown(scenario) as report:
+        with (
+            own_domain() as domain,
+            on_domain(domain),
+            described(domain, scenario.name, folder),
+            progress.shown(scenario) as report,
+        ):
             flight: Flight = fly(scenario, folder, record=record, progress=report, group=group)
     except RuntimeError as error:
         raise CommandError(str(error)) from None
