@@ -43,9 +43,12 @@ def echo(looker: Looker, topic: str, *, once: bool, field: str, form: str) -> No
     """
     name, kind = _wait_for_topic(looker, topic)
     waiting: deque[Any] = deque()
-    looker.node.create_subscription(
-        interface(kind), name, lambda message: waiting.append(message), _quality(looker, name, _QUEUE)
-    )
+
+    # rclpy asks a callback for its parameters, which a method of deque cannot tell.
+    def keep(message: Any) -> None:
+        waiting.append(message)
+
+    looker.node.create_subscription(interface(kind), name, keep, _quality(looker, name, _QUEUE))
     first = True
     while _next_message(looker, name, waiting, first):
         data = plain(waiting.popleft())

@@ -29,8 +29,8 @@ from satform_tools.looking import where
 _LOOK = 0.05
 """Wall-clock time between two looks at what is awaited, s."""
 
-_CALM = 1.0
-"""Wall-clock time without a new node or topic after which no more are expected, s."""
+_CALM = 0.25
+"""Wall-clock time without a new node or topic after which a graph without gaps counts as whole, s."""
 
 
 def passing(depth: int) -> QoSProfile:
@@ -80,16 +80,18 @@ class Looker:
         return True
 
     def find_formation(self) -> None:
-        """Wait until the nodes and topics of the formation have been found.
+        """Wait until the formation flies and its nodes and topics have been found.
+
+        Where some do not come, those that are there have to do.
 
         Raises:
             CommandError: no plant is there.
         """
         if not self.wait(self._sees_plant, self.patience):
             raise CommandError(where.nobody_flies(self.domain))
-        names: list[str] = []
-        with self.hearing(FormationStatus, topics.STATUS, lambda status: names.extend(status.satellites)):
-            self.wait(self._graph_is_calm(names), self.patience)
+        heard: list[FormationStatus] = []
+        with self.hearing(FormationStatus, topics.STATUS, heard.append):
+            self.wait(self._graph_is_calm(heard), self.patience)
 
     def hear_status(self) -> FormationStatus:
         """The newest word about the whole formation.
@@ -120,8 +122,8 @@ class Looker:
         publishers = self.node.get_publishers_info_by_topic(topics.STATUS)
         return any(publisher.node_name == "plant" for publisher in publishers)
 
-    def _graph_is_calm(self, satellites: list[str]) -> Callable[[], bool]:
-        """Whether all satellites are there with all their topics, or nothing new has come for a while."""
+    def _graph_is_calm(self, heard: list[FormationStatus]) -> Callable[[], bool]:
+        """Whether all nodes are there with all their topics, and nothing new has come for a moment."""
         seen: list[Any] = [None]
         since = [time.monotonic()]
 
@@ -130,12 +132,25 @@ class Looker:
             graph = (sorted(self.node.get_topic_names_and_types()), sorted(self.node.get_node_names()))
             if graph != seen[0]:
                 seen[0], since[0] = graph, now
-            # A satellite's subscription to the status is made last of all.
-            listeners = self.node.get_subscriptions_info_by_topic(topics.STATUS)
-            complete = bool(satellites) and set(satellites) <= {entry.node_name for entry in listeners}
-            return now - since[0] >= (_CALM / 4.0 if complete else _CALM)
+            return now - since[0] >= _CALM and bool(heard) and self._graph_is_whole(heard[-1])
 
         return calm
+
+    def _graph_is_whole(self, status: FormationStatus) -> bool:
+        """Whether each satellite that flies is there, and whoever listens has someone to listen to."""
+        # A satellite's subscription to the status is made last of all.
+        there = {entry.node_name for entry in self.node.get_subscriptions_info_by_topic(topics.STATUS)}
+        flying = (name for name, alive in zip(status.satellites, status.alive, strict=True) if alive)
+        if not there.issuperset(flying):
+            return False
+        named = set(self.node.get_node_names())
+        for topic, _ in self.node.get_topic_names_and_types():
+            speakers = {entry.node_name for entry in self.node.get_publishers_info_by_topic(topic)}
+            listeners = {entry.node_name for entry in self.node.get_subscriptions_info_by_topic(topic)}
+            # An endpoint may be found before the node that it belongs to.
+            if not named >= speakers | listeners or (listeners - {self.node.get_name()} and not speakers):
+                return False
+        return True
 
 
 @contextmanager

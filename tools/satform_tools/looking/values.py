@@ -11,6 +11,11 @@ import numpy as np
 
 from satform_tools.faults import CommandError
 
+_MANY = re.compile(
+    r"sequence<(?P<sequence>(?:[^<>,]|<[^<>]*>)+)(?:, *(?P<most>\d+))?>|(?P<array>.+)\[(?P<count>\d+)\]"
+)
+"""A field of many values as rosidl's Python writes its type."""
+
 _PLACE = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
 
 
@@ -27,7 +32,7 @@ def interface(name: str) -> Any:
     group, _, kind = rest.rpartition("/")
     try:
         return getattr(importlib.import_module(f"{package}.{group or 'msg'}"), kind)
-    except (ImportError, AttributeError, ValueError):
+    except (ImportError, AttributeError, TypeError, ValueError):
         raise CommandError(f"the type {name} is not among the packages of this environment") from None
 
 
@@ -118,16 +123,36 @@ def _set(message: Any, name: str, value: Any, place: str) -> None:
 
 
 def _converted(kind: str, value: Any, place: str) -> Any:
-    inner = re.fullmatch(r"sequence<([^,>]+)(?:, *\d+)?>", kind) or re.fullmatch(r"(.+)\[\d+\]", kind)
-    if inner:
+    """A value as a field of a kind takes it; rclpy's own setters check nothing unless they are told to."""
+    many = _MANY.fullmatch(kind)
+    if many:
+        inner, most, count = many["sequence"] or many["array"], many["most"], many["count"]
         if not isinstance(value, list):
             raise TypeError
-        return [_converted(inner[1], entry, f"{place}[{index}]") for index, entry in enumerate(value)]
+        if (count and len(value) != int(count)) or (most and len(value) > int(most)):
+            raise ValueError
+        return [_converted(inner, entry, f"{place}[{index}]") for index, entry in enumerate(value)]
     if "/" in kind:
         package, _, short = kind.partition("/")
         return fill(interface(f"{package}/msg/{short}")(), value, place)
-    if kind in ("float", "double") and isinstance(value, int) and not isinstance(value, bool):
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    if kind in ("float", "double"):
+        if not (whole or isinstance(value, float)):
+            raise TypeError
         return float(value)
-    if kind == "octet" and isinstance(value, int):
-        return bytes([value])
-    return value
+    if kind == "boolean" or "string" in kind:
+        if not isinstance(value, bool if kind == "boolean" else str):
+            raise TypeError
+        return value
+    lowest, highest = _range(kind)
+    if not whole or not lowest <= value <= highest:
+        raise ValueError
+    return bytes([value]) if kind == "octet" else value
+
+
+def _range(kind: str) -> tuple[int, int]:
+    """Smallest and largest value of a whole-number type such as `uint8` or `int64`."""
+    if kind == "octet":
+        return 0, 255
+    bits = int(kind.lstrip("uint"))
+    return (0, 2**bits - 1) if kind.startswith("u") else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)

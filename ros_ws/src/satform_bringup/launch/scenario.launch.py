@@ -12,6 +12,8 @@ from launch_ros.actions import Node
 from satform.scenario import load_scenario
 from satform_bringup import BAG_FOLDER, PACKAGE, SCENARIO_FILE
 from satform_bringup.processes import NodeProcess, processes
+from satform_bringup.supervise import FAREWELL
+from satform_bringup.under_way import hold_shell_domain
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -19,6 +21,17 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument(
                 "scenario", description="Name of a file in a folder `scenarios`, or path of a YAML file."
+            ),
+            DeclareLaunchArgument(
+                "mode",
+                default_value="lockstep",
+                choices=["lockstep"],
+                description="What moves the messages: each step begins when every satellite has answered.",
+            ),
+            DeclareLaunchArgument(
+                "set",
+                default_value="",
+                description="Changes of the scenario, e.g. `timing.duration=600.0`; blanks between several.",
             ),
             DeclareLaunchArgument(
                 "record", default_value="true", choices=["true", "false"], description="Record a bag."
@@ -40,12 +53,15 @@ def generate_launch_description() -> LaunchDescription:
 
 def _nodes(context: LaunchContext) -> list[Node]:
     asked = {
-        name: LaunchConfiguration(name).perform(context) for name in ("scenario", "record", "out", "group")
+        name: LaunchConfiguration(name).perform(context)
+        for name in ("scenario", "set", "record", "out", "group")
     }
     if not asked["group"].isdecimal() or int(asked["group"]) < 1:
         raise RuntimeError(f"group:={asked['group']} is not a number of satellites, 1 or more")
-    scenario = load_scenario(_find(asked["scenario"]))
+    scenario = load_scenario(_find(asked["scenario"]), asked["set"].split())
     out = _folder(asked["out"], scenario.name)
+    # Two formations in one domain would hear each other; and whoever wants to look in finds this one.
+    hold_shell_domain(scenario.name, out)
     scenario_file = out / SCENARIO_FILE
     scenario_file.write_text(scenario.to_json(), encoding="utf-8")
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
@@ -65,13 +81,16 @@ def _node(process: NodeProcess) -> Node:
         exec_name=process.name,
         arguments=process.arguments(),
         output="screen",
+        # As long as `satform run` gives them: a bag is to be closed before anyone is killed.
+        sigterm_timeout=str(FAREWELL),
+        sigkill_timeout=str(FAREWELL),
         on_exit=_end_all_if_lost,
     )
 
 
-def _end_all_if_lost(event: Any, _context: LaunchContext) -> Shutdown | None:
+def _end_all_if_lost(event: Any, context: LaunchContext) -> Shutdown | None:
     """Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all."""
-    if event.returncode == 0:
+    if event.returncode == 0 or context.is_shutdown:
         return None
     return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
 
