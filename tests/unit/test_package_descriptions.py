@@ -76,6 +76,11 @@ def test_what_rosdep_has_no_name_for_is_pinned_and_named_where_people_look() -> 
     assert pinned >= FROM_PIP
     description = (SOURCES / "satform" / "package.xml").read_text()
     assert all(name in description for name in FROM_PIP)
+    page = (ROOT / "docs" / "install_ubuntu.md").read_text()
+    versions = dict(re.findall(r'"([\w.-]+)==([\w.]+)"', page))
+    pins = dict(re.findall(r"^([\w.-]+)==([\w.]+)", (ROOT / "requirements.txt").read_text(), re.MULTILINE))
+    assert set(versions) >= FROM_PIP
+    assert versions == {name: pins[name] for name in versions}
 
 
 def test_exit_codes_are_defined_in_one_place() -> None:
