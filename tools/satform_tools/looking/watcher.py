@@ -28,10 +28,9 @@ _RARE = 10
 """Queue of topics on which something is said now and then."""
 
 _PHASES = {
-    FormationStatus.WAITING: "waiting",
-    FormationStatus.FLYING: "flying",
-    FormationStatus.FINISHED: "finished",
-    FormationStatus.ABORTED: "aborted",
+    getattr(FormationStatus, name): name.lower()
+    for name in ("WAITING", "FLYING", "FINISHED", "ABORTED", "PAUSED")
+    if hasattr(FormationStatus, name)
 }
 
 _WARNING = Log.WARN[0] if isinstance(Log.WARN, bytes) else Log.WARN
