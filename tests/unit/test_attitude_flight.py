@@ -8,7 +8,6 @@ import pytest
 from flights import shipped, shortened
 from satform import batch
 from satform.attitude_metrics import AttitudeSettling, PointingError, WheelMomentum, WheelSaturation
-from satform.consensus.arc_length import Heard
 from satform.control.attitude import AttitudeTrackingSpec
 from satform.control.pointing import CircularOrbit
 from satform.control.protocol import Motion
@@ -16,6 +15,7 @@ from satform.control.satellite_pointing import SatellitePointingSpec, inertial_l
 from satform.dynamics.attitude import direction_cosines
 from satform.dynamics.linear import multiply
 from satform.dynamics.wheels import Turning, Wheels
+from satform.inbox import Told
 from satform.orientation import Attitude
 from satform.plant import Plant
 from satform.reference import Reference
@@ -210,7 +210,7 @@ def test_gains_of_the_attitude_change_in_flight_from_the_next_step_on() -> None:
     assert told is not None
     own = Attitude(told.mrp[0], told.angular_velocity[0], told.wheel_momentum[0])
     motion = Motion(plant.motion().position[0], plant.motion().velocity[0])
-    nobody = Heard(*np.zeros((4, 0)))
+    nobody = Told.whole(np.zeros((0, 2)), np.zeros(0))
     first = satellite.act(motion, nobody, None, own).wheel_torque
     again = Satellite.of(scenario, 0)
     again.use_attitude_controller(AttitudeTrackingSpec(attitude_gain=28.0))

@@ -8,14 +8,13 @@ import pytest
 
 from flights import shortened
 from satform.checkpoint import restore, save
-from satform.consensus.arc_length import Heard
-from satform.consensus.motion import HeardMotion
 from satform.control.protocol import Motion
+from satform.inbox import Told
 from satform.satellite import Satellite
 from satform.scenario import Scenario
 from satform.spec import specs
 
-NOBODY = Heard(*np.zeros((4, 0)))
+NOBODY = Told.whole(np.zeros((0, 2)), np.zeros(0))
 MEMORIES = {
     "lqi": "{kind: lqi}",
     "lqr": "{kind: lqr}",
@@ -81,7 +80,7 @@ def test_what_was_learnt_of_unknown_forces_is_restored_too() -> None:
     whole, restarted = Satellite.of(scenario, 0), Satellite.of(scenario, 0)
 
     def follow(satellite: Satellite, chosen: list[Motion]) -> list[np.ndarray]:
-        said = HeardMotion(np.array([50.0, 20.0, 0.0]), np.zeros(3), np.asarray(0.0))
+        said = Told.whole(np.array([[50.0, 20.0, 0.0, 0.0, 0.0, 0.0]]), np.zeros(1))
         return [satellite.act(motion, said).acceleration for motion in chosen]
 
     follow(whole, motions[:12])
@@ -118,7 +117,7 @@ def test_several_satellites_flown_as_one_are_restored_together() -> None:
     together, again = Satellite.together(scenario, range(3)), Satellite.together(scenario, range(3))
     random = np.random.default_rng(2)
     motions = [Motion(*(1e4 * random.standard_normal((2, 3, 3)))) for _ in range(20)]
-    alone = Heard(*np.zeros((4, 3, 0)))
+    alone = Told.whole(np.zeros((3, 2, 2)), np.zeros((3, 2)), np.zeros((3, 2)))
     for motion in motions[:10]:
         together.act(motion, alone)
     restore(again, save(together))

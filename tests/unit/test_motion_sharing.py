@@ -7,6 +7,7 @@ from flights import shortened
 from satform.announcements import WIDTH, heard, numbers
 from satform.consensus.motion import HeardMotion, MotionAnnouncement, MotionSharing
 from satform.control.protocol import Motion
+from satform.inbox import Told
 from satform.satellite import Satellite
 from satform.scenario import ScenarioError
 from satform.simulate import simulate
@@ -15,7 +16,9 @@ TRIANGLE = "directed_triangle"
 
 
 def test_a_neighbour_is_carried_on_at_the_velocity_it_was_heard_with() -> None:
-    said = HeardMotion(np.array([10.0, 0.0, 5.0]), np.array([2.0, -1.0, 0.0]), np.asarray(3.0))
+    said = HeardMotion(
+        np.array([10.0, 0.0, 5.0]), np.array([2.0, -1.0, 0.0]), np.asarray(3.0), np.asarray(1.0)
+    )
     seen = MotionSharing().seen(Motion(np.array([1.0, 1.0, 1.0]), np.array([0.5, 0.0, 0.0])), said, 3.5)
     assert seen.position.tolist() == [-10.0, 1.5, -4.0]
     assert seen.velocity.tolist() == [-1.5, 1.0, 0.0]
@@ -39,7 +42,7 @@ def test_a_satellite_tells_the_motion_that_it_was_told_a_step_before() -> None:
     assert isinstance(first, MotionAnnouncement)
     assert first.position.tolist() == [45.0, 5.0, 4.0]
     motion = Motion(np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0]))
-    satellite.act(motion, HeardMotion(np.zeros(3), np.zeros(3), np.asarray(0.0)))
+    satellite.act(motion, Told.whole(np.zeros((1, 6)), np.zeros(1)))
     second = satellite.announce()
     assert isinstance(second, MotionAnnouncement)
     assert second.time == 0.0

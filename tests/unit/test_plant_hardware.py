@@ -158,15 +158,11 @@ def test_an_estimator_starts_from_its_first_measurement():
 
 
 def simulate_heard(scenario):
-    from satform.consensus.arc_length import Heard
+    from satform.announcements import numbers
+    from satform.inbox import Told
 
     others = [Satellite.of(scenario, index).announce() for index in (0, 2)]
-    return Heard(
-        np.array([one.arc_length for one in others]),
-        np.array([one.rate for one in others]),
-        np.array([one.time for one in others]),
-        np.ones(2),
-    )
+    return Told.whole(np.array([numbers(one) for one in others]), np.array([one.time for one in others]))
 
 
 @pytest.mark.parametrize("name", [*TRUTHS, *EQUIPPED])

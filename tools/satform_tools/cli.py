@@ -85,6 +85,13 @@ def run(
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Start satellites again that are lost, from their checkpoints.")
+    ] = False,
+    without_recorder: Annotated[
+        bool,
+        typer.Option("--without-recorder", help="Fly on when the recorder is lost, instead of stopping."),
+    ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
     if mode is RunMode.LOCKSTEP:
@@ -98,7 +105,8 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    outcome = running.run(flown, mode.value, record=record, out=out, measure=measure, group=group)
+    manner = running.Manner(measure, group, restart, without_recorder)
+    outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:
         say.as_json(outcome.data())
     else:

@@ -79,7 +79,8 @@ class Outcome:
         verdicts: one for each expectation; empty when nothing could be judged.
         summary: the flight in figures; None when nothing could be judged.
         recorded: whether there is a record to judge by.
-        lost: names of the processes that were lost.
+        lost: names of the processes that were lost though the scenario does not say so.
+        events: sentences about who was lost or came back, planned or not.
         reason: why the flight ended early or cannot be judged; empty when neither is so.
         stopped: whether the user stopped it.
         messages: in the bag.
@@ -93,6 +94,7 @@ class Outcome:
     summary: Summary | None = None
     recorded: bool = True
     lost: tuple[str, ...] = ()
+    events: tuple[str, ...] = ()
     reason: str = ""
     stopped: bool = False
     messages: int = 0
@@ -101,14 +103,19 @@ class Outcome:
     def complete(self) -> bool:
         """Whether every step was flown and nothing is missing from the record."""
         flown = self.speed.steps == self.scenario.timing.steps
-        return flown and not (self.lost or self.stopped or self.reason)
+        return flown and not (self.stopped or self.reason)
+
+    @property
+    def tolerated(self) -> bool:
+        """Whether no more was lost than the scenario allows."""
+        return len(self.lost) <= self.scenario.tolerated_losses
 
     @property
     def exit_code(self) -> int:
         """0 as expected, 1 expectation missed, 3 a process was lost, 130 stopped by the user."""
         if self.stopped:
             return EXIT_STOPPED
-        if not self.complete:
+        if not (self.complete and self.tolerated):
             return EXIT_LOST
         return EXIT_DONE if all(verdict.met for verdict in self.verdicts) else EXIT_MISSED
 
@@ -127,6 +134,7 @@ class Outcome:
             "complete": self.complete,
             "stopped": self.stopped,
             "lost": list(self.lost),
+            "events": list(self.events),
             "reason": self.reason,
             "exit_code": self.exit_code,
             "judged": self.complete and self.recorded,

@@ -1,7 +1,9 @@
 """Flying a scenario, in this process or over DDS, and judging the flight."""
 
 import time
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
@@ -12,9 +14,29 @@ from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
 
+if TYPE_CHECKING:
+    from satform_bringup.supervise import Flight
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How a scenario is flown over DDS.
+
+    Attributes:
+        measure: whether to measure the bare message exchange, too.
+        group: satellites that share a process.
+        restart: whether a satellite that is lost is started again.
+        without_recorder: whether the flight goes on when the recorder is lost.
+    """
+
+    measure: bool = False
+    group: int = 1
+    restart: bool = False
+    without_recorder: bool = False
+
 
 def run(
-    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, measure: bool, group: int = 1
+    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, manner: Manner | None = None
 ) -> Outcome:
     """Fly a scenario and keep what came of it.
 
@@ -23,8 +45,7 @@ def run(
         mode: in this process, or as separate processes over DDS.
         record: whether to keep the flight.
         out: folder of the run; None for a new one.
-        measure: whether to measure the bare message exchange, too.
-        group: satellites that share a process in lockstep.
+        manner: of a flight over DDS.
 
     Returns:
         What came of it; also written to the folder.
@@ -38,7 +59,7 @@ def run(
             (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _lockstep(scenario, folder, record=record, measure=measure, group=group)
+            outcome = _lockstep(scenario, folder, record=record, manner=manner or Manner())
         outcome.write(folder / folders.RESULT)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
@@ -71,12 +92,13 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
 
 
-def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, group: int) -> Outcome:
+def _lockstep(scenario: Scenario, folder: Path, *, record: bool, manner: Manner) -> Outcome:
     ros.require()
     from satform_bringup.domain import on_domain, own_domain  # noqa: PLC0415 - in-process runs do without
-    from satform_bringup.supervise import Flight, fly  # noqa: PLC0415
+    from satform_bringup.supervise import Policy, fly  # noqa: PLC0415
     from satform_bringup.under_way import described  # noqa: PLC0415
 
+    policy = Policy(manner.restart, manner.without_recorder)
     try:
         with (
             own_domain() as domain,
@@ -84,7 +106,7 @@ def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, 
             described(domain, scenario.name, folder),
             progress.shown(scenario) as report,
         ):
-            flight: Flight = fly(scenario, folder, record=record, progress=report, group=group)
+            flight = fly(scenario, folder, record=record, progress=report, group=manner.group, policy=policy)
     except RuntimeError as error:
         raise CommandError(str(error)) from None
     speed = Speed(
@@ -94,10 +116,10 @@ def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, 
         start_seconds=flight.start_seconds,
         plant_seconds=flight.plant_seconds,
         satellite_seconds=flight.satellite_seconds,
-        ping_pong_seconds=_ping_pong() if measure and not flight.stopped else None,
+        ping_pong_seconds=_ping_pong() if manner.measure and not flight.stopped else None,
     )
     reason = flight.reason or "; ".join(flight.missed)
-    broken = bool(flight.lost or flight.stopped or reason)
+    broken = bool(flight.stopped or reason)
     verdicts: tuple[Verdict, ...] = ()
     summary = None
     if flight.bag is not None and not broken:
@@ -114,10 +136,30 @@ def _lockstep(scenario: Scenario, folder: Path, *, record: bool, measure: bool, 
         summary=summary,
         recorded=flight.bag is not None,
         lost=flight.lost,
+        events=_events(flight),
         reason=reason,
         stopped=flight.stopped,
         messages=flight.messages,
     )
+
+
+def _events(flight: "Flight") -> tuple[str, ...]:
+    """Who was lost or came back, in the order of the steps."""
+    losses = [
+        (
+            loss.step,
+            f"{loss.name} lost from step {loss.step} on, {'as planned' if loss.planned else loss.reason}",
+        )
+        for loss in flight.losses
+    ]
+    returns = [
+        (
+            back.step,
+            f"{back.name} back from step {back.step} on, {back.seconds:.2f} s of wall-clock time later",
+        )
+        for back in flight.returns
+    ]
+    return tuple(sentence for _, sentence in sorted([*losses, *returns], key=lambda entry: entry[0]))
 
 
 def _read(scenario: Scenario, path: Path) -> FlightRecord:

@@ -17,6 +17,8 @@ def print_outcome(outcome: Outcome) -> None:
     say.heading(f"{outcome.scenario.name}: {outcome.scenario.title}")
     if outcome.verdicts:
         print_verdicts(outcome.verdicts)
+    for event in outcome.events:
+        say.line(event)
     say.line(conclusion(outcome), _PASS if outcome.exit_code == 0 else _MISS)
     if outcome.speed.steps:
         _print_speed(outcome)
@@ -31,7 +33,7 @@ def conclusion(outcome: Outcome) -> str:
     flown = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
     if outcome.stopped:
         return f"Stopped at {flown}: nothing is judged."
-    if outcome.lost:
+    if outcome.lost and not outcome.complete:
         return f"Lost {', '.join(outcome.lost)} at {flown}: {outcome.reason}."
     if not outcome.complete:
         return f"The flight cannot be judged: {outcome.reason or f'it ended at {flown}'}."
@@ -41,6 +43,11 @@ def conclusion(outcome: Outcome) -> str:
         return "Flown to the end. The scenario expects nothing in particular."
     met = sum(verdict.met for verdict in outcome.verdicts)
     count = len(outcome.verdicts)
+    if not outcome.tolerated:
+        return (
+            f"LOST {', '.join(outcome.lost)}, which the scenario does not allow; the others flew to the end "
+            f"({met} of {count} expectations met)."
+        )
     return f"As expected: {count} of {count} met." if met == count else f"MISSED: {count - met} of {count}."
 
 

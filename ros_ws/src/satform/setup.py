@@ -93,5 +93,13 @@ setup(
             "none = satform.consensus.graph:NoneSpec",
             "matrix = satform.consensus.graph:MatrixSpec",
         ],
+        "satform.faults": [
+            "clock_offset = satform.faults:ClockOffsetSpec",
+            "frozen_sensor = satform.faults:FrozenSensorSpec",
+            "liar = satform.faults:LiarSpec",
+            "satellite_lost = satform.faults:SatelliteLostSpec",
+            "stuck_thruster = satform.faults:StuckThrusterSpec",
+            "weak_thruster = satform.faults:WeakThrusterSpec",
+        ],
     },
 )

@@ -53,4 +53,4 @@ def heard(announces: Announces, values: Array, stamp: Array, weight: Array) -> A
     """
     if announces == "arc_length":
         return Heard(values[..., 0], values[..., 1], stamp, weight)
-    return HeardMotion(values[..., 0, :3], values[..., 0, 3:], stamp[..., 0])
+    return HeardMotion(values[..., 0, :3], values[..., 0, 3:], stamp[..., 0], weight[..., 0])

@@ -1,4 +1,4 @@
-"""Seeded normal numbers that can be asked for at any step, one stream a satellite."""
+"""Seeded random numbers that can be asked for at any step, one stream a satellite or link."""
 
 from collections.abc import Sequence
 
@@ -10,6 +10,8 @@ THRUSTER_STREAM = 1_000_001
 """Stream of the thrusters' errors."""
 NAVIGATION_STREAM = 1_000_002
 """Stream of the navigation's white noise."""
+LINK_STREAM = 1_000_003
+"""Stream of what happens to messages on their way."""
 
 _BLOCK = 256
 
@@ -22,7 +24,7 @@ class SeededNormals:
     Attributes:
         seed: of the run.
         stream: keeps apart what is random for different reasons.
-        satellites: places of the satellites in the formation, N of them.
+        satellites: places of the satellites in the formation, N of them; or numbers of links.
         width: numbers a satellite and step.
     """
 
@@ -38,11 +40,21 @@ class SeededNormals:
         """The numbers of one step, shape (N, width)."""
         block, row = divmod(step, _BLOCK)
         if block != self._block:
-            self._numbers = np.stack([self._drawn(satellite, block) for satellite in self.satellites], axis=1)
+            generators = [
+                np.random.default_rng([self.seed, self.stream, satellite, block])
+                for satellite in self.satellites
+            ]
+            self._numbers = np.stack([self._drawn(generator) for generator in generators], axis=1)
             self._block = block
         numbers: Array = self._numbers[row]
         return numbers
 
-    def _drawn(self, satellite: int, block: int) -> Array:
-        generator = np.random.default_rng([self.seed, self.stream, satellite, block])
+    def _drawn(self, generator: np.random.Generator) -> Array:
         return generator.standard_normal((_BLOCK, self.width))
+
+
+class SeededUniforms(SeededNormals):
+    """The same with numbers that are evenly spread over [0, 1)."""
+
+    def _drawn(self, generator: np.random.Generator) -> Array:
+        return generator.random((_BLOCK, self.width))

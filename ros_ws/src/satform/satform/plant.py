@@ -11,6 +11,7 @@ from satform.control.protocol import Motion
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.wheels import Turning, Wheels
 from satform.elementwise import Array
+from satform.faults import Faults
 from satform.navigation import NOISE_PER_STEP, Sensor
 from satform.noise import NAVIGATION_STREAM, THRUSTER_STREAM, SeededNormals
 from satform.orientation import Attitude, Orientation
@@ -43,6 +44,8 @@ class Plant:
         self._state = self._dynamics.start(start.position, start.velocity)
         self.step = 0
         self.given: Array = np.zeros_like(start.position)
+        names = [satellite.name for satellite in scenario.satellites]
+        self._faults = Faults(scenario.faults, names, scenario.timing.step)
         self.thrusters = _thrusters_of(scenario)
         self.turning = _turning_of(scenario)
         self._motion = Motion(*self._dynamics.lvlh(self._state))
@@ -95,9 +98,11 @@ class Plant:
         if wheel_torque is not None:
             for group in self.turning:
                 group.advance(wheel_torque[group.members], self.step)
-        self.given = acceleration
+        # Whoever commands may use the same array for the next commands.
+        before, self.given = self.given, acceleration.copy()
         if self.thrusters is not None:
             self.given = self.thrusters.fire(acceleration, self.step)
+        self.given = self._faults.thrust(self.given, before, self.step)
         self._state = self._dynamics.advance(self._state, self.given, self.step)
         self.step += 1
         self._motion = Motion(*self._dynamics.lvlh(self._state))
@@ -115,7 +120,7 @@ class Plant:
             told.position[sensors.members] = delivered.position
             told.velocity[sensors.members] = delivered.velocity
             steps[sensors.members] = delivered.step
-        return told, steps
+        return Motion(*self._faults.reading(told.position, told.velocity, self.step)), steps
 
 
 class Thrusters:

@@ -11,13 +11,16 @@ from typing import Any
 import numpy as np
 
 from satform import batch
-from satform.announcements import Announcement, AnyAnnouncement, AnyHeard
-from satform.consensus.arc_length import ArcLengthConsensus, Heard, propagate
+from satform.announcements import WIDTH, Announcement, AnyAnnouncement, AnyHeard
+from satform.announcements import heard as as_heard
+from satform.consensus.arc_length import Announces, ArcLengthConsensus, Heard, propagate
 from satform.consensus.motion import HeardMotion, MotionAnnouncement, MotionSharing
 from satform.control.attitude import AttitudeTrackingSpec
 from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
 from satform.control.satellite_pointing import SatellitePointingSpec
+from satform.curves import Curve
 from satform.elementwise import Array
+from satform.inbox import Inbox, Told
 from satform.navigation import Estimator, EstimatorMemory, Measurement
 from satform.orientation import Aim, Attitude, Orientation, Target, orientation
 from satform.reference import Path, Reference
@@ -65,6 +68,8 @@ class SatelliteState:
         rate: of the generalised arc length, m/s, shape (...).
         announcement: what the neighbours hear in that step.
         memory: the control law's own state.
+        inbox: the newest word of each neighbour.
+        begun: whether the satellite has acted before.
         estimate: the estimator's state; None without one and before the first step.
         acceleration: commanded in the step before, m/s^2, shape (..., 3); None before the first step.
     """
@@ -74,6 +79,8 @@ class SatelliteState:
     rate: Array
     announcement: AnyAnnouncement
     memory: Any
+    inbox: Inbox
+    begun: bool = False
     estimate: EstimatorMemory | None = None
     acceleration: Array | None = None
 
@@ -101,15 +108,23 @@ class Decision:
 class Satellite:
     """One satellite's flight software, or that of many satellites flown as one."""
 
-    def __init__(self, plan: FlightPlan) -> None:
+    def __init__(self, plan: FlightPlan, neighbours: int = 0) -> None:
+        """A satellite before its first step.
+
+        Args:
+            plan: what it is given before flight.
+            neighbours: how many others it may hear at some time; of satellites flown as one the most.
+        """
         self.plan = plan
         self._aim = None if plan.orientation is None else Aim(plan.orientation, plan.step)
-        self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None)
+        self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
+        inbox = Inbox.empty((*np.shape(plan.arc_length), neighbours), WIDTH[self._announces])
+        self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None, inbox)
 
     @classmethod
     def of(cls, scenario: Scenario, index: int) -> "Satellite":
         """The satellite of a scenario with the given place in the list."""
-        return cls(flight_plan(scenario, index))
+        return cls(flight_plan(scenario, index), len(scenario.possible_graph().neighbours(index)))
 
     @classmethod
     def together(cls, scenario: Scenario, indices: Sequence[int]) -> "Satellite":
@@ -118,7 +133,9 @@ class Satellite:
         Raises:
             ValueError: they differ in kind, so that they cannot be stacked.
         """
-        return cls(batch.stack([flight_plan(scenario, index) for index in indices]))
+        graph = scenario.possible_graph()
+        neighbours = max(len(graph.neighbours(index)) for index in indices)
+        return cls(batch.stack([flight_plan(scenario, index) for index in indices]), neighbours)
 
     def announce(self) -> AnyAnnouncement:
         """What the neighbours may hear in the coming step."""
@@ -127,7 +144,7 @@ class Satellite:
     def act(
         self,
         motion: Motion,
-        heard: AnyHeard,
+        told: Told,
         measured_step: int | None = None,
         attitude: Attitude | None = None,
     ) -> Decision:
@@ -135,7 +152,7 @@ class Satellite:
 
         Args:
             motion: the satellite's own position and velocity, measured or true, shapes (..., 3).
-            heard: the announcements of its neighbours.
+            told: the announcements of its neighbours.
             measured_step: number of the step at which the motion was so; this one when left out.
             attitude: its own, shapes (..., 3); None for a satellite without attitude.
 
@@ -143,15 +160,21 @@ class Satellite:
             The command with the reference that it follows.
         """
         plan, state = self.plan, self.state
+        inbox = state.inbox.after(told)
+        heard = self._heard(inbox, told)
         estimate = None
         if plan.estimator is not None:
             at = state.step if measured_step is None else measured_step
             estimate = _estimated(plan.estimator, state, Measurement(motion.position, motion.velocity, at))
             motion = Motion(estimate.state[..., :3], estimate.state[..., 3:])
-        if state.step == 0:
+        if not state.begun:
             state = replace(state, memory=plan.controller.start(motion))
         if isinstance(heard, HeardMotion):
             reference, action, phase = _follow_neighbour(plan, state, motion, heard)
+            if not told.complete:
+                # Nobody to follow: the satellite coasts.
+                followed = np.where(heard.weight[..., None] > 0.0, action.acceleration, 0.0)
+                action = replace(action, acceleration=followed)
         else:
             reference, action, phase = _follow_path(plan, state, motion, heard)
         self.state = SatelliteState(
@@ -160,6 +183,8 @@ class Satellite:
             rate=phase.rate,
             announcement=phase.said,
             memory=action.memory,
+            inbox=inbox,
+            begun=True,
             estimate=estimate,
             acceleration=action.acceleration,
         )
@@ -170,6 +195,39 @@ class Satellite:
             torque = plan.orientation.wheel_torque(attitude, aim, time)
         return Decision(action.acceleration, reference, action.sliding_variable, motion, torque)
 
+    def _heard(self, inbox: Inbox, told: Told) -> AnyHeard:
+        """What the neighbours are taken to say: their newest word, unless it has become too old."""
+        weight = inbox.known
+        if not told.complete:
+            weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.drop_after)
+        return as_heard(self._announces, inbox.values, inbox.stamp, weight)
+
+    def join(self, step: int) -> None:
+        """Take part (again) from a later step on, with what was known at the present one.
+
+        The arc length is carried on at its rate; what was estimated of the own motion is out of date
+        and forgotten. Nothing changes when the step is the one that comes next anyway.
+        """
+        plan, state = self.plan, self.state
+        if step == state.step:
+            return
+        arc_length = state.arc_length + (step - state.step) * plan.step * state.rate
+        said = state.announcement
+        if isinstance(said, Announcement):
+            moment = np.full_like(arc_length, step * plan.step)
+            said = Announcement(moment, arc_length - plan.phase_offset, state.rate)
+        self.state = replace(
+            state, step=step, arc_length=arc_length, announcement=said, estimate=None, acceleration=None
+        )
+
+    def rearrange(self, places: list[int | None]) -> None:
+        """Go on with another list of possible neighbours.
+
+        Args:
+            places: for each of the new list, its place in the old one; None for one that was not in it.
+        """
+        self.state = replace(self.state, inbox=self.state.inbox.rearranged(places))
+
     def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
         """Change the gains from the next step on, keeping what the control law remembers.
 
@@ -177,6 +235,29 @@ class Satellite:
             ValueError: the gains cannot fly in this setting.
         """
         self.plan = replace(self.plan, controller=spec.build(setting))
+
+    def use_phase_offset(self, offset: float) -> None:
+        """Lead the formation's agreement by another arc length in m from the next step on.
+
+        What was said for that step was still meant with the offset before.
+        """
+        self.plan = replace(self.plan, phase_offset=_scalar(offset))
+
+    def use_curve(self, curve: Curve) -> None:
+        """Fly another orbit from the next step on, with the same generalised arc length a lap.
+
+        Raises:
+            ValueError: one of the two is a fixed point, and the other one is not.
+        """
+        path, plan = (
+            Path(curve, _scalar(1.0), self.plan.path.parameter, self.plan.path.feed_forward),
+            self.plan,
+        )
+        lap, own = float(plan.path.period), float(path.period)
+        if (lap > 0.0) != (own > 0.0):
+            raise ValueError("an orbit cannot become a fixed point, nor a fixed point an orbit")
+        scale = _scalar(own / lap if lap > 0.0 else 1.0)
+        self.plan = replace(plan, path=replace(path, scale=scale))
 
     def use_attitude_controller(self, spec: AttitudeTrackingSpec) -> None:
         """Change the gains of the attitude from the next step on.
@@ -296,7 +377,7 @@ def _orientation(scenario: Scenario, index: int, desired: Reference) -> Orientat
         names = [satellite.name for satellite in scenario.satellites]
         other = names.index(spec.pointing.target)
         path, _, begin = _departure(scenario, scenario.satellite(other))
-        place = scenario.communication_graph().neighbours(index).index(other)
+        place = scenario.possible_graph().neighbours(index).index(other)
         offset = _scalar(scenario.satellite(other).phase_offset)
         target = (Target(path, offset, np.asarray(place, dtype=np.int64)), begin)
     return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)

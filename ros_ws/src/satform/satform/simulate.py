@@ -7,38 +7,61 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.announcements import WIDTH, AnyHeard, heard, numbers
+from satform.adjustments import Adjustments
+from satform.announcements import WIDTH, numbers
 from satform.attitude_figures import FIGURES, attitude_figures
-from satform.consensus.graph import Graph
+from satform.checkpoint import restore, save
 from satform.control.protocol import Motion
+from satform.faults import Faults
+from satform.formation import (
+    Adjusted,
+    Back,
+    Event,
+    Formation,
+    Lost,
+    Plan,
+    loses,
+    merged,
+    planned,
+    possible_graph,
+)
+from satform.inbox import Told
 from satform.orientation import Attitude
 from satform.plant import Plant
+from satform.post import Ears, Index
 from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
-from satform.satellite import Decision, Satellite
+from satform.satellite import Decision, Satellite, flight_plan
 from satform.scenario.model import Scenario
 
-Index = NDArray[np.int64]
 
-
-@dataclass(frozen=True)
+@dataclass
 class _Group:
     """Satellites that are flown by one object.
 
     Attributes:
         satellite: the flight software, of one satellite or of several stacked.
-        members: place of each in the formation, shape (); or (n,) when stacked.
-        neighbours: places of those heard, ascending, padded with the own place, shape (..., K).
-        weight: 1 for those heard, 0 for padding, shape (..., K).
+        ears: who they are, and whom they hear.
+        flies: whether they take part at present.
+        adjustments: what was changed of it in flight; None while nothing was.
     """
 
     satellite: Satellite
-    members: Index
-    neighbours: Index
-    weight: NDArray[np.float64]
+    ears: Ears
+    flies: bool = True
+    adjustments: Adjustments | None = None
+
+    @property
+    def members(self) -> Index:
+        """Place of each in the formation, shape (); or (n,) when stacked."""
+        return self.ears.members
 
 
 def simulate(
-    scenario: Scenario, *, together: bool = True, progress: Callable[[int], None] | None = None
+    scenario: Scenario,
+    *,
+    together: bool = True,
+    events: Plan | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> FlightRecord:
     """Fly a scenario in this process.
 
@@ -46,32 +69,129 @@ def simulate(
         scenario: what to fly.
         together: whether satellites of the same kind share one step over arrays; the numbers have
             the same bits either way.
+        events: what happens beside that which the scenario plans, by step, as in a flight that is flown
+            once more.
         progress: called with the number of finished steps after each.
 
     Returns:
-        The whole flight.
+        The whole flight. A satellite that is lost commands nothing and says nothing: its acceleration is
+        zero, and what else it would have decided is not a number.
     """
-    plant = Plant(scenario)
-    groups = _groups(scenario, together=together)
-    log = _Log(scenario)
+    plan = merged(planned(scenario), events or {})
+    flight = _Flight(scenario, plan, together=together and not loses(plan))
     for step in range(scenario.timing.steps):
+        flight.step()
+        if progress:
+            progress(step + 1)
+    return flight.finished()
+
+
+class _Flight:
+    """A flight under way."""
+
+    def __init__(self, scenario: Scenario, plan: Plan, *, together: bool) -> None:
+        self.scenario = scenario
+        self.plan = plan
+        self.plant = Plant(scenario)
+        self.formation = Formation.of(scenario)
+        self._names = [satellite.name for satellite in scenario.satellites]
+        self._possible = possible_graph(scenario.communication_graph(), plan)
+        # Checkpoints that someone will go on from, by satellite and step.
+        self._needed = {
+            (event.satellite, event.checkpoint)
+            for events in plan.values()
+            for event in events
+            if isinstance(event, Back) and event.checkpoint is not None
+        }
+        self._kept: dict[tuple[int, int], bytes] = {}
+        self.groups = self._grouped(together=together)
+        self.log = _Log(scenario)
+
+    def step(self) -> None:
+        """Fly the next step."""
+        log, plant = self.log, self.plant
+        step = log.step
+        events = self.plan.get(step, [])
+        # What a satellite said last for this step is heard although it is lost in it.
+        log.announced(self.groups)
+        self._happen(events, step)
+        log.announced([self.groups[event.satellite] for event in events if isinstance(event, Back)])
         motion, measured_steps, attitude = plant.measured(), plant.measured_steps(), plant.attitude()
-        log.announced(groups)
         log.moved(plant, attitude)
-        for group in groups:
+        for group in self.groups:
+            if not group.flies:
+                continue
             own = Motion(motion.position[group.members], motion.velocity[group.members])
             # Satellites whose filters are told at different times do not fly as one.
             measured_step = int(measured_steps[group.members].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
-            decision = group.satellite.act(own, log.heard(group), measured_step, turned)
-            log.decided(group.members, decision)
+            told = log.told(group.ears, self.formation)
+            log.decided(group.members, group.satellite.act(own, told, measured_step, turned))
+            self._keep(group)
+        log.silent([group.members for group in self.groups if not group.flies])
         plant.advance(log.record.acceleration[step], log.wheel_torque())
         log.step = step + 1
-        if progress:
-            progress(step + 1)
-    log.announced(groups)
-    log.moved(plant, plant.attitude())
-    return log.finished(scenario)
+
+    def _happen(self, events: list[Event], step: int) -> None:
+        self.formation.apply(events, step, self._names)
+        for event in events:
+            match event:
+                case Lost():
+                    self.groups[event.satellite].flies = False
+                case Back():
+                    self._restart(event, step)
+                case Adjusted():
+                    self._adjust(event)
+                case _:
+                    pass
+
+    def _adjust(self, event: Adjusted) -> None:
+        group = self.groups[event.satellite]
+        if group.adjustments is None:
+            group.adjustments = Adjustments(self.scenario, event.satellite)
+        group.adjustments.set(group.satellite, event.name, event.value)
+
+    def _keep(self, group: _Group) -> None:
+        """Keep a checkpoint of a satellite if it is one that will be needed."""
+        if self._needed:
+            key = (int(group.members), group.satellite.state.step)
+            if key in self._needed:
+                self._kept[key] = save(group.satellite)
+
+    def _restart(self, event: Back, step: int) -> None:
+        fresh = self._single(event.satellite)
+        if event.checkpoint is not None:
+            key = (event.satellite, event.checkpoint)
+            if key not in self._kept:
+                name = self._names[event.satellite]
+                raise ValueError(f"{name} has no checkpoint of step {event.checkpoint} to come back from")
+            restore(fresh.satellite, self._kept[key])
+        fresh.satellite.join(step)
+        self.groups[event.satellite] = fresh
+
+    def finished(self) -> FlightRecord:
+        """The whole flight."""
+        self.log.announced(self.groups)
+        self.log.moved(self.plant, self.plant.attitude())
+        return self.log.finished(self.scenario)
+
+    def _grouped(self, *, together: bool) -> list[_Group]:
+        count = len(self.scenario.satellites)
+        if together:
+            try:
+                satellite = Satellite.together(self.scenario, range(count))
+            except ValueError:
+                # Satellites of different kinds cannot be stacked; each is then flown by itself.
+                pass
+            else:
+                heard = [self._possible.neighbours(index) for index in range(count)]
+                return [_Group(satellite, Ears(self.scenario, np.arange(count), heard))]
+        return [self._single(index) for index in range(count)]
+
+    def _single(self, index: int) -> _Group:
+        heard = self._possible.neighbours(index)
+        ears = Ears(self.scenario, np.asarray(index), [heard])
+        return _Group(Satellite(flight_plan(self.scenario, index), len(heard)), ears)
 
 
 def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
@@ -80,30 +200,6 @@ def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
         return None
     places = group.members
     return Attitude(attitude.mrp[places], attitude.angular_velocity[places], attitude.wheel_momentum[places])
-
-
-def _groups(scenario: Scenario, *, together: bool) -> list[_Group]:
-    graph = scenario.communication_graph()
-    count = len(scenario.satellites)
-    if together:
-        try:
-            return [_group(graph, Satellite.together(scenario, range(count)), np.arange(count))]
-        except ValueError:
-            # Satellites of different kinds cannot be stacked; each is then flown by itself.
-            pass
-    return [_group(graph, Satellite.of(scenario, index), np.asarray(index)) for index in range(count)]
-
-
-def _group(graph: Graph, satellite: Satellite, members: Index) -> _Group:
-    heard = [graph.neighbours(int(member)) for member in np.atleast_1d(members)]
-    width = max(len(row) for row in heard)
-    neighbours = np.empty((len(heard), width), dtype=np.int64)
-    weight = np.zeros((len(heard), width))
-    for row, (member, own) in enumerate(zip(np.atleast_1d(members), heard, strict=True)):
-        neighbours[row] = [*own, *([member] * (width - len(own)))]
-        weight[row, : len(own)] = 1.0
-    shape = (*members.shape, width)
-    return _Group(satellite, members, neighbours.reshape(shape), weight.reshape(shape))
 
 
 class _Log:
@@ -116,6 +212,11 @@ class _Log:
         self._announces = scenario.consensus.announces
         self._said = np.zeros((count, WIDTH[self._announces]))
         self._time = np.zeros(count)
+        self._fresh = np.zeros(count)
+        self._faults = Faults(
+            scenario.faults, [own.name for own in scenario.satellites], scenario.timing.step
+        )
+        self._liars = [index for index in range(count) if self._faults.lies(index)]
         self._measures = any(satellite.sensor is not None for satellite in satellites)
         self._filters = any(satellite.filter is not None for satellite in satellites)
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
@@ -145,10 +246,19 @@ class _Log:
         )
 
     def announced(self, groups: list[_Group]) -> None:
+        """Take in what is said for the coming step by those that fly."""
         for group in groups:
+            if not group.flies:
+                self._fresh[group.members] = 0.0
+                self._said[group.members] = np.nan
+                continue
             said = group.satellite.announce()
             self._time[group.members] = said.time
             self._said[group.members] = numbers(said)
+            self._fresh[group.members] = 1.0
+            for liar in self._liars:
+                if liar in group.members:
+                    self._said[liar] = self._faults.said(liar, self._said[liar], self.step)
         if self._announces == "arc_length":
             self.record.arc_length[self.step], self.record.rate[self.step] = self._said.T
 
@@ -177,9 +287,29 @@ class _Log:
         if step > 0:
             record.given_acceleration[step - 1] = plant.given
 
-    def heard(self, group: _Group) -> AnyHeard:
-        told = self._said[group.neighbours]
-        return heard(self._announces, told, self._time[group.neighbours], group.weight)
+    def told(self, ears: Ears, formation: Formation) -> Told:
+        """What arrives at the satellites of a group."""
+        places, fresh = ears.neighbours, self._fresh[ears.neighbours]
+        values = np.where(fresh[..., None] > 0.0, self._said[places], 0.0)
+        return ears.told(self.step, values, self._time[places], fresh, formation)
+
+    def silent(self, members: list[Index]) -> None:
+        """Note that satellites do not take part in this step."""
+        record, step = self.record, self.step
+        for place in members:
+            record.acceleration[step, place] = 0.0
+            for name in (
+                "reference_position",
+                "reference_velocity",
+                "reference_acceleration",
+                "sliding_variable",
+            ):
+                getattr(record, name)[step, place] = np.nan
+            if self._turns:
+                record.wheel_torque[step, place] = 0.0
+            if self._filters:
+                record.believed_position_error[step, place] = np.nan
+                record.believed_velocity_error[step, place] = np.nan
 
     def decided(self, members: Index, decision: Decision) -> None:
         record, step = self.record, self.step

@@ -11,3 +11,9 @@ BAG_FOLDER = "bag"
 
 LOG_FOLDER = "log"
 """In a run's folder: what each process printed."""
+
+CHECKPOINT_FOLDER = "checkpoints"
+"""In a run's folder: the last checkpoint of each satellite."""
+
+PROCESSES_FILE = "processes.json"
+"""In a run's folder: which processes fly, with their arguments, and in which DDS domain."""

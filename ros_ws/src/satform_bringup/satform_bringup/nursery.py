@@ -61,7 +61,7 @@ def start(executable: str, arguments: list[str], domain: int, log: Path) -> tupl
         OSError: the process cannot be started.
     """
     context = prepare()
-    ours, theirs = context.Pipe(duplex=False)
+    ours, theirs = context.Pipe()
     process = context.Process(target=_live, args=(executable, arguments, domain, log, theirs))
     try:
         with _without_main_module():

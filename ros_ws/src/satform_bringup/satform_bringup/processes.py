@@ -36,7 +36,14 @@ class NodeProcess:
         return words
 
 
-def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: int = 1) -> list[NodeProcess]:
+def processes(
+    scenario: Scenario,
+    scenario_file: Path,
+    bag: Path | None,
+    group: int = 1,
+    checkpoints: Path | None = None,
+    recorder_needed: bool = True,
+) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
     Args:
@@ -44,13 +51,17 @@ def processes(scenario: Scenario, scenario_file: Path, bag: Path | None, group: 
         scenario_file: where every node reads it.
         bag: folder of the bag to be recorded; None when nothing is recorded.
         group: how many satellites share a process.
+        checkpoints: folder of the satellites' checkpoints; None to keep none.
+        recorder_needed: whether the flight ends when the recorder is lost.
 
     Returns:
         Plant, the satellites in their order, and the recorder if there is a bag.
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
     recorded = {**common, "recorded": bag is not None}
-    found = [NodeProcess("plant", "plant_node", recorded)]
+    found = [NodeProcess("plant", "plant_node", {**recorded, "recorder_needed": recorder_needed})]
+    if checkpoints is not None:
+        recorded["checkpoints"] = str(checkpoints)
     names = [satellite.name for satellite in scenario.satellites]
     if group == 1:
         found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]

@@ -1,26 +1,89 @@
 """The life of a formation's processes: started together, watched, and ended by their own handles."""
 
+import json
 import selectors
 import signal
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from satform.exit_codes import EXIT_BAD_INPUT
+from satform.faults import SatelliteLostSpec
+from satform.formation import Lost, planned
 from satform.scenario import Scenario
-from satform_bringup import BAG_FOLDER, LOG_FOLDER, SCENARIO_FILE, nursery
+from satform_bringup import (
+    BAG_FOLDER,
+    CHECKPOINT_FOLDER,
+    LOG_FOLDER,
+    PROCESSES_FILE,
+    SCENARIO_FILE,
+    nursery,
+)
 from satform_bringup.domain import own_domain
 from satform_bringup.processes import NodeProcess, processes
 
 FAREWELL = 15.0
 """Wall-clock time that processes have to end once the flight is over, s."""
 
+CHECKPOINT_STEPS = 100
+"""Steps between two checkpoints where satellites are restarted and the scenario does not say."""
+
+MOST_RESTARTS = 10
+"""How often one process is started again at most."""
+
 _LOOK = 0.1
 """Wall-clock time between two looks for signals, s."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A satellite or the recorder is no longer there.
+
+    Attributes:
+        name: of its node.
+        step: first step without it.
+        reason: in words.
+        planned: whether the scenario says so.
+    """
+
+    name: str
+    step: int
+    reason: str
+    planned: bool
+
+
+@dataclass(frozen=True)
+class Return:
+    """A satellite takes part again.
+
+    Attributes:
+        name: of its node.
+        step: first step with it.
+        seconds: wall-clock time since its loss, s.
+    """
+
+    name: str
+    step: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What is done about losses.
+
+    Attributes:
+        restart: whether a satellite that is lost is started again.
+        without_recorder: whether the flight goes on when the recorder is lost.
+    """
+
+    restart: bool = False
+    without_recorder: bool = False
 
 
 @dataclass(frozen=True)
@@ -35,7 +98,10 @@ class Flight:
         satellite_seconds: of these, each satellite's own computation.
         memory: largest resident memory of each process with satellites, by its first satellite, bytes.
         domain: DDS domain in which it was flown.
-        lost: names of the processes that ended too early or were silent for too long.
+        lost: names of the processes that ended too early or were silent for too long, though the scenario
+            does not say so.
+        losses: every satellite or recorder without which the flight went on, planned or not.
+        returns: every satellite that came back.
         reason: why the flight ended early; empty when it did not.
         stopped: whether it was ended by Ctrl-C or SIGTERM.
         bag: folder of the bag; None when nothing was recorded.
@@ -51,6 +117,8 @@ class Flight:
     memory: dict[str, int]
     domain: int
     lost: tuple[str, ...]
+    losses: tuple[Loss, ...]
+    returns: tuple[Return, ...]
     reason: str
     stopped: bool
     bag: Path | None
@@ -65,6 +133,7 @@ def fly(
     record: bool,
     progress: Callable[[int, int], None],
     group: int = 1,
+    policy: Policy | None = None,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -74,6 +143,7 @@ def fly(
         record: whether to record a bag.
         progress: called now and then with the steps flown and the steps to fly.
         group: how many satellites share a process; they talk over DDS all the same.
+        policy: what is done about losses; by default nothing is restarted and the recorder is needed.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -83,11 +153,19 @@ def fly(
     """
     scenario_file = out / SCENARIO_FILE
     bag = out / BAG_FOLDER if record else None
+    policy = policy or Policy()
+    if policy.restart and scenario.checkpoint_period is None:
+        period = CHECKPOINT_STEPS * scenario.timing.step
+        scenario = scenario.model_copy(update={"checkpoint_period": period})
+    checkpoints = out / CHECKPOINT_FOLDER if scenario.checkpoint_period is not None else None
     with _asked_to_stop() as signals, own_domain() as domain:
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
-        watch = _Watch(scenario, signals, progress)
+        watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain)
+        needed = not policy.without_recorder
+        nodes = processes(scenario, scenario_file, bag, group, checkpoints, needed)
+        (out / PROCESSES_FILE).write_text(json.dumps({"domain": domain, "nodes": [asdict(n) for n in nodes]}))
         try:
-            watch.start(processes(scenario, scenario_file, bag, group), out / LOG_FOLDER, domain)
+            watch.start(nodes)
             watch.until_over()
         finally:
             watch.end_all()
@@ -126,16 +204,21 @@ class _Running:
     """A started process.
 
     Attributes:
-        name: of its node.
+        node: what it runs.
         process: its handle.
         pipe: on which it reports.
         log: what it prints.
     """
 
-    name: str
+    node: NodeProcess
     process: BaseProcess
     pipe: Connection
     log: Path
+
+    @property
+    def name(self) -> str:
+        """Name of the node, or of the group."""
+        return self.node.name
 
 
 @dataclass
@@ -143,6 +226,14 @@ class _Watch:
     scenario: Scenario
     signals: _Signals
     progress: Callable[[int, int], None]
+    policy: Policy
+    logs: Path
+    domain: int
+    losses: list[Loss] = field(default_factory=list)
+    lost_since: dict[str, float] = field(default_factory=dict)
+    returns: list[Return] = field(default_factory=list)
+    restarts: Counter[str] = field(default_factory=Counter)
+    killed: set[str] = field(default_factory=set)
     running: dict[str, _Running] = field(default_factory=dict)
     selector: selectors.BaseSelector = field(default_factory=selectors.DefaultSelector)
     begun: float = 0.0
@@ -157,17 +248,21 @@ class _Watch:
     stopped: bool = False
     over_since: float | None = None
 
-    def start(self, nodes: list[NodeProcess], logs: Path, domain: int) -> None:
+    def start(self, nodes: list[NodeProcess]) -> None:
         """Start all processes, each with a pipe for its reports and a file for its words."""
-        logs.mkdir(parents=True, exist_ok=True)
+        self.logs.mkdir(parents=True, exist_ok=True)
         self.begun = time.monotonic()
         for node in nodes:
-            log = logs / f"{node.name}.log"
-            process, pipe = nursery.start(node.executable, node.arguments(), domain, log)
-            entry = _Running(node.name, process, pipe, log)
-            self.running[node.name] = entry
-            self.selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
-            self.selector.register(pipe, selectors.EVENT_READ, (entry, self._on_report))
+            self._start(node)
+
+    def _start(self, node: NodeProcess) -> None:
+        times = self.restarts[node.name]
+        log = self.logs / (f"{node.name}.{times}.log" if times else f"{node.name}.log")
+        process, pipe = nursery.start(node.executable, node.arguments(), self.domain, log)
+        entry = _Running(node, process, pipe, log)
+        self.running[node.name] = entry
+        self.selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
+        self.selector.register(pipe, selectors.EVENT_READ, (entry, self._on_report))
 
     def until_over(self) -> None:
         """Watch until every process has ended, or those that do not end in time are to be ended."""
@@ -176,7 +271,7 @@ class _Watch:
             for key, _ in self.selector.select(_LOOK):
                 entry, handle = key.data
                 # The one before may have done away with this one's process.
-                if entry.name in self.running:
+                if self.running.get(entry.name) is entry:
                     handle(entry)
             if self.signals.count >= 2:
                 return
@@ -228,6 +323,19 @@ class _Watch:
                 missed = event["missed"]
                 if not (missed or event["complete"]) and self.finished:
                     event["missed"] = ["the bag does not hold every message of the flight"]
+            case _:
+                self._on_absence(event)
+
+    def _on_absence(self, event: dict[str, Any]) -> None:
+        """Someone is lost or back, and the flight goes on."""
+        match event["event"]:
+            case "killed":
+                self.killed.add(event["node"])
+            case "loss":
+                self._note_absence(event["who"], event["step"], event["reason"])
+            case "return":
+                away = time.monotonic() - self.lost_since.pop(event["who"], time.monotonic())
+                self.returns.append(Return(event["who"], event["step"], away))
 
     def _on_exit(self, entry: _Running) -> None:
         # What it reported last may still be in the pipe.
@@ -236,21 +344,70 @@ class _Watch:
         entry.process.join()
         code = entry.process.exitcode or 0
         self._forget(entry)
-        if code and self.over_since is None:
+        if entry.name == "plant":
+            if code and self.over_since is None and not self.lost:
+                self._note_loss(entry, code)
+            if self.over_since is None:
+                # It has told everyone that the flight is over, and why.
+                self._end_flight()
+        elif code and self.over_since is None:
+            self._go_on_without(entry, code)
+
+    def _go_on_without(self, entry: _Running, code: int) -> None:
+        """Tell the plant who is gone, and start it again where that is wanted."""
+        if self.flying_since is None or "plant" not in self.running or code == EXIT_BAD_INPUT:
             self._note_loss(entry, code)
             self._end_flight()
-        if entry.name == "plant" and self.over_since is None:
-            # It has told everyone that the flight is over, and why.
-            self.over_since = time.monotonic()
+            return
+        satellites = entry.node.parameters.get("satellites")
+        names = satellites if isinstance(satellites, list) else [entry.name]
+        # A satellite says so before the scenario has it killed.
+        expected = self.killed.issuperset(names)
+        self.killed.difference_update(names)
+        if not expected:
+            self.lost += [name for name in names if name not in self.lost]
+        for name in names:
+            self.lost_since.setdefault(name, time.monotonic())
+            self._tell_plant(name, self._end_of(entry, code))
+        if entry.name == "recorder" or not (expected or self.policy.restart):
+            return
+        if self.restarts[entry.name] < MOST_RESTARTS and (self.policy.restart or self._comes_back(names)):
+            self.restarts[entry.name] += 1
+            self._start(entry.node)
+
+    def _comes_back(self, names: list[str]) -> bool:
+        return any(
+            isinstance(fault, SatelliteLostSpec) and fault.satellite in names and fault.back is not None
+            for fault in self.scenario.faults
+        )
+
+    def _tell_plant(self, name: str, reason: str) -> None:
+        with suppress(OSError):
+            # A plant that has gone away itself is noticed by its own end.
+            self.running["plant"].pipe.send({"event": "lost", "who": name, "reason": reason})
+
+    def _note_absence(self, name: str, step: int, reason: str) -> None:
+        """Remember that the flight goes on without someone."""
+        steps = planned(self.scenario).get(step, [])
+        names = [satellite.name for satellite in self.scenario.satellites]
+        expected = any(isinstance(event, Lost) and names[event.satellite] == name for event in steps)
+        self.losses.append(Loss(name, step, reason, expected))
+        self.lost_since.setdefault(name, time.monotonic())
+        if not expected and name not in self.lost:
+            self.lost.append(name)
 
     def _note_loss(self, entry: _Running, code: int) -> None:
         """Remember the process whose end came first; those that end because of it are no losses."""
         if self.lost:
             return
         self.lost.append(entry.name)
+        self.reason = self.reason or self._end_of(entry, code)
+
+    def _end_of(self, entry: _Running, code: int) -> str:
+        """How a process ended, in words."""
         how = f"was ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
         last = entry.log.read_text(errors="replace").strip().splitlines()[-1:] or ["it printed nothing"]
-        self.reason = self.reason or f"{entry.name} {how} after step {self.steps}: {last[0]}"
+        return f"{entry.name} {how} after step {self.steps}: {last[0]}"
 
     def _forget(self, entry: _Running) -> None:
         if entry.pipe in self.selector.get_map():
@@ -290,6 +447,8 @@ class _Watch:
             memory=self.memory,
             domain=domain,
             lost=tuple(self.lost),
+            losses=tuple(self.losses),
+            returns=tuple(self.returns),
             reason=self.reason,
             stopped=self.stopped,
             bag=bag,

@@ -12,15 +12,25 @@ from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+from satform_msgs.msg import FormationStatus, ParameterChange
 
 from satform.attitude_figures import FIGURES, attitude_figures
 from satform.consensus.arc_length import Announces
+from satform.formation import Plan
 from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
+from satform_nodes.absences import Absences, happened
 from satform_nodes.bag_writer import RUN_METADATA, SCENARIO_ATTACHMENT
 from satform_nodes.wire import layout
+
+ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
+"""Kinds of topics that have a message for the state after the last step, too."""
+
+SAID_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking"})
+"""Kinds of topics on which a satellite speaks itself."""
 
 Table = NDArray[Any]
 """Messages of one topic: a structured array with a field for each number."""
@@ -54,6 +64,7 @@ class Bag:
         record: the flight, up to the last step of which everything is there.
         messages: number of messages of each topic.
         complete: whether the file was closed properly and holds the whole flight.
+        events: what happened in the flight beside what the scenario plans, by step.
     """
 
     path: Path
@@ -62,6 +73,7 @@ class Bag:
     record: FlightRecord
     messages: dict[str, int]
     complete: bool
+    events: Plan
 
 
 def read_bag(path: Path) -> Bag:
@@ -88,7 +100,7 @@ def read_bag(path: Path) -> Bag:
     record = _record(contents, scenario, file)
     whole = contents.closed and record.steps == scenario.timing.steps
     counts = {topic: len(messages) for topic, messages in contents.messages.items()}
-    return Bag(file, scenario, contents.versions, record, counts, whole)
+    return Bag(file, scenario, contents.versions, record, counts, whole, _events(contents, scenario, file))
 
 
 @dataclass
@@ -144,16 +156,44 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
         contents.versions = dict(record.metadata)
 
 
+def _statuses(contents: _Contents, file: Path) -> list[FormationStatus]:
+    try:
+        return [
+            deserialize_message(data, FormationStatus) for data in contents.messages.get(topics.STATUS, [])
+        ]
+    except RuntimeError as error:
+        raise BagError(f"{file}: {topics.STATUS} has messages of another form: {error}") from None
+
+
+def _events(contents: _Contents, scenario: Scenario, file: Path) -> Plan:
+    """What happened in the flight, unforeseen."""
+    changes: list[tuple[str, ParameterChange]] = []
+    try:
+        for satellite in scenario.satellites:
+            topic = topics.parameter_changes(satellite.name)
+            changes += [
+                (satellite.name, deserialize_message(data, ParameterChange))
+                for data in contents.messages.get(topic, [])
+            ]
+        return happened(_statuses(contents, file), changes, scenario)
+    except (RuntimeError, ValueError) as error:
+        raise BagError(f"{file}: what happened in the flight cannot be read: {error}") from None
+
+
 def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord:
     names = tuple(satellite.name for satellite in scenario.satellites)
     satellites = [scenario.satellite(index) for index in range(len(names))]
+
+    absences = Absences(scenario)
+    for status in _statuses(contents, file):
+        absences.take(status)
 
     def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
         """Each satellite's table of one kind of message, or of another kind where it has none of these."""
         chosen = [kind if wanted(satellite) else instead for satellite in satellites]
         return [
-            _table(contents, kind, getattr(topics, kind)(name), file)
-            for kind, name in zip(chosen, names, strict=True)
+            _table(contents, (kind, index), getattr(topics, kind)(names[index]), absences, file)
+            for index, kind in enumerate(chosen)
         ]
 
     state, tracking = tables("state"), tables("tracking")
@@ -239,15 +279,65 @@ def _attitudes(
     return found
 
 
-def _table(contents: _Contents, kind: str, topic: str, file: Path) -> Table:
-    """All messages of a topic as one structured array, with steps 0, 1, 2, ... without a gap."""
+def _table(contents: _Contents, whose: tuple[str, int], topic: str, absences: Absences, file: Path) -> Table:
+    """All messages of a topic as one structured array, with steps 0, 1, 2, ... without a gap.
+
+    A satellite that was absent commanded nothing, and what else it would have said is not a number.
+
+    Args:
+        contents: of the bag.
+        whose: kind of the topic, and place of the satellite it is about.
+        topic: its name.
+        absences: when satellites did not take part.
+        file: for the sentences.
+    """
+    kind, satellite = whose
     form = layout(topics.TYPES[kind], topics.FRAME)
     messages = contents.messages.get(topic, [])
     if any(len(message) != form.size for message in messages):
         raise BagError(f"{file}: {topic} has messages of another form than satform's {kind} message")
     table = np.frombuffer(b"".join(messages), dtype=form.dtype)
+    if kind in SAID_BY_SATELLITE:
+        name = topic.strip("/").partition("/")[0]
+        table = _with_silence(table, (kind, name), absences.spells[satellite], contents)
     gaps = np.flatnonzero(table["step"] != np.arange(len(table), dtype=np.uint64))
     if gaps.size:
         found = int(table["step"][gaps[0]])
         raise BagError(f"{file}: {topic} has step {found} where step {int(gaps[0])} was to follow")
     return table
+
+
+def _with_silence(
+    table: Table, whose: tuple[str, str], spells: list[tuple[int, int]], contents: _Contents
+) -> Table:
+    """A satellite's messages with a row for each step in which it was absent."""
+    kind, name = whose
+    form = layout(topics.TYPES["command"], topics.FRAME)
+    commands = np.frombuffer(b"".join(contents.messages.get(topics.command(name), [])), dtype=form.dtype)
+    for begin, end in spells:
+        command = commands[commands["step"] == begin - 1]
+        first = begin - 1 if kind == "tracking" else begin
+        until = min(end, len(contents.messages.get(topics.CLOCK, [])) - (kind not in ANNOUNCEMENTS))
+        present = set(table["step"].tolist())
+        missing = [step for step in range(first, until) if step not in present]
+        silence = np.zeros(len(missing), dtype=table.dtype)
+        if kind != "command":
+            for field in table.dtype.names or ():
+                if table.dtype[field].kind == "f":
+                    silence[field] = np.nan
+        silence["step"] = missing
+        if kind in ANNOUNCEMENTS and begin in missing:
+            _fill_in(silence[missing.index(begin) : missing.index(begin) + 1], command)
+        table = np.concatenate([table, silence])
+        table = table[np.argsort(table["step"], kind="stable")]
+    return table
+
+
+def _fill_in(row: Table, command: Table) -> None:
+    """What a satellite had announced for the step in which it was lost, from its last command."""
+    if not len(command):
+        return
+    for name in row.dtype.names or ():
+        source = f"announced_{name}"
+        if source in (command.dtype.names or ()):
+            row[name] = command[source]

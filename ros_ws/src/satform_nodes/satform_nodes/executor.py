@@ -24,6 +24,15 @@ LONGEST_WAIT = 0.02
 LEISURE = 0.005
 """Wall-clock time that a node which nobody waits for lets messages gather, s."""
 
+PATIENCE_OF_A_STEP = 0.1
+"""Wall-clock time without progress after which a node says once more what it said last, s."""
+
+LONGEST_IDLE = 1.0
+"""Longest wall-clock time between two such repetitions, s."""
+
+_SEQUENCE = "publication_sequence_number"
+"""Where rclpy tells the number that a message has as its writer counts."""
+
 _NANOSECONDS = 1_000_000_000
 
 
@@ -32,7 +41,8 @@ class StepExecutor(SingleThreadedExecutor):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self._hot: list[tuple[Any, Any, Callable[[bytes], None]]] = []
+        self._hot: list[tuple[Any, Any, Callable[[bytes, int], None]]] = []
+        self._chores: list[Callable[[], None]] = []
         self._cold: list[Any] = []
         self._services: list[Any] = []
         self._hot_wait_set: Any = None
@@ -40,8 +50,16 @@ class StepExecutor(SingleThreadedExecutor):
         self._next_housekeeping = 0.0
         self._next_cold_look = 0.0
 
+    def add_chore(self, chore: Callable[[], None]) -> None:
+        """Have something done at every look at what is not hot, some fifty times a second."""
+        self._chores.append(chore)
+
+    def look_soon(self) -> None:
+        """Look at what is not hot as soon as the present callback has ended."""
+        self._next_cold_look = 0.0
+
     def subscribe(
-        self, node: Node, message_type: Any, topic: str, callback: Callable[[bytes], None], qos: Any
+        self, node: Node, message_type: Any, topic: str, callback: Callable[[bytes, int], None], qos: Any
     ) -> Any:
         """Subscribe to a topic on the fast path.
 
@@ -49,36 +67,61 @@ class StepExecutor(SingleThreadedExecutor):
             node: the node that subscribes, already added to this executor.
             message_type: rosidl's class of the message.
             topic: name of the topic.
-            callback: called with the serialised message.
+            callback: called with the serialised message and its number as its writer counts.
             qos: quality of service.
 
         Returns:
             rclpy's subscription.
         """
-        subscription = node.create_subscription(message_type, topic, callback, qos, raw=True)
+
+        def _handed_out_by_parent(data: bytes, information: dict[str, int]) -> None:
+            callback(data, information[_SEQUENCE])
+
+        subscription = node.create_subscription(message_type, topic, _handed_out_by_parent, qos, raw=True)
         self._hot.append((subscription, message_type, callback))
         self._hot_wait_set = None
         return subscription
 
-    def spin_while(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Work until the condition no longer holds, or nothing hot has arrived for too long.
+    def spin_while(
+        self,
+        condition: Callable[[], bool],
+        timeout: float,
+        idle: Callable[[], None] | None = None,
+        progress: Callable[[], object] | None = None,
+    ) -> bool:
+        """Work until the condition no longer holds, or nothing has come of it for too long.
 
         Args:
             condition: asked after every round.
-            timeout: wall-clock time without any hot message after which to give up, s.
+            timeout: wall-clock time without progress after which to give up, s.
+            idle: called when there was no progress for `PATIENCE_OF_A_STEP`, then twice that, and so on
+                up to `LONGEST_IDLE` between two calls.
+            progress: what is to change; when left out, the arrival of any hot message is progress.
 
         Returns:
             True when the condition has ended; False when the time was up.
         """
         last = time.monotonic()
+        before = progress() if progress else None
+        wait, due = PATIENCE_OF_A_STEP, last + PATIENCE_OF_A_STEP
         while condition():
             now = time.monotonic()
             if now >= self._next_cold_look:
                 self._look_at_cold(now)
-            if self._take_hot(LONGEST_WAIT):
+            moved = self._take_hot(LONGEST_WAIT)
+            if progress:
+                here = progress()
+                moved = here != before
+                before = here
+            if moved:
                 last = now
+                wait, due = PATIENCE_OF_A_STEP, now + PATIENCE_OF_A_STEP
             elif now - last > timeout:
                 return False
+            elif idle and now > due:
+                wait = min(2.0 * wait, LONGEST_IDLE)
+                due = now + wait
+                idle()
         return True
 
     def spin_at_leisure(
@@ -141,7 +184,7 @@ class StepExecutor(SingleThreadedExecutor):
                 taken = subscription.handle.take_message(message_type, True)
                 if taken is not None:
                     taken_any = True
-                    callback(taken[0])
+                    callback(taken[0], taken[1][_SEQUENCE])
         return taken_any
 
     def _drain_hot(self) -> bool:
@@ -151,12 +194,14 @@ class StepExecutor(SingleThreadedExecutor):
             take = subscription.handle.take_message
             while (taken := take(message_type, True)) is not None:
                 taken_any = True
-                callback(taken[0])
+                callback(taken[0], taken[1][_SEQUENCE])
         return taken_any
 
     def _look_at_cold(self, now: float) -> None:
-        """Hand to the parent what has become ready besides hot messages."""
+        """Hand to the parent what has become ready besides hot messages, and do the chores."""
         self._next_cold_look = now + LONGEST_WAIT
+        for chore in self._chores:
+            chore()
         if now >= self._next_housekeeping:
             self._next_housekeeping = now + HOUSEKEEPING_PERIOD
             self._gather_cold()

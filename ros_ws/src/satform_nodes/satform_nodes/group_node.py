@@ -9,14 +9,13 @@ from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import FormationNode, declare_fixed
 from satform_nodes.report import Report
-from satform_nodes.satellite_node import SatelliteNode, fly_all
+from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings, fly_all
 
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Make a node for each satellite of the group, and fly them on one executor."""
-    declare_fixed(node, "scenario", "", "path of the scenario file")
+    recorded, checkpoints = declare_settings(node)
     names = declare_fixed(node, "satellites", [""], "names of the satellites in this process")
-    recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
     scenario = scenario_of(node)
     if not any(names):
         sentence = f"{node.get_name()} needs the parameter satellites: names from the scenario"
@@ -25,7 +24,8 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     for name in names:
         own = FormationNode(name)
         executor.add_node(own)
-        satellites.append(SatelliteNode(own, executor, scenario, name, recorded, report))
+        settings = Settings(name, recorded, checkpoints, alone=len(names) == 1)
+        satellites.append(SatelliteNode(own, executor, scenario, settings, report))
     try:
         return fly_all(satellites, executor, stop)
     finally:

@@ -10,6 +10,7 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParam
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from satform.adjustments import changed
 from satform.spec import Spec
 
 
@@ -90,7 +91,7 @@ def on_spec_change(
         if not fields:
             return SetParametersResult(successful=True)
         try:
-            spec = type(current()).model_validate(_changed_data(current().model_dump(), fields))
+            spec = changed(current(), fields)
             node.sentence = accept(spec, fields)
             return SetParametersResult(successful=True)
         except ValidationError as error:
@@ -99,17 +100,6 @@ def on_spec_change(
             return SetParametersResult(successful=False, reason=str(error))
 
     node.add_on_set_parameters_callback(_changed)
-
-
-def _changed_data(data: dict[str, Any], fields: dict[str, Any]) -> dict[str, Any]:
-    """The data of a specification with fields changed, by dotted names where they are further within."""
-    for name, value in fields.items():
-        *path, last = name.split(".")
-        place = data
-        for part in path:
-            place = place[part]
-        place[last] = value
-    return data
 
 
 def _sentences(error: ValidationError, prefix: str) -> str:

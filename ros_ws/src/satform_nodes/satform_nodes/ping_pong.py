@@ -76,7 +76,7 @@ def _measure(count: int) -> RoundTrip:
         returned: list[float] = []
         publisher = node.create_publisher(Command, _PING, topics.STEPPED)
         subscription = executor.subscribe(
-            node, Command, _PONG, lambda _: returned.append(time.perf_counter()), topics.STEPPED
+            node, Command, _PONG, lambda _data, _number: returned.append(time.perf_counter()), topics.STEPPED
         )
         both = _both_there(publisher.get_subscription_count, subscription.get_publisher_count)
         # The other side's first word says that it has found this one too.
@@ -109,7 +109,9 @@ def main() -> int:
     executor = StepExecutor()
     executor.add_node(node)
     publisher = node.create_publisher(Command, _PONG, topics.STEPPED)
-    subscription = executor.subscribe(node, Command, _PING, publisher.publish, topics.STEPPED)
+    subscription = executor.subscribe(
+        node, Command, _PING, lambda data, _number: publisher.publish(data), topics.STEPPED
+    )
     both = _both_there(publisher.get_subscription_count, subscription.get_publisher_count)
     if executor.spin_until(both, _TIMEOUT):
         publisher.publish(_MESSAGE)

@@ -1,26 +1,32 @@
-"""The node of the plant: it moves all satellites, and decides when a step is complete."""
+"""The node of the plant: it moves all satellites, decides who takes part and when a step is complete."""
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, Ready, Recorded, RelativeState
 
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.formation import Back, Event, Formation, Lost, planned
 from satform.plant import Plant
 from satform.scenario import Scenario
 from satform_nodes import topics
+from satform_nodes.diagnostics import Condition, Health, flight_condition
+from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import START_TIMEOUT, NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import declare_fixed
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
+from satform_nodes.services import FormationServices
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
@@ -29,6 +35,9 @@ _ATTITUDE = layout(Attitude, topics.FRAME)
 _COMMAND = layout(Command, topics.FRAME)
 _RECORDED = layout(Recorded, topics.FRAME)
 _PROPULSION = layout(Propulsion, topics.FRAME)
+
+_ACCELERATION_AND_TORQUE = slice(3, 9)
+"""Where a command message has what the plant needs."""
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
@@ -47,55 +56,82 @@ class PlantNode:
         self.scenario = scenario
         self.report = report
         self.plant = Plant(scenario)
+        self.formation = Formation.of(scenario)
         self.recorded = recorded
         self.recorded_step = 0
-        self.refused = 0
+        self.refusals = Refusals()
         self.busy_seconds = 0.0
-        self._names = [satellite.name for satellite in scenario.satellites]
-        self._graph = scenario.communication_graph()
+        self.flying = False
+        self.aborted: tuple[list[str], str] | None = None
+        self.stop_asked = False
+        self.names = [satellite.name for satellite in scenario.satellites]
+        self._plan = planned(scenario)
+        self._pending: list[Event] = []
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        # Acceleration and wheel torque of each satellite.
-        self._commands = np.zeros((len(self._names), 6))
+        # Acceleration and wheel torque of each satellite, and the messages they came in.
+        self._commands = np.zeros((len(self.names), 6))
+        self._last_commands: dict[int, bytes] = {}
         self._answered: set[int] = set()
         self._ready: set[str] = set()
+        # Those that could come back, with the step of their checkpoints; those that have to, at this step.
+        self._returning: dict[int, int] = {}
+        self._awaited: dict[int, Back] = {}
+        self._awaited_since = 0.0
         self._state_due = False
+        self._paused = False
+        self._single_steps = 0
+        self._pulse = 0
+        self._said: dict[int, list[bytes]] = {}
+        self._status = FormationStatus()
         self._next_progress = 0.0
+        self._told_step, self._told_at = 0, time.monotonic()
 
+        self._make_publishers(node)
+        self._make_subscriptions(node, executor)
+        self._health = Health(node, "plant: formation", "plant", self._condition)
+        self._services = FormationServices(node, self)
+        executor.add_chore(self._chore)
+
+    def _make_publishers(self, node: Node) -> None:
+        scenario = self.scenario
         self._say_clock = node.create_publisher(Clock, topics.CLOCK, topics.STEPPED)
         self._say_status = node.create_publisher(FormationStatus, topics.STATUS, topics.LATCHED)
         self._say_state = [
-            node.create_publisher(RelativeState, topics.state(name), topics.STEPPED) for name in self._names
+            node.create_publisher(RelativeState, topics.state(name), topics.STEPPED) for name in self.names
         ]
         self._say_attitude = [
             (index, node.create_publisher(Attitude, topics.attitude(name), topics.STEPPED))
-            for index, name in enumerate(self._names)
+            for index, name in enumerate(self.names)
             if scenario.satellite(index).attitude is not None
         ]
         self._say_truth = [
             (index, node.create_publisher(RelativeState, topics.truth(name), topics.STEPPED))
-            for index, name in enumerate(self._names)
+            for index, name in enumerate(self.names)
             if scenario.satellite(index).sensor is not None
         ]
         self._say_propulsion = [
             node.create_publisher(Propulsion, topics.propulsion(name), topics.STEPPED)
-            for index, name in enumerate(self._names)
+            for index, name in enumerate(self.names)
             if scenario.satellite(index).thruster is not None
         ]
+
+    def _make_subscriptions(self, node: Node, executor: StepExecutor) -> None:
         node.create_subscription(Ready, topics.READY, self._on_ready, topics.LATCHED)
+        self._entries = [Entry(topics.command(name), _COMMAND, self.refusals) for name in self.names]
         subscriptions = [
             executor.subscribe(
-                node, Command, topics.command(name), self._on_command_of(index), topics.STEPPED
+                node, Command, topics.command(name), partial(self._on_command, index), topics.STEPPED
             )
-            for index, name in enumerate(self._names)
+            for index, name in enumerate(self.names)
         ]
-        watching = ["recorder"] if recorded else []
-        self._everyone = {*self._names, *watching}
+        watching = ["recorder"] if self.recorded else []
+        self._everyone = {*self.names, *watching}
         self._company = Company(node)
-        for name, publisher, subscription in zip(self._names, self._say_state, subscriptions, strict=True):
+        for name, publisher, subscription in zip(self.names, self._say_state, subscriptions, strict=True):
             self._company.listens(publisher, [name, *watching])
             self._company.speaks(subscription, [name])
         for index, publisher in self._say_attitude:
-            self._company.listens(publisher, [self._names[index], *watching])
+            self._company.listens(publisher, [self.names[index], *watching])
         for publisher in (
             *(publisher for _, publisher in self._say_truth),
             *self._say_propulsion,
@@ -103,7 +139,7 @@ class PlantNode:
         ):
             self._company.listens(publisher, watching)
         self._company.listens(self._say_status, self._everyone)
-        if recorded:
+        if self.recorded:
             progress = executor.subscribe(node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED)
             self._company.speaks(progress, watching)
 
@@ -114,42 +150,261 @@ class PlantNode:
         flown = self.plant.step == last and not self._state_due
         return flown and (not self.recorded or self.recorded_step >= last)
 
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to be done, for whatever reason."""
+        return self.finished or self.stop_asked or self.aborted is not None
+
+    def progress(self) -> tuple[int, ...]:
+        """What changes as long as the flight goes on."""
+        return (self.plant.step, len(self._answered), self.recorded_step, self.formation.number, self._pulse)
+
     def everyone_is_ready(self) -> bool:
         """Whether all nodes have said that they are ready, and are there seen from this side."""
         return self._everyone <= self._ready and self._company.complete()
-
-    def missing(self) -> list[str]:
-        """Who keeps the step from going on."""
-        if self._state_due or self.plant.step == self.scenario.timing.steps:
-            return ["recorder"]
-        return [name for index, name in enumerate(self._names) if index not in self._answered]
 
     def not_ready(self) -> list[str]:
         """Who has not yet said that it can fly."""
         return sorted(self._everyone - self._ready) or ["the plant, which does not see everyone"]
 
+    @property
+    def waits_for_return(self) -> bool:
+        """Whether a satellite is awaited that the scenario brings back at this step."""
+        return bool(self._awaited)
+
+    def missing(self) -> list[str]:
+        """Who keeps the step from going on."""
+        if self._awaited:
+            return [self.names[index] for index in self._awaited]
+        if self._state_due or self.plant.step == self.scenario.timing.steps:
+            return ["recorder"]
+        return [self.names[index] for index in self._unanswered()]
+
+    def _unanswered(self) -> list[int]:
+        alive = np.flatnonzero(self.formation.alive).tolist()
+        return [index for index in alive if index not in self._answered]
+
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
+        self.flying = True
         self.say_status(FormationStatus.FLYING, "")
+        self._begin_step()
+
+    # Who takes part
+
+    def lose(self, names: Iterable[str], reason: str) -> None:
+        """Go on without some satellites, or end the flight when nobody is left or the recorder is needed.
+
+        Args:
+            names: of satellites, or `recorder`.
+            reason: in words, for everyone.
+        """
+        for name in names:
+            if name == "recorder":
+                self._lose_recorder(reason)
+            elif name in self.names:
+                self._lose(self.names.index(name), reason)
+        self._advance_if_complete()
+
+    def _lose(self, index: int, reason: str) -> None:
+        if not self.formation.alive[index]:
+            # It may have been about to come back.
+            self._returning.pop(index, None)
+            self._pending = [event for event in self._pending if event != self._return_of(index)]
+            return
+        if index in self._answered:
+            # It has had its part in this step; from the next one on it is lost.
+            if not any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
+                self._pending.append(Lost(index, reason))
+            return
+        if index not in self._last_commands:
+            self.aborted = ([self.names[index]], f"{reason}, before its first command")
+            return
+        self._change([Lost(index, reason)])
+        if not self.formation.alive.any():
+            self.aborted = ([self.names[index]], f"{reason}; no satellite is left")
+
+    def _return_of(self, index: int) -> Event | None:
+        """The return of a satellite that is to happen at the next step; None when there is none."""
+        own = [event for event in self._pending if isinstance(event, Back) and event.satellite == index]
+        return own[0] if own else None
+
+    def _lose_recorder(self, reason: str) -> None:
+        if not self.recorded:
+            return
+        if self._recorder_needed:
+            self.aborted = (["recorder"], reason)
+            return
+        self.recorded = False
+        self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
+        self.report.say("loss", who="recorder", step=self.plant.step, reason=reason)
+        self._go_on()
+
+    @property
+    def _recorder_needed(self) -> bool:
+        return bool(self.node.get_parameter("recorder_needed").value)
+
+    def _change(self, events: Sequence[Event]) -> None:
+        """Change the formation at the present step, and tell everyone."""
+        if not self.formation.apply(events, self.plant.step, self.names):
+            return
+        lost = [event.satellite for event in events if isinstance(event, Lost)]
+        back = [event for event in events if isinstance(event, Back)]
+        for index in lost:
+            self._commands[index] = 0.0
+            self._answered.discard(index)
+            self.report.say("loss", who=self.names[index], step=self.plant.step, reason=self.formation.reason)
+        for event in back:
+            self._entries[event.satellite].renew()
+            self._returning.pop(event.satellite, None)
+            self.report.say("return", who=self.names[event.satellite], step=self.plant.step)
+        phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
+        self.say_status(phase, self.formation.reason, lost, back)
+        self._health.changed()
+
+    def rewire(self, event: Event) -> int:
+        """Take up an event for the next step; the step's number."""
+        self._pending.append(event)
+        return self.plant.step if self._state_due else self.plant.step + 1
+
+    def _on_ready(self, ready: Ready) -> None:
+        name = ready.node.rpartition("/")[2]
+        self._ready.add(name)
+        if not self.flying or name not in self.names:
+            return
+        index = self.names.index(name)
+        if self.formation.alive[index]:
+            return
+        self._returning[index] = int(ready.checkpoint)
+        if index not in self._awaited and not self._comes_back_later(index):
+            checkpoint = int(ready.checkpoint)
+            self._pending.append(Back(index, checkpoint if checkpoint >= 0 else None))
+        self._go_on()
+
+    def _comes_back_later(self, index: int) -> bool:
+        """Whether the scenario has a step at which a lost satellite is to take part again."""
+        return any(
+            isinstance(event, Back) and event.satellite == index
+            for step, events in self._plan.items()
+            for event in events
+            if step > self.plant.step
+        )
+
+    # Steps
+
+    def _begin_step(self) -> None:
+        """Let happen what is due at this step, and publish its states when nothing stands against it."""
+        events = self._plan.get(self.plant.step, [])
+        self._change([event for event in events if not isinstance(event, Back)])
+        returns = [event for event in events if isinstance(event, Back)]
+        self._awaited = {event.satellite: event for event in returns}
+        self._awaited_since = time.monotonic()
+        self._state_due = True
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Publish the states that are due, unless someone has to be waited for."""
+        if not self._state_due:
+            return
+        if self.recorded and self.plant.step - self.recorded_step > topics.RECORDER_WINDOW:
+            return
+        if self._paused and not self._single_steps:
+            return
+        if any(index not in self._returning for index in self._awaited):
+            return
+        self._single_steps = max(0, self._single_steps - 1)
+        self._change([*self._awaited.values(), *self._pending])
+        self._awaited, self._pending = {}, []
+        self._state_due = False
         self._publish_state()
 
-    def say_status(self, phase: int, reason: str) -> None:
+    def pause(self) -> int:
+        """Take no more steps; the number of the first one that is not taken."""
+        self._paused = True
+        self.say_status(FormationStatus.PAUSED, "paused")
+        return self.plant.step if self._state_due else self.plant.step + 1
+
+    def resume(self) -> int:
+        """Take steps again; the number of the first one."""
+        self._paused = False
+        self._single_steps = 0
+        self.say_status(FormationStatus.FLYING, "resumed")
+        step = self.plant.step
+        self._go_on()
+        return step
+
+    def single_step(self) -> int:
+        """Take one step and pause again; the number of the step that is taken."""
+        step = self.plant.step if self._state_due else self.plant.step + 1
+        if not self._paused:
+            self.pause()
+        self._single_steps += 1
+        self._go_on()
+        return step
+
+    @property
+    def paused(self) -> bool:
+        """Whether steps are taken only when asked for."""
+        return self._paused
+
+    def say_again(self) -> None:
+        """Repeat what was said last: the step does not go on, and somebody may not have heard it."""
+        if self._state_due or self.plant.step == self.scenario.timing.steps:
+            self._say_status.publish(self._status)
+            return
+        for index in self._unanswered():
+            for publisher, data in zip(self._speakers_to(index), self._said.get(index, []), strict=False):
+                publisher.publish(data)
+
+    def _speakers_to(self, index: int) -> list[Any]:
+        return [self._say_state[index], *(say for place, say in self._say_attitude if place == index)]
+
+    def _chore(self) -> None:
+        """Off the path of a step: what the starter says, and whether standing still is meant."""
+        for said in self.report.heard():
+            if said["event"] == "lost":
+                self.lose([said["who"]], said["reason"])
+        waits = self._awaited and time.monotonic() - self._awaited_since < START_TIMEOUT
+        if (self._paused and self._state_due) or waits:
+            self._pulse += 1
+
+    def _condition(self) -> Condition:
+        now = time.monotonic()
+        rate = (self.plant.step - self._told_step) / max(now - self._told_at, 1e-9)
+        self._told_step, self._told_at = self.plant.step, now
+        lost = {
+            self.names[index]: self.plant.step - step
+            for index, step in self.formation.lost_at.items()
+            if not self.formation.alive[index]
+        }
+        refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
+        return flight_condition(step=self.plant.step, step_rate=rate, refused=refused, silent=lost)
+
+    def say_status(
+        self, phase: int, reason: str, lost: Sequence[int] = (), back: Sequence[Back] = ()
+    ) -> None:
         """Tell everyone in what phase the formation is, from which step, and why."""
-        status = FormationStatus(
+        formation = self.formation
+        self._status = FormationStatus(
             step=self.plant.step,
+            number=formation.number,
             phase=phase,
             last_step=self.scenario.timing.steps,
-            satellites=self._names,
-            alive=[True] * len(self._names),
-            adjacency=self._graph.adjacency.astype(np.uint8).ravel().tolist(),
-            algebraic_connectivity=float(self._graph.algebraic_connectivity),
+            satellites=self.names,
+            alive=formation.alive.tolist(),
+            adjacency=formation.graph.adjacency.astype(np.uint8).ravel().tolist(),
+            algebraic_connectivity=float(formation.connectivity),
+            lost=[self.names[index] for index in lost],
+            last_words=[deserialize_message(self._last_commands[index], Command) for index in lost],
+            back=[self.names[event.satellite] for event in back],
+            checkpoints=[-1 if event.checkpoint is None else event.checkpoint for event in back],
             reason=reason,
         )
         seconds, nanoseconds = self._stamps.at(self.plant.step)
-        status.header.stamp.sec, status.header.stamp.nanosec = seconds, nanoseconds
-        status.header.frame_id = topics.FRAME
-        self._say_status.publish(status)
-        if phase == FormationStatus.FLYING:
+        self._status.header.stamp.sec, self._status.header.stamp.nanosec = seconds, nanoseconds
+        self._status.header.frame_id = topics.FRAME
+        self._say_status.publish(self._status)
+        if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
         # What the plant said last would be lost with it.
         for publisher in (self._say_status, *self._say_state, self._say_clock):
@@ -157,30 +412,31 @@ class PlantNode:
                 self.node.get_logger().warning("not everyone has heard how the flight ended")
                 return
 
-    def _on_ready(self, ready: Ready) -> None:
-        self._ready.add(ready.node.rpartition("/")[2])
-
-    def _on_recorded(self, data: bytes) -> None:
+    def _on_recorded(self, data: bytes, _sequence: int) -> None:
         numbers = _RECORDED.unpack(data)
         if numbers is None:
-            self.refused += 1
+            self.refusals.note(topics.RECORDED, "another form")
             return
-        self.recorded_step = max(self.recorded_step, numbers[2])
-        if self._state_due:
-            self._publish_state()
+        self.recorded_step = max(self.recorded_step, min(numbers[2], self.plant.step))
+        self._go_on()
 
-    def _on_command_of(self, index: int) -> Any:
-        def _on_command(data: bytes) -> None:
-            numbers = _COMMAND.unpack(data)
-            if numbers is None or numbers[2] != self.plant.step or index in self._answered:
-                self.refused += 1
-                return
-            self._commands[index] = numbers[3:]
-            self._answered.add(index)
-            if len(self._answered) == len(self._names):
-                self._advance()
+    def _on_command(self, index: int, data: bytes, sequence: int) -> None:
+        if not self.formation.alive[index]:
+            return
+        step = self.plant.step
+        numbers = self._entries[index].admit(data, sequence, step, step)
+        if numbers is None or index in self._answered or self._state_due:
+            return
+        self._commands[index] = numbers[_ACCELERATION_AND_TORQUE]
+        self._last_commands[index] = data
+        self._answered.add(index)
+        self._advance_if_complete()
 
-        return _on_command
+    def _advance_if_complete(self) -> None:
+        if self._state_due or not self.flying or self.aborted or self._unanswered():
+            return
+        if self.plant.step < self.scenario.timing.steps:
+            self._advance()
 
     def _advance(self) -> None:
         # The processor's time: the wall clock would count those who are let in meanwhile.
@@ -189,7 +445,7 @@ class PlantNode:
         self.busy_seconds += time.thread_time() - begin
         self._answered.clear()
         self._publish_propulsion()
-        self._publish_state()
+        self._begin_step()
         now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + _PROGRESS_PERIOD
@@ -218,21 +474,26 @@ class PlantNode:
             )
 
     def _publish_state(self) -> None:
-        step = self.plant.step
-        self._state_due = self.recorded and step - self.recorded_step > topics.RECORDER_WINDOW
-        if self._state_due:
-            return
+        step, number = self.plant.step, self.formation.number
         seconds, nanoseconds = self._stamps.at(step)
         told, moments = self.plant.measured(), self.plant.measured_steps()
-        for publisher, moment, position, velocity in zip(
-            self._say_state, moments.tolist(), told.position.tolist(), told.velocity.tolist(), strict=True
+        for index, (publisher, moment, position, velocity) in enumerate(
+            zip(
+                self._say_state,
+                moments.tolist(),
+                told.position.tolist(),
+                told.velocity.tolist(),
+                strict=True,
+            )
         ):
-            publisher.publish(_STATE.pack(*self._stamps.at(moment), step, *position, *velocity))
+            data = _STATE.pack(*self._stamps.at(moment), step, number, *position, *velocity)
+            self._said[index] = [data]
+            publisher.publish(data)
         self._publish_attitude(seconds, nanoseconds, step)
         truth = self.plant.motion()
         for index, publisher in self._say_truth:
             position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
-            publisher.publish(_STATE.pack(seconds, nanoseconds, step, *position, *velocity))
+            publisher.publish(_STATE.pack(seconds, nanoseconds, step, number, *position, *velocity))
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
         self._say_clock.publish(clock)
@@ -248,13 +509,16 @@ class PlantNode:
                 *attitude.angular_velocity[index].tolist(),
                 *attitude.wheel_momentum[index].tolist(),
             )
-            publisher.publish(_ATTITUDE.pack(seconds, nanoseconds, step, *turned, *limits[index]))
+            data = _ATTITUDE.pack(seconds, nanoseconds, step, *turned, *limits[index])
+            self._said[index].append(data)
+            publisher.publish(data)
 
 
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Wait for everyone, fly the scenario to its end, and say how it went."""
     declare_fixed(node, "scenario", "", "path of the scenario file")
     recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
+    declare_fixed(node, "recorder_needed", True, "whether the flight ends when the recorder is lost")
     scenario = scenario_of(node)
     plant = PlantNode(node, executor, scenario, recorded, report)
     if not executor.spin_until(lambda: plant.everyone_is_ready() or stop.asked, START_TIMEOUT):
@@ -264,12 +528,10 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     plant.report.say("flying")
     if not stop.asked:
         plant.begin()
-    in_time = executor.spin_while(lambda: not (plant.finished or stop.asked), scenario.tolerated_silence)
-    if not in_time:
-        silent = plant.missing()
-        silence = f"no answer within {scenario.tolerated_silence:g} s from {', '.join(silent)}"
-        return _abort(plant, silent, f"lost at step {plant.plant.step}: {silence}")
-    if stop.asked:
+    _fly_on(plant, executor, stop)
+    if plant.aborted:
+        return _abort(plant, *plant.aborted)
+    if stop.asked or plant.stop_asked:
         plant.report.say("stopped", step=plant.plant.step)
         plant.say_status(FormationStatus.ABORTED, "asked to stop")
         return EXIT_STOPPED
@@ -279,16 +541,32 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         step=plant.plant.step,
         seconds=seconds,
         busy=plant.busy_seconds,
-        refused=plant.refused,
+        refused=plant.refusals.sentences(),
     )
     plant.say_status(FormationStatus.FINISHED, "")
     return EXIT_DONE
 
 
+def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None:
+    """Take steps until the flight is over; whoever is silent for too long is lost."""
+    silence = plant.scenario.tolerated_silence
+    while not executor.spin_while(
+        lambda: not (plant.over or stop.asked), silence, plant.say_again, plant.progress
+    ):
+        silent = plant.missing()
+        reason = f"no answer within {silence:g} s from {', '.join(silent)}"
+        if plant.waits_for_return:
+            plant.aborted = (silent, f"{', '.join(silent)} has not come back within {START_TIMEOUT:g} s")
+        else:
+            plant.lose(silent, reason)
+
+
 def _abort(plant: PlantNode, who: list[str], reason: str) -> int:
-    plant.report.say("lost", who=who, step=plant.plant.step, reason=reason)
-    plant.say_status(FormationStatus.ABORTED, reason)
-    raise NodeError(reason, EXIT_LOST)
+    step = plant.plant.step
+    sentence = f"lost at step {step}: {reason}" if plant.flying else reason
+    plant.report.say("lost", who=who, step=step, reason=sentence)
+    plant.say_status(FormationStatus.ABORTED, sentence)
+    raise NodeError(sentence, EXIT_LOST)
 
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:

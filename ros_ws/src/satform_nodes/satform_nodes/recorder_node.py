@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -16,9 +17,13 @@ from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import Scenario
 from satform_nodes import topics
+from satform_nodes.absences import Absences
 from satform_nodes.bag_writer import BagWriter
 from satform_nodes.definitions import definition, type_name
+from satform_nodes.diagnostics import DIAGNOSTICS
+from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
+from satform_nodes.formation_view import FormationView
 from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import declare_fixed
 from satform_nodes.readiness import Company
@@ -43,6 +48,31 @@ _LAST_WORDS = 0.1
 """Wall-clock time after the end of the flight in which words still count, s."""
 
 
+@dataclass
+class _Channel:
+    """A topic with a message at each step.
+
+    Attributes:
+        number: of the topic in the bag.
+        topic: its name.
+        kind: of topic.
+        satellite: place of the satellite that speaks there; -1 for the plant.
+        last: step of its last message.
+        latest: step of the newest message in the bag; -1 before the first.
+        gaps: first and last step of each stretch without messages.
+        entry: what may come in; None for the clock, whose messages are of another kind.
+    """
+
+    number: int
+    topic: str
+    kind: str
+    satellite: int
+    last: int
+    latest: int = -1
+    gaps: list[tuple[int, int]] = field(default_factory=list)
+    entry: Entry | None = None
+
+
 class RecorderNode:
     """Writes what passes on the formation's topics, and knows what has to pass."""
 
@@ -51,13 +81,15 @@ class RecorderNode:
     ) -> None:
         self.node = node
         self.report = report
-        self.ended: FormationStatus | None = None
         self.missed: list[str] = []
+        self.refusals = Refusals()
+        self.view = FormationView(scenario)
+        self._absences = Absences(scenario)
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._names = [satellite.name for satellite in scenario.satellites]
         self._last_step = scenario.timing.steps
         self._reported = 0
-        self._latest: list[int] = []
-        self._lasts: list[int] = []
+        self._channels: list[_Channel] = []
         try:
             self.bag = BagWriter(
                 folder, scenario, {name: version(name) for name in ("satform", "numpy", "scipy")}
@@ -83,31 +115,49 @@ class RecorderNode:
             ]
             decided = ["command", "tracking", *(["propulsion"] if equipped.thruster is not None else [])]
             for kind, last in (*((kind, 0) for kind in told), *((kind, 1) for kind in decided)):
-                speaker = "plant" if kind in _SAID_BY_PLANT else satellite.name
-                form = layout(topics.TYPES[kind], topics.FRAME)
+                speaker = -1 if kind in _SAID_BY_PLANT else index
                 topic = getattr(topics, kind)(satellite.name)
-                self._follow(executor, kind, topic, speaker, self._last_step - last, form.unpack)
+                self._follow(executor, kind, topic, speaker, self._last_step - last)
             changes = topics.parameter_changes(satellite.name)
             self._listen("parameter_changes", changes, satellite.name, self._write_stepped)
-        self._follow(executor, "clock", topics.CLOCK, "plant", self._last_step, self._read_clock)
+        self._follow(executor, "clock", topics.CLOCK, -1, self._last_step)
         self._listen("status", topics.STATUS, "plant", self._on_status)
+        self._listen("diagnostics", DIAGNOSTICS, "", self._write_diagnostics, topics.SEEN)
+        self._now = (0, 0)
+
+    @property
+    def ended(self) -> FormationStatus | None:
+        """The plant's last word; None while the flight goes on."""
+        return self.view.ended
+
+    def _expected(self) -> list[_Channel]:
+        """Topics on which someone speaks at present."""
+        alive = self.view.formation.alive
+        return [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
 
     @property
     def recorded_step(self) -> int:
         """Last step of which everything is in the bag; -1 before the first."""
-        return min(self._latest)
+        return min(channel.latest for channel in self._expected())
 
     def lags(self) -> bool:
         """Whether messages are missing of the steps that were complete when the flight ended."""
-        return self.ended is not None and any(
-            latest < min(last, self.ended.step - 1)
-            for latest, last in zip(self._latest, self._lasts, strict=True)
+        ended = self.ended
+        return ended is not None and any(
+            channel.latest < min(channel.last, ended.step - 1) for channel in self._expected()
         )
 
     @property
     def complete(self) -> bool:
         """Whether every message of the whole flight is in the bag."""
-        return all(latest >= last for latest, last in zip(self._latest, self._lasts, strict=True))
+        return all(channel.latest >= channel.last for channel in self._expected())
+
+    def judge_gaps(self) -> None:
+        """Count as missed what is absent though its satellite was not."""
+        for channel in self._channels:
+            for first, last in channel.gaps:
+                if not self._absences.explain(channel.satellite, channel.kind, first, last):
+                    self.missed.append(f"{channel.topic}: nothing from step {first} to {last}")
 
     def matched(self) -> bool:
         """Whether all topics have their publisher, seen from this side."""
@@ -115,7 +165,7 @@ class RecorderNode:
 
     def say_ready(self) -> None:
         """Tell the plant that recording can begin."""
-        self._say_ready.publish(Ready(node=self.node.get_fully_qualified_name(), step=0))
+        self._say_ready.publish(Ready(node=self.node.get_fully_qualified_name(), step=0, checkpoint=-1))
 
     def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
         message_type = topics.TYPES[kind]
@@ -123,44 +173,45 @@ class RecorderNode:
             topic, type_name(message_type), definition(message_type), _profile_text(profile)
         )
 
-    def _follow(
-        self,
-        executor: StepExecutor,
-        kind: str,
-        topic: str,
-        speaker: str,
-        last: int,
-        read: Callable[[bytes], tuple[Any, ...] | None],
-    ) -> None:
+    def _follow(self, executor: StepExecutor, kind: str, topic: str, satellite: int, last: int) -> None:
         """Write every message of a topic that has one at each step, and notice a gap.
 
         Args:
             executor: hands out the messages.
             kind: of topic, for its type.
             topic: name of the topic.
-            speaker: name of the node that publishes there.
+            satellite: place of the satellite that publishes there; -1 for the plant.
             last: step of its last message.
-            read: gives seconds, nanoseconds and step of a message; None when it is not one.
         """
-        channel = self._add_topic(topic, kind, topics.STEPPED)
-        place = len(self._latest)
-        self._latest.append(-1)
-        self._lasts.append(last)
+        channel = _Channel(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
+        if kind != "clock":
+            channel.entry = Entry(topic, layout(topics.TYPES[kind], topics.FRAME), self.refusals)
+        self._channels.append(channel)
 
-        def _on_message(data: bytes) -> None:
-            numbers = read(data)
+        def _on_message(data: bytes, sequence: int) -> None:
+            numbers = self._admitted(channel, data, sequence)
             if numbers is None:
-                self.missed.append(f"{topic}: a message of another form")
                 return
             seconds, nanoseconds, step = numbers[:3]
-            if step != self._latest[place] + 1:
-                self.missed.append(f"{topic}: step {step} after step {self._latest[place]}")
-            self._latest[place] = step
-            self.bag.write(channel, seconds * NANOSECONDS + nanoseconds, data, step)
+            if step > channel.latest + 1:
+                channel.gaps.append((channel.latest + 1, step - 1))
+            channel.latest = step
+            self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
             self._report_progress(step)
 
         subscription = executor.subscribe(self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED)
-        self._company.speaks(subscription, [speaker])
+        self._company.speaks(subscription, ["plant" if satellite < 0 else self._names[satellite]])
+
+    def _admitted(self, channel: _Channel, data: bytes, sequence: int) -> tuple[Any, ...] | None:
+        """The numbers of a message that belongs into the bag."""
+        if channel.entry is not None:
+            return channel.entry.admit(data, sequence, channel.latest + 1, self._last_step)
+        moment = self._read_clock(data)
+        if moment is None or not channel.latest < moment[2] <= self._last_step:
+            self.refusals.note(channel.topic, "another form, or a step that is not due")
+            return None
+        self._now = moment[:2]
+        return moment
 
     def _read_clock(self, data: bytes) -> tuple[int, int, int] | None:
         """Seconds, nanoseconds and step of a clock message, which has no header."""
@@ -170,13 +221,26 @@ class RecorderNode:
         nanoseconds = int.from_bytes(data[8:12], "little")
         return seconds, nanoseconds, self._stamps.step(seconds, nanoseconds)
 
-    def _listen(self, kind: str, topic: str, speaker: str, callback: Callable[[Any, int], None]) -> None:
+    def _listen(
+        self,
+        kind: str,
+        topic: str,
+        speaker: str,
+        callback: Callable[[Any, int], None],
+        profile: QoSProfile = topics.LATCHED,
+    ) -> None:
         """Write a topic on which something is said now and then."""
-        channel = self._add_topic(topic, kind, topics.LATCHED)
+        channel = self._add_topic(topic, kind, profile)
         subscription = self.node.create_subscription(
-            topics.TYPES[kind], topic, lambda message: callback(message, channel), topics.LATCHED
+            topics.TYPES[kind], topic, lambda message: callback(message, channel), profile
         )
-        self._company.speaks(subscription, [speaker])
+        if speaker:
+            self._company.speaks(subscription, [speaker])
+
+    def _write_diagnostics(self, message: Any, channel: int) -> None:
+        """Written with the simulated time at which it came, as all else in the bag."""
+        seconds, nanoseconds = self._now
+        self.bag.write(channel, seconds * NANOSECONDS + nanoseconds, serialize_message(message), 0)
 
     def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
         stamp = message.header.stamp
@@ -186,13 +250,19 @@ class RecorderNode:
 
     def _on_status(self, status: FormationStatus, channel: int) -> None:
         self._write_stepped(status, channel)
-        if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
-            self.ended = status
+        number = self.view.formation.number
+        if not self.view.take(status) or self.view.formation.number == number:
+            return
+        self._absences.take(status)
+        for name in status.back:
+            for entry in (own.entry for own in self._channels if own.satellite == self._names.index(name)):
+                if entry is not None:
+                    entry.renew()
 
     def _report_progress(self, step: int) -> None:
         if step < self._reported + _REPORT_EVERY and step < self._last_step - 1:
             return
-        reached = self._last_step if self.complete else min(self._latest)
+        reached = self._last_step if self.complete else self.recorded_step
         if reached <= self._reported and not self.complete:
             return
         self._reported = reached
@@ -244,6 +314,7 @@ def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, p
         # So may what was said on topics that are looked at now and then.
         executor.spin_until(lambda: stop.asked, _LAST_WORDS)
     finally:
+        recorder.judge_gaps()
         recorder.bag.close()
 
 

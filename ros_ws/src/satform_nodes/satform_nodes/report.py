@@ -1,4 +1,4 @@
-"""What a node tells the process that started it, on a pipe, when there is one."""
+"""What a node and the process that started it tell each other, on a pipe, when there is one."""
 
 import select
 from multiprocessing.connection import Connection
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class Report:
-    """A one-way line to whoever started the node; silent when nobody listens."""
+    """A line to whoever started the node; silent when nobody is there."""
 
     def __init__(self, pipe: Connection | None) -> None:
         self._pipe = pipe
@@ -24,3 +24,13 @@ class Report:
         """Tell of an event that may be left out, such as progress, unless the listener is behind."""
         if self._pipe is not None and select.select([], [self._pipe], [], 0.0)[1]:
             self.say(event, **details)
+
+    def heard(self) -> list[dict[str, Any]]:
+        """What whoever started the node has said since the last time."""
+        said: list[dict[str, Any]] = []
+        try:
+            while self._pipe is not None and self._pipe.poll():
+                said.append(self._pipe.recv())
+        except (OSError, EOFError):
+            self._pipe = None
+        return said

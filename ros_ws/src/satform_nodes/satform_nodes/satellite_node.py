@@ -1,9 +1,14 @@
 """The node of one satellite: state and neighbours' phases in, command and own phase out."""
 
+import os
 import resource
+import signal
 import sys
 import time
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -19,35 +24,68 @@ from satform_msgs.msg import (
     Tracking,
 )
 
-from satform.announcements import WIDTH, heard, numbers
-from satform.control.attitude import AttitudeTrackingSpec
-from satform.control.protocol import ControllerSpec, Motion
+from satform.adjustments import Adjustments
+from satform.announcements import WIDTH, numbers
+from satform.consensus.arc_length import Announces
+from satform.control.protocol import Motion
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.faults import Faults
+from satform.formation import Lost, planned
+from satform.inbox import Told
 from satform.orientation import Attitude
-from satform.satellite import Decision, Satellite, flight_setting
+from satform.post import Ears
+from satform.satellite import Decision, Satellite, flight_plan
 from satform.scenario import Scenario
 from satform.spec import Spec
 from satform_nodes import topics
+from satform_nodes.checkpoint_file import CheckpointFile
+from satform_nodes.diagnostics import Condition, Health, flight_condition
+from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
+from satform_nodes.formation_view import FormationView
 from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import FormationNode, declare_fixed, declare_spec, on_spec_change
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.stamps import Stamps
-from satform_nodes.wire import layout
+from satform_nodes.wire import Layout, layout
 
 _STATE = layout(RelativeState, topics.FRAME)
 _ATTITUDE = layout(AttitudeMessage, topics.FRAME)
 _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
 _NO_TORQUE = (0.0, 0.0, 0.0)
+_NOTHING = (0, 0, *[0.0] * 8)
+"""What a command says of the next announcement when there is none."""
 
+_PLACE = slice(4, 7)
+"""Where a state message has its position."""
+
+_ANY_STEP = 2**63
+"""A step beyond every flight."""
 
 _FAREWELL = Duration(seconds=2)
 """How long a satellite stays for the sake of what it said last."""
 
 _KILOBYTE = 1024
 """Unit in which Linux tells the memory of a process, bytes."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a satellite's node is told at its start beside the scenario.
+
+    Attributes:
+        name: of the satellite.
+        recorded: whether a recorder takes part, to be waited for.
+        checkpoints: folder of the checkpoints; empty when none are kept.
+        alone: whether the satellite has its process for itself.
+    """
+
+    name: str
+    recorded: bool
+    checkpoints: str
+    alone: bool
 
 
 class SatelliteNode:
@@ -58,11 +96,11 @@ class SatelliteNode:
         node: FormationNode,
         executor: StepExecutor,
         scenario: Scenario,
-        name: str,
-        recorded: bool,
+        settings: "Settings",
         report: Report,
     ) -> None:
         names = [satellite.name for satellite in scenario.satellites]
+        name = settings.name
         if name not in names:
             raise NodeError(
                 f"there is no satellite {name!r} in the scenario; there are {', '.join(names)}",
@@ -74,30 +112,38 @@ class SatelliteNode:
         self.scenario = scenario
         self.index = names.index(name)
         self.report = report
-        self.satellite = Satellite.of(scenario, self.index)
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        graph = scenario.communication_graph()
-        self._neighbours = graph.neighbours(self.index)
-        # What each neighbour said: its time, then the numbers of its announcement.
-        self._heard_now: dict[int, tuple[float, ...]] = {}
-        self._heard_next: dict[int, tuple[float, ...]] = {}
-        self._weight = np.ones(len(self._neighbours))
-        self._silence = np.zeros((0, 1 + WIDTH[scenario.consensus.announces]))
-        self._state: tuple[float, ...] | None = None
-        self._measured_step = 0
-        self._turns = scenario.satellite(self.index).attitude is not None
-        self._attitude: Attitude | None = None
-        self._changes: list[tuple[str, list[float]]] = []
         self.step = 0
-        self.refused = 0
+        self.pulse = 0
+        self.flying = False
+        self.refusals = Refusals()
         self.busy_seconds = 0.0
-        self.ended: FormationStatus | None = None
-
-        self._controls = _controls(scenario, self.index)
-        for prefix in self._controls:
-            self._declare_gains(prefix)
-
+        self._told_step, self._told_at = 0, time.monotonic()
+        self.view = FormationView(scenario)
+        self._settings = settings
+        self._names = names
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._graph = scenario.possible_graph()
+        self._neighbours = list(self._graph.neighbours(self.index))
         self._announces = scenario.consensus.announces
+        self._faults = Faults(scenario.faults, names, scenario.timing.step)
+        self._memory = CheckpointFile(settings.checkpoints, name, scenario.checkpoint_steps)
+        self._changes: list[tuple[str, list[float]]] = []
+        self._state: tuple[Any, ...] | None = None
+        self._attitude: tuple[Any, ...] | None = None
+        self._turns = scenario.satellite(self.index).attitude is not None
+        # What each neighbour said, by step: its time, then the numbers of its announcement.
+        self._heard: dict[int, dict[int, tuple[float, ...]]] = {}
+        self._said: deque[bytes] = deque(maxlen=2)
+        self._last_command = b""
+        self._start_afresh()
+
+        for prefix in self._adjustments.specs:
+            self._declare_specs(prefix)
+        self._make_endpoints(node)
+        self._health = Health(node, f"{name}: flight software", name, self._condition)
+
+    def _make_endpoints(self, node: FormationNode) -> None:
+        name, names = self.name, self._names
         announcement, topic_of = topics.TYPES[self._announces], getattr(topics, self._announces)
         self._announcement = layout(announcement, topics.FRAME)
         self._say_announcement = node.create_publisher(announcement, topic_of(name), topics.STEPPED)
@@ -108,30 +154,57 @@ class SatelliteNode:
         )
         self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
         self._company = Company(node)
+        self._entries: dict[str, Entry] = {}
         self._listen_to_plant()
         for neighbour in self._neighbours:
-            self._listen_to(neighbour, announcement, topic_of(names[neighbour]))
+            self._listen_to(neighbour)
         # Made last: whoever sees this subscription has seen all others of this satellite.
         status = node.create_subscription(FormationStatus, topics.STATUS, self._on_status, topics.LATCHED)
         self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
-        watching = ["recorder"] if recorded else []
+        watching = ["recorder"] if self._settings.recorded else []
         self._company.speaks(status, ["plant"])
         self._company.listens(self._say_ready, ["plant"])
         self._company.listens(self._say_command, ["plant", *watching])
         self._company.listens(self._say_tracking, watching)
-        listeners = [names[listener] for listener in graph.listeners(self.index)]
+        listeners = [names[listener] for listener in self._graph.listeners(self.index)]
         self._company.listens(self._say_announcement, [*listeners, *watching])
 
+    def _start_afresh(self) -> None:
+        """Be as at the start of the flight."""
+        own = flight_plan(self.scenario, self.index)
+        self.satellite = Satellite(own, len(self._neighbours))
+        self._ears = Ears(self.scenario, np.asarray(self.index), [self._neighbours])
+        self._adjustments = Adjustments(self.scenario, self.index)
+
     def _listen_to_plant(self) -> None:
-        told: list[tuple[Any, str, Any]] = [(RelativeState, topics.state(self.name), self._on_state)]
+        jump = topics.FASTEST * self.scenario.timing.step + topics.NEAR
+        told: list[tuple[str, Any, Entry]] = [
+            (
+                topics.state(self.name),
+                self._on_state,
+                self._entry(topics.state(self.name), _STATE, _PLACE, jump),
+            )
+        ]
         if self._turns:
-            told.append((AttitudeMessage, topics.attitude(self.name), self._on_attitude))
-        for message, topic, callback in told:
-            subscription = self.executor.subscribe(self.node, message, topic, callback, topics.STEPPED)
+            topic = topics.attitude(self.name)
+            told.append((topic, self._on_attitude, self._entry(topic, _ATTITUDE)))
+        for topic, callback, entry in told:
+            kind = topics.TYPES[topic.rpartition("/")[2]]
+            subscription = self.executor.subscribe(
+                self.node, kind, topic, partial(callback, entry), topics.STEPPED
+            )
             self._company.speaks(subscription, ["plant"])
 
-    def _listen_to(self, neighbour: int, message: Any, topic: str) -> None:
-        callback, speaker = self._hearing(neighbour), self.scenario.satellites[neighbour].name
+    def _entry(self, topic: str, form: Layout, watched: slice = slice(0), jump: float = 0.0) -> Entry:
+        entry = Entry(topic, form, self.refusals, watched, jump)
+        self._entries[topic] = entry
+        return entry
+
+    def _listen_to(self, neighbour: int) -> None:
+        message, speaker = topics.TYPES[self._announces], self._names[neighbour]
+        topic = getattr(topics, self._announces)(speaker)
+        entry = self._entry(topic, self._announcement)
+        callback = partial(self._on_announcement, neighbour, entry)
         subscription = self.executor.subscribe(self.node, message, topic, callback, topics.STEPPED)
         self._company.speaks(subscription, [speaker])
 
@@ -140,8 +213,9 @@ class SatelliteNode:
         return self._company.complete()
 
     def say_ready(self) -> None:
-        """Tell the plant that this satellite can fly."""
-        self._say_ready.publish(Ready(node=self.node.get_fully_qualified_name(), step=self.step))
+        """Tell the plant that this satellite can fly, and from which checkpoint it would go on."""
+        name = self.node.get_fully_qualified_name()
+        self._say_ready.publish(Ready(node=name, step=self.step, checkpoint=self._memory.step))
 
     def see_off(self) -> None:
         """Stay until what was said last has arrived, for a bounded time: it would be lost with this node."""
@@ -152,83 +226,261 @@ class SatelliteNode:
     def say_how_it_went(self) -> None:
         """Tell whoever started the process what this satellite did."""
         self.report.say(
-            "satellite", node=self.name, step=self.step, busy=self.busy_seconds, refused=self.refused
+            "satellite",
+            node=self.name,
+            step=self.step,
+            busy=self.busy_seconds,
+            refused=self.refusals.total,
         )
 
-    def _hearing(self, neighbour: int) -> Any:
-        def _on_announcement(data: bytes) -> None:
-            said = self._announcement.unpack(data)
-            if said is None:
-                self.refused += 1
-                return
-            step = said[2]
-            if step == self.step:
-                self._heard_now[neighbour] = (self._stamps.time(said[0], said[1]), *said[3:])
-            elif step == self.step + 1:
-                self._heard_next[neighbour] = (self._stamps.time(said[0], said[1]), *said[3:])
-            else:
-                self.refused += 1
+    def say_again(self) -> None:
+        """Repeat what was said last: the flight does not go on, and somebody may not have heard it."""
+        if self.view.ended is not None or not self.flying:
+            return
+        if self._last_command:
+            self._say_command.publish(self._last_command)
+        for said in self._said:
+            self._say_announcement.publish(said)
+
+    def command_nothing(self) -> None:
+        """Turn the thrusters off, as far as anyone hears it: the plant is no longer there."""
+        if self.flying:
+            self._say_command.publish(
+                _COMMAND.pack(*self._stamps.at(self.step), self.step, *[0.0] * 6, *_NOTHING)
+            )
+
+    def _condition(self) -> Condition:
+        """How the flight software is."""
+        now = time.monotonic()
+        rate = (self.step - self._told_step) / max(now - self._told_at, 1e-9)
+        self._told_step, self._told_at = self.step, now
+        formation = self.view.formation
+        silent = {
+            self._names[place]: self.step - formation.lost_at[place]
+            for place in self._neighbours
+            if not formation.alive[place]
+        }
+        refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
+        return flight_condition(step=self.step, step_rate=rate, refused=refused, silent=silent)
+
+    def _on_announcement(self, neighbour: int, entry: Entry, data: bytes, sequence: int) -> None:
+        last = self.step + 1 if self.flying else _ANY_STEP
+        said = entry.admit(data, sequence, self.step if self.flying else 0, last)
+        if said is None:
+            return
+        step = said[2]
+        self._heard.setdefault(step, {})[neighbour] = (self._stamps.time(said[0], said[1]), *said[3:])
+        self._act_if_complete()
+
+    def _on_state(self, entry: Entry, data: bytes, sequence: int) -> None:
+        before = entry.repeated
+        numbers = entry.admit(data, sequence, self.step, self.step if self.flying else _ANY_STEP)
+        # Whatever the plant says is a sign that it is there.
+        self.pulse += numbers is not None or entry.repeated > before
+        if numbers is not None:
+            self._state = numbers
             self._act_if_complete()
 
-        return _on_announcement
-
-    def _on_state(self, data: bytes) -> None:
-        numbers = _STATE.unpack(data)
-        if numbers is None or numbers[2] != self.step:
-            self.refused += 1
-            return
-        self._state = numbers[3:]
-        self._measured_step = self._stamps.step(numbers[0], numbers[1])
-        if self.step == 0:
-            self._announce()
-        self._act_if_complete()
-
-    def _on_attitude(self, data: bytes) -> None:
-        numbers = _ATTITUDE.unpack(data)
-        if numbers is None or numbers[2] != self.step:
-            self.refused += 1
-            return
-        self._attitude = Attitude(*np.array(numbers[3:12]).reshape(3, 3))
-        self._act_if_complete()
+    def _on_attitude(self, entry: Entry, data: bytes, sequence: int) -> None:
+        numbers = entry.admit(data, sequence, self.step, self.step if self.flying else _ANY_STEP)
+        if numbers is not None:
+            self._attitude = numbers
+            self._act_if_complete()
 
     def _on_status(self, status: FormationStatus) -> None:
-        if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
-            self.ended = status
+        self.pulse += 1
+        before = self.view.formation.number
+        if not self.view.take(status):
+            self.refusals.note(topics.STATUS, "not about this formation")
+            return
+        formation = self.view.formation
+        if formation.number == before:
+            return
+        for place in self.view.returns:
+            if self.view.returns[place][0] == formation.step and place in self._neighbours:
+                self._entry_of(place).renew()
+        if not formation.alive[self.index]:
+            self._fall()
+        self._meet_new_neighbours()
+        self._act_if_complete()
+
+    def _entry_of(self, neighbour: int) -> Entry:
+        return self._entries[getattr(topics, self._announces)(self._names[neighbour])]
+
+    def _fall(self) -> None:
+        """The plant counts this satellite as lost."""
+        if self.flying and self._is_planned_to_fall() and self._settings.alone:
+            self.see_off()
+            self.report.say("killed", node=self.name, step=self.step)
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.flying and not self._is_planned_to_fall():
+            sentence = f"the plant counts {self.name} as lost since step {self.view.formation.step}"
+            raise NodeError(f"{sentence}; it ends, so that it can be started anew", EXIT_LOST)
+        first = not self.flying
+        self.flying = False
+        for entry in self._entries.values():
+            if first:
+                # A process that comes in the middle of a flight has not heard anyone from the beginning.
+                entry.renew()
+        self._heard.clear()
+        self._said.clear()
+        self._last_command = b""
+        self._state = self._attitude = None
+        if not first:
+            # Satellites of a group share its process, which flies on.
+            self._start_afresh()
+            self._memory.load()
+            self.say_ready()
+
+    def _is_planned_to_fall(self) -> bool:
+        events = planned(self.scenario).get(self.view.formation.step, [])
+        return any(isinstance(event, Lost) and event.satellite == self.index for event in events)
+
+    def _meet_new_neighbours(self) -> None:
+        """Listen to those whom the graph lets this satellite hear now and never did before."""
+        heard = self.view.formation.graph.neighbours(self.index)
+        new = [place for place in heard if place not in self._neighbours]
+        if not new:
+            return
+        before = list(self._neighbours)
+        self._neighbours = sorted([*before, *new])
+        for neighbour in new:
+            self._listen_to(neighbour)
+            self._entry_of(neighbour).renew()
+        places = [before.index(place) if place in before else None for place in self._neighbours]
+        self.satellite.rearrange(places)
+        self._ears = Ears(self.scenario, np.asarray(self.index), [self._neighbours])
 
     def _act_if_complete(self) -> None:
-        if self._state is None or len(self._heard_now) < len(self._neighbours):
+        state = self._state
+        if state is None or not self._knows(int(state[3])):
             return
-        if self._turns and self._attitude is None:
-            return
-        state, step = self._state, self.step
+        step = int(state[2])
         if step >= self.scenario.timing.steps:
             self._state = None
             return
+        if not self.flying and not self._join(step):
+            return
+        heard = self._heard.get(step, {})
+        speakers = self._speakers(step)
+        if any(speaker not in heard for speaker in speakers):
+            self._add_last_words(step, heard)
+            if any(speaker not in heard for speaker in speakers):
+                return
+        if self._turns and (self._attitude is None or self._attitude[2] != step):
+            return
+        self._act(step, state, heard, speakers)
+
+    def _knows(self, number: int) -> bool:
+        """Whether the formation that a state is meant for is known; its status is on its way if not."""
+        if number > self.view.formation.number:
+            self.executor.look_soon()
+            return False
+        return True
+
+    def _speakers(self, step: int) -> list[int]:
+        linked = self._ears.linked(self.view.formation)
+        return [
+            neighbour
+            for place, neighbour in enumerate(self._neighbours)
+            if linked[place] and self.view.speaks(neighbour, step)
+        ]
+
+    def _add_last_words(self, step: int, heard: dict[int, tuple[float, ...]]) -> None:
+        """What lost neighbours had announced for the step in which they were lost."""
+        for neighbour, command in self.view.last_words.items():
+            if self.view.formation.lost_at.get(neighbour) == step and neighbour in self._neighbours:
+                heard.setdefault(neighbour, last_word(command, self._announces, self._stamps))
+        self._heard[step] = heard
+
+    def _join(self, step: int) -> bool:
+        """Begin to fly with the first state, or come back when the plant says so."""
+        returned = self.view.returns.get(self.index)
+        if returned is None:
+            if step != 0:
+                return False
+        else:
+            if returned[0] != step:
+                return False
+            if returned[1] >= 0:
+                self._memory.restore(self.satellite)
+            self.satellite.join(step)
+        self.flying = True
+        self.step = step
+        self._announce()
+        return True
+
+    def _act(
+        self, step: int, state: tuple[Any, ...], heard: dict[int, tuple[float, ...]], speakers: list[int]
+    ) -> None:
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
-        said = self._silence
-        if self._neighbours:
-            said = np.array([self._heard_now[neighbour] for neighbour in self._neighbours])
-        motion = Motion(np.array(state[:3]), np.array(state[3:6]))
-        neighbours = heard(self._announces, said[:, 1:], said[:, 0], self._weight)
-        decision = self.satellite.act(motion, neighbours, self._measured_step, self._attitude)
+        told = self._told(step, heard, speakers)
+        motion = Motion(np.array(state[4:7]), np.array(state[7:10]))
+        attitude = None
+        if self._attitude is not None:
+            attitude = Attitude(*np.array(self._attitude[3:12]).reshape(3, 3))
+        measured_step = self._stamps.step(state[0], state[1])
+        decision = self.satellite.act(motion, told, measured_step, attitude)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
-        torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
-        command = _COMMAND.pack(seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque)
-        self._say_command.publish(command)
         self._state = self._attitude = None
-        self._heard_now, self._heard_next = self._heard_next, {}
+        self._heard.pop(step, None)
+        self._heard.pop(step - 1, None)
         self.step = step + 1
-        self._announce()
+        values = self._values_to_say()
+        self._command(seconds, nanoseconds, step, decision, values)
+        self._memory.keep(self.satellite)
+        self._announce(values)
         self._show(seconds, nanoseconds, step, decision)
         self._tell_changes(step)
 
-    def _announce(self) -> None:
+    def _told(self, step: int, heard: dict[int, tuple[float, ...]], speakers: list[int]) -> Told:
+        """What the links make of what the neighbours said for this step."""
+        count = len(self._neighbours)
+        if len(speakers) == count:
+            said = np.array([heard[neighbour] for neighbour in self._neighbours]).reshape(count, -1)
+            if count == 0:
+                said = np.zeros((0, 1 + WIDTH[self._announces]))
+            return self._ears.told(step, said[:, 1:], said[:, 0], np.ones(count), self.view.formation)
+        said, fresh = np.zeros((count, 1 + WIDTH[self._announces])), np.zeros(count)
+        for place, neighbour in enumerate(self._neighbours):
+            if neighbour in speakers:
+                said[place], fresh[place] = heard[neighbour], 1.0
+        return self._ears.told(step, said[:, 1:], said[:, 0], fresh, self.view.formation)
+
+    def _values_to_say(self) -> tuple[tuple[int, int], list[float]]:
+        """Stamp and numbers of the next announcement, true or not."""
         said = self.satellite.announce()
-        seconds, nanoseconds = self._stamps.at_time(float(said.time))
-        values = numbers(said).tolist()
-        self._say_announcement.publish(self._announcement.pack(seconds, nanoseconds, self.step, *values))
+        values = self._faults.said(self.index, numbers(said), self.step)
+        return self._stamps.at_time(float(said.time)), values.tolist()
+
+    def _announce(self, values: tuple[tuple[int, int], list[float]] | None = None) -> None:
+        stamp, said = values or self._values_to_say()
+        data = self._announcement.pack(*stamp, self.step, *self._before_numbers, *said)
+        self._said.append(data)
+        self._say_announcement.publish(data)
+
+    @property
+    def _before_numbers(self) -> tuple[int, ...]:
+        """What an announcement carries between its step and its numbers."""
+        return (0,) if self._announces == "motion" else ()
+
+    def _command(
+        self,
+        seconds: int,
+        nanoseconds: int,
+        step: int,
+        decision: Decision,
+        values: tuple[tuple[int, int], list[float]],
+    ) -> None:
+        stamp, said = values
+        torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
+        announced = (*said, *[0.0] * 6) if self._announces == "arc_length" else (0.0, 0.0, *said)
+        self._last_command = _COMMAND.pack(
+            seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque, *stamp, *announced
+        )
+        self._say_command.publish(self._last_command)
 
     def _show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
         reference, motion = decision.reference, decision.motion
@@ -246,19 +498,15 @@ class SatelliteNode:
             )
         )
 
-    def _declare_gains(self, prefix: str) -> None:
+    def _declare_specs(self, prefix: str) -> None:
         def accept(spec: Spec, fields: dict[str, Any]) -> str:
-            return self._accept_gains(prefix, spec, fields)
+            return self._accept(prefix, spec, fields)
 
-        declare_spec(self.node, prefix, self._controls[prefix])
-        on_spec_change(self.node, prefix, lambda: self._controls[prefix], accept)
+        declare_spec(self.node, prefix, self._adjustments.specs[prefix])
+        on_spec_change(self.node, prefix, lambda: self._adjustments.specs[prefix], accept)
 
-    def _accept_gains(self, prefix: str, spec: Spec, fields: dict[str, Any]) -> str:
-        if isinstance(spec, AttitudeTrackingSpec):
-            self.satellite.use_attitude_controller(spec)
-        elif isinstance(spec, ControllerSpec):
-            self.satellite.use_controller(spec, flight_setting(self.scenario))
-        self._controls[prefix] = spec
+    def _accept(self, prefix: str, spec: Spec, fields: dict[str, Any]) -> str:
+        self._adjustments.use(self.satellite, prefix, spec)
         for name, value in fields.items():
             numbers = list(value) if isinstance(value, list | tuple) else [float(value)]
             self._changes.append((f"{prefix}.{name}", numbers))
@@ -276,23 +524,30 @@ class SatelliteNode:
         self._changes = []
 
 
-def _controls(scenario: Scenario, index: int) -> dict[str, Spec]:
-    """The specifications of a satellite's control laws, by the name that begins their parameters."""
-    satellite = scenario.satellite(index)
-    assert satellite.controller is not None  # noqa: S101 - the scenario's validator has seen to it
-    found: dict[str, Spec] = {"controller": satellite.controller}
-    if satellite.attitude is not None:
-        found["attitude_controller"] = satellite.attitude.controller
-    return found
+def last_word(command: Command, announces: Announces, stamps: Stamps) -> tuple[float, ...]:
+    """Time and numbers of the announcement that a lost satellite's last command carries."""
+    time = stamps.time(command.announced_at.sec, command.announced_at.nanosec)
+    if announces == "arc_length":
+        return (time, command.announced_arc_length, command.announced_rate)
+    position, velocity = command.announced_position, command.announced_velocity
+    return (time, position.x, position.y, position.z, velocity.x, velocity.y, velocity.z)
+
+
+def declare_settings(node: FormationNode) -> tuple[bool, str]:
+    """Declare what satellites' nodes have in common: whether a recorder takes part, folder of checkpoints."""
+    declare_fixed(node, "scenario", "", "path of the scenario file")
+    recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
+    checkpoints = declare_fixed(node, "checkpoints", "", "folder of the checkpoints; empty to keep none")
+    return recorded, checkpoints
 
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Find the others, fly until the plant says that the flight has ended, and go."""
-    declare_fixed(node, "scenario", "", "path of the scenario file")
+    recorded, checkpoints = declare_settings(node)
     name = declare_fixed(node, "satellite", "", "name of the satellite in the scenario")
-    recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
     scenario = scenario_of(node)
-    return fly_all([SatelliteNode(node, executor, scenario, name, recorded, report)], executor, stop)
+    settings = Settings(name, recorded, checkpoints, alone=True)
+    return fly_all([SatelliteNode(node, executor, scenario, settings, report)], executor, stop)
 
 
 def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: StopRequest) -> int:
@@ -310,9 +565,12 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         NodeError: the others are not there, or no longer heard.
     """
     names = ", ".join(satellite.name for satellite in satellites)
+
+    def over() -> bool:
+        return stop.asked or all(satellite.view.ended for satellite in satellites)
+
     if not executor.spin_until(
-        lambda: all(satellite.matched() or satellite.ended for satellite in satellites) or stop.asked,
-        PATIENCE,
+        lambda: all(satellite.matched() for satellite in satellites) or over(), PATIENCE
     ):
         sentence = f"{names}: neighbours and plant have not been found within {PATIENCE:g} s"
         raise NodeError(sentence, EXIT_LOST)
@@ -320,25 +578,44 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         satellite.say_ready()
         satellite.report.say("ready", node=satellite.name)
 
-    def waiting() -> bool:
-        return not (stop.asked or all(satellite.ended for satellite in satellites))
+    def begun() -> bool:
+        return over() or any(satellite.flying for satellite in satellites)
+
+    def say_again() -> None:
+        for satellite in satellites:
+            satellite.say_again()
+
+    def pulse() -> int:
+        return sum(satellite.pulse for satellite in satellites)
 
     # The first state comes when the last of all nodes is ready; the next ones soon or never.
     patience = 2.0 * satellites[0].scenario.tolerated_silence
-    in_time = executor.spin_while(lambda: waiting() and satellites[0].step == 0, PATIENCE)
-    in_time = in_time and executor.spin_while(waiting, patience)
+    in_time = executor.spin_while(lambda: not begun(), PATIENCE, progress=pulse)
+    in_time = in_time and executor.spin_while(lambda: not over(), patience, say_again, pulse)
+    _say_farewell(satellites, in_time=in_time)
+    return EXIT_STOPPED if stop.asked else EXIT_DONE
+
+
+def _say_farewell(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
+    """Say how it went, and leave when all has arrived.
+
+    Raises:
+        NodeError: the plant is no longer there.
+    """
     for satellite in satellites:
         if in_time:
             satellite.see_off()
+        else:
+            satellite.command_nothing()
         satellite.say_how_it_went()
+    first = satellites[0]
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
-    satellites[0].report.say("memory", process=satellites[0].name, bytes=memory)
+    first.report.say("memory", process=first.name, bytes=memory)
     if not in_time:
-        step = satellites[0].step
-        sentence = f"nothing heard from the plant at step {step}"
-        satellites[0].report.say("lost", who=["plant"], step=step, reason=sentence)
-        raise NodeError(f"{names}: {sentence}; stopping", EXIT_LOST)
-    return EXIT_STOPPED if stop.asked else EXIT_DONE
+        sentence = f"nothing heard from the plant at step {first.step}"
+        first.report.say("lost", who=["plant"], step=first.step, reason=sentence)
+        names = ", ".join(satellite.name for satellite in satellites)
+        raise NodeError(f"{names}: {sentence}; thrusters off, stopping", EXIT_LOST)
 
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:

@@ -1,5 +1,6 @@
 """Every topic's name, type and quality of service, in one place."""
 
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import (
@@ -22,6 +23,12 @@ CLOCK = "/clock"
 STATUS = "/formation/status"
 READY = "/formation/ready"
 RECORDED = "/formation/recorded"
+
+FASTEST = 1e5
+"""Speed above which nothing in a formation moves, m/s."""
+
+NEAR = 1e3
+"""Distance by which a place may jump beside that, m."""
 
 RECORDER_WINDOW = 1024
 """Steps by which the plant may be ahead of the recorder; writers keep twice as many for it."""
@@ -86,6 +93,7 @@ TYPES = {
     "command": Command,
     "tracking": Tracking,
     "parameter_changes": ParameterChange,
+    "diagnostics": DiagnosticArray,
 }
 """Message type of each topic by the last part of its name."""
 
@@ -105,3 +113,6 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """Said now and then, and still heard by those who come later."""
+
+SEEN = QoSProfile(depth=10)
+"""For whoever looks on: reliable, and what is missed is missed."""

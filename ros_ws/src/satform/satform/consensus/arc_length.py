@@ -5,6 +5,7 @@ nobody needs to know another's offset, which may therefore change in flight. Whe
 wanted, the phase is xi itself.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -51,6 +52,7 @@ class ArcLengthConsensus:
             at the rate it was heard with, by its stamp.
         arc_length_source: whether xi is that of the reference point or that of the point of the
             orbit closest to the satellite, in which case the formation waits for a laggard.
+        drop_after: age of a neighbour's word from which on it no longer counts, s.
     """
 
     tracking_gain: Array
@@ -58,6 +60,7 @@ class ArcLengthConsensus:
     rate_gain: Array
     neighbour_values: NeighbourValues = "hold"
     arc_length_source: ArcLengthSource = "reference"
+    drop_after: float = math.inf
 
     def acceleration(
         self, arc_length: Array, rate: Array, nominal_rate: Array | float, heard: Heard, time: float
@@ -116,6 +119,9 @@ class ConsensusSpec(Spec):
 
     announces: ClassVar[Announces] = "arc_length"
 
+    drop_after: Positive = 60.0
+    """Silence of a neighbour after which its last word no longer counts, s of simulated time."""
+
     def build(self) -> Any:
         """The law itself: an `ArcLengthConsensus`, or a `MotionSharing` where motion is announced."""
         raise NotImplementedError
@@ -144,6 +150,7 @@ class ArcLengthConsensusSpec(ConsensusSpec):
             rate_gain=np.asarray(self.rate_gain),
             neighbour_values=self.neighbour_values,
             arc_length_source=self.arc_length_source,
+            drop_after=self.drop_after,
         )
 
 

@@ -1,5 +1,6 @@
 """Satellites that tell each other where they are, and agree on nothing."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -31,16 +32,24 @@ class HeardMotion:
         position: of the neighbour when it spoke, LVLH, m, shape (..., 3).
         velocity: of the neighbour when it spoke, LVLH, m/s, shape (..., 3).
         stamp: simulated time to which both belong, s, shape (...).
+        weight: 1 while the neighbour's word counts, 0 once it has been silent for too long, shape (...).
     """
 
     position: Array
     velocity: Array
     stamp: Array
+    weight: Array
 
 
 @dataclass(frozen=True)
 class MotionSharing:
-    """Telling each other the own position and velocity; each satellite follows the one that it hears."""
+    """Telling each other the own position and velocity; each satellite follows the one that it hears.
+
+    Attributes:
+        drop_after: age of a neighbour's word from which on it no longer counts, s.
+    """
+
+    drop_after: float = math.inf
 
     def seen(self, motion: Motion, heard: HeardMotion, time: float) -> RelativeNeighbour:
         """The neighbour as seen from the satellite.
@@ -67,4 +76,4 @@ class MotionSharingSpec(ConsensusSpec):
 
     def build(self) -> MotionSharing:
         """The sharing itself."""
-        return MotionSharing()
+        return MotionSharing(self.drop_after)

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, model_validator
@@ -14,6 +15,9 @@ from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSpec
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
+from satform.faults import FaultSpec, SatelliteLostSpec
+from satform.formation import GraphChangeSpec, planned, possible_graph
+from satform.links import LinksSpec
 from satform.metrics import Expectation
 from satform.navigation import FilterSpec, NavigationSpec
 from satform.orientation import AttitudeSpec
@@ -227,6 +231,16 @@ class Scenario(Spec):
     """Defaults for all satellites."""
     satellites: Annotated[tuple[SatelliteSpec, ...], Field(min_length=1, max_length=10_000)]
     """The satellites, in the order of the graph's rows."""
+    links: LinksSpec | None = None
+    """What happens to messages between satellites; when left out every message arrives at once."""
+    graph_schedule: tuple[GraphChangeSpec, ...] = ()
+    """When the communication graph becomes another one."""
+    faults: tuple[Annotated[FaultSpec, Plugin("satform.faults")], ...] = ()
+    """What goes wrong, and when."""
+    checkpoint_period: Positive | None = None
+    """Time between two checkpoints of each satellite, s; none are kept when left out."""
+    tolerated_losses: Annotated[int, Field(ge=0)] = 0
+    """Satellites that may be lost, beside those in `faults`, without the run counting as failed."""
     expect: tuple[Annotated[Expectation, Plugin("satform.metrics")], ...] = ()
     """What the run is judged by."""
     tolerated_silence: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
@@ -241,6 +255,9 @@ class Scenario(Spec):
             *self._following_complaints(),
             *self._attitude_complaints(),
             *self._expectation_complaints(),
+            *self._link_complaints(),
+            *self._schedule_complaints(),
+            *self._fault_complaints(),
         ]
         if complaints:
             # The loader turns each complaint into a problem with a line of its own.
@@ -357,9 +374,93 @@ class Scenario(Spec):
             return [f"it has to hear {target} to point at it"]
         return []
 
-    def communication_graph(self) -> Graph:
-        """Who hears whom, with a row for each satellite in order."""
+    def _link_complaints(self) -> list[Complaint]:
+        if self.links is None:
+            return []
+        names = [satellite.name for satellite in self.satellites]
+        found = self.links.complaints(names, self.timing.step)
+        return [(("links", *place), sentence) for place, sentence in found]
+
+    def _schedule_complaints(self) -> list[Complaint]:
+        names = [satellite.name for satellite in self.satellites]
+        complaints: list[Complaint] = []
+        try:
+            graph = self.communication_graph()
+        except ValueError:
+            return []
+        if self.graph_schedule and self.consensus.announces == "motion":
+            return [(("graph_schedule",), "a satellite that follows a neighbour has to hear it all the time")]
+        for index, change in enumerate(self.graph_schedule):
+            if change.at >= self.timing.duration:
+                sentence = (
+                    f"at {change.at:g} s is not earlier than the flight's end at {self.timing.duration:g} s"
+                )
+                complaints.append((("graph_schedule", index, "at"), sentence))
+            try:
+                graph = change.applied(graph, names)
+            except ValueError as error:
+                complaints.append((("graph_schedule", index), str(error)))
+        return complaints
+
+    def _fault_complaints(self) -> list[Complaint]:
+        names = [satellite.name for satellite in self.satellites]
+        complaints: list[Complaint] = []
+        gone: dict[str, float] = {}
+        for index, fault in enumerate(self.faults):
+            place = ("faults", index)
+            if fault.satellite not in names:
+                sentence = f"there is no satellite {fault.satellite}; there are {', '.join(sorted(names))}"
+                complaints.append(((*place, "satellite"), sentence))
+            complaints += [((*place, field), text) for field, text in fault.complaints(self.timing.duration)]
+            complaints += self._unfit(index, fault, names)
+            if fault.tells_phase and self.consensus.announces != "arc_length":
+                sentence = "satellites that tell each other their motion tell no phase to lie about"
+                complaints.append((place, sentence))
+            if not isinstance(fault, SatelliteLostSpec):
+                continue
+            if fault.back is not None and fault.memory == "checkpoint" and self.checkpoint_period is None:
+                sentence = (
+                    f"{fault.satellite} comes back from its checkpoint, but none are kept: give the scenario "
+                    "a checkpoint_period, or the fault memory: plan"
+                )
+                complaints.append((place, sentence))
+            if gone.get(fault.satellite, 0.0) > fault.at:
+                sentence = f"{fault.satellite} is lost already at {fault.at:g} s; list losses in their order"
+                complaints.append((place, sentence))
+            gone[fault.satellite] = math.inf if fault.back is None else fault.back
+        return complaints
+
+    def _unfit(self, index: int, fault: FaultSpec, names: list[str]) -> list[Complaint]:
+        """What the satellite of a fault lacks for it."""
+        if not fault.needs or fault.satellite not in names:
+            return []
+        if getattr(self.satellite(names.index(fault.satellite)), fault.needs) is not None:
+            return []
+        sentence = f"{fault.satellite} has no {fault.needs} that could fail in this way: give it one"
+        return [(("faults", index), sentence)]
+
+    @property
+    def checkpoint_steps(self) -> int | None:
+        """Control steps between two checkpoints of a satellite; None when none are kept."""
+        if self.checkpoint_period is None:
+            return None
+        return max(1, round(self.checkpoint_period / self.timing.step))
+
+    @cached_property
+    def _graph(self) -> Graph:
         return self.graph.build(len(self.satellites))
+
+    @cached_property
+    def _possible_graph(self) -> Graph:
+        return possible_graph(self._graph, planned(self))
+
+    def communication_graph(self) -> Graph:
+        """Who hears whom at the start, with a row for each satellite in order."""
+        return self._graph
+
+    def possible_graph(self) -> Graph:
+        """Every edge that the communication graph has at some time of the flight."""
+        return self._possible_graph
 
     def satellite(self, index: int) -> SatelliteSpec:
         """One satellite with what it left out filled in from `every_satellite`."""

@@ -1,0 +1,215 @@
+"""Who flies and who hears whom, and at which step that changes: one numbered state for everyone.
+
+What a scenario plans and what happens unforeseen go through the same few events, so that a flight in
+which something happened can be flown again in one process to the same bits.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.consensus.graph import Graph, TopologySpec
+from satform.elementwise import Array
+from satform.faults import SatelliteLostSpec, step_at
+from satform.spec import NonNegative, Plugin, Spec
+
+if TYPE_CHECKING:
+    from satform.scenario.model import Scenario
+
+
+class GraphChangeSpec(Spec):
+    """A change of the communication graph: another topology, or edges that come and go."""
+
+    at: NonNegative
+    """When, at the first step that does not begin before this simulated time, s."""
+    graph: Annotated[TopologySpec, Plugin("satform.topologies")] | None = None
+    """The whole graph from then on; as it was when left out."""
+    add: tuple[tuple[str, str], ...] = ()
+    """Edges that come, each as listener and speaker."""
+    remove: tuple[tuple[str, str], ...] = ()
+    """Edges that go, each as listener and speaker."""
+
+    def applied(self, graph: Graph, names: Sequence[str]) -> Graph:
+        """The graph after this change.
+
+        Raises:
+            ValueError: an edge names an unknown satellite, or the topology does not exist for so many.
+        """
+        if self.graph is not None:
+            graph = self.graph.build(len(names))
+        adjacency = graph.adjacency.copy()
+        for edges, value in ((self.add, 1.0), (self.remove, 0.0)):
+            for listener, speaker in edges:
+                for name in (listener, speaker):
+                    if name not in names:
+                        raise ValueError(
+                            f"there is no satellite {name}; there are {', '.join(sorted(names))}"
+                        )
+                if listener == speaker:
+                    raise ValueError(f"{listener} cannot hear itself")
+                adjacency[names.index(listener), names.index(speaker)] = value
+        return Graph(adjacency)
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A satellite no longer answers: this step is the first without a command of it."""
+
+    satellite: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Back:
+    """A satellite that was lost takes part again from this step on.
+
+    Attributes:
+        satellite: its place.
+        checkpoint: step of the checkpoint from which it goes on; None when it knows its flight plan only.
+    """
+
+    satellite: int
+    checkpoint: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Rewired:
+    """The communication graph is another one from this step on."""
+
+    graph: Graph
+    reason: str
+
+
+@dataclass(frozen=True)
+class Adjusted:
+    """A parameter of a satellite has another value from this step on."""
+
+    satellite: int
+    name: str
+    value: tuple[float, ...]
+
+
+Event: TypeAlias = Lost | Back | Rewired | Adjusted
+Plan: TypeAlias = dict[int, list[Event]]
+"""Events by the step at which they take effect."""
+
+
+def planned(scenario: "Scenario") -> Plan:
+    """What a scenario says will happen to the formation."""
+    names = [satellite.name for satellite in scenario.satellites]
+    step = scenario.timing.step
+    plan: Plan = {}
+    for fault in scenario.faults:
+        if isinstance(fault, SatelliteLostSpec):
+            place = names.index(fault.satellite)
+            reason = f"{fault.satellite} is killed by the scenario"
+            gone = step_at(fault.at, step)
+            plan.setdefault(gone, []).append(Lost(place, reason))
+            if fault.back is not None:
+                kept = None if fault.memory == "plan" else _last_checkpoint(gone, scenario.checkpoint_steps)
+                plan.setdefault(step_at(fault.back, step), []).append(Back(place, kept))
+    graph = scenario.communication_graph()
+    for change in sorted(scenario.graph_schedule, key=lambda change: change.at):
+        graph = change.applied(graph, names)
+        event = Rewired(graph, "the scenario changes the graph")
+        plan.setdefault(step_at(change.at, step), []).append(event)
+    # A loss comes before a return at the same step.
+    return {at: sorted(plan[at], key=lambda event: isinstance(event, Back)) for at in sorted(plan)}
+
+
+def _last_checkpoint(step: int, every: int | None) -> int | None:
+    """Step of the last checkpoint that a satellite has kept which is lost at a step."""
+    if every is None or step < every:
+        return None
+    return step // every * every
+
+
+def merged(*plans: Plan) -> Plan:
+    """Several plans as one; what is planned first comes first."""
+    whole: Plan = {}
+    for plan in plans:
+        for step, events in plan.items():
+            whole.setdefault(step, []).extend(events)
+    return whole
+
+
+def possible_graph(graph: Graph, plan: Plan) -> Graph:
+    """Every edge that there is at some time."""
+    adjacency = graph.adjacency
+    for events in plan.values():
+        for event in events:
+            if isinstance(event, Rewired):
+                adjacency = np.maximum(adjacency, event.graph.adjacency)
+    return Graph(adjacency)
+
+
+def loses(plan: Plan) -> bool:
+    """Whether a satellite is lost in it, or changed by itself, so that satellites cannot fly as one."""
+    return any(isinstance(event, Lost | Back | Adjusted) for events in plan.values() for event in events)
+
+
+@dataclass
+class Formation:
+    """Who flies and who hears whom at present.
+
+    Attributes:
+        graph: who hears whom.
+        alive: of each satellite, whether it is waited for, shape (N,).
+        number: of this state, counted from 0 at the start.
+        step: from which it holds.
+        reason: why it is so, in words.
+    """
+
+    graph: Graph
+    alive: NDArray[np.bool_]
+    number: int = 0
+    step: int = 0
+    reason: str = ""
+    lost_at: dict[int, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, scenario: "Scenario") -> "Formation":
+        """The formation at the start of a scenario."""
+        return cls(scenario.communication_graph(), np.ones(len(scenario.satellites), dtype=np.bool_))
+
+    def apply(self, events: Iterable[Event], step: int, names: Sequence[str]) -> bool:
+        """Change at a step; whether anything changed.
+
+        Args:
+            events: that take effect at this step.
+            step: its number.
+            names: of the satellites, for the reason.
+        """
+        reasons: list[str] = []
+        for event in events:
+            match event:
+                case Lost() if self.alive[event.satellite]:
+                    self.alive[event.satellite] = False
+                    self.lost_at[event.satellite] = step
+                    reasons.append(event.reason)
+                case Back() if not self.alive[event.satellite]:
+                    self.alive[event.satellite] = True
+                    reasons.append(f"{names[event.satellite]} is back")
+                case Rewired():
+                    self.graph = event.graph
+                    reasons.append(event.reason)
+                case _:
+                    pass
+        if reasons:
+            self.number += 1
+            self.step = step
+            self.reason = "; ".join(reasons)
+        return bool(reasons)
+
+    @property
+    def connectivity(self) -> float:
+        """Algebraic connectivity of the graph of those that are alive, no unit."""
+        return self.graph.subgraph(self.alive).algebraic_connectivity if self.alive.any() else 0.0
+
+    def linked(self, listener: int, speakers: Sequence[int]) -> Array:
+        """1 for each of these speakers whom a satellite hears at present, else 0, shape (K,)."""
+        linked: Array = self.graph.adjacency[listener, list(speakers)]
+        return linked

@@ -1,0 +1,75 @@
+"""What the plant says of the formation, as a satellite, the recorder or anyone else takes it in."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from satform_msgs.msg import Command, FormationStatus
+
+from satform.consensus.graph import Graph
+from satform.formation import Formation
+from satform.scenario import Scenario
+
+OVER = (FormationStatus.FINISHED, FormationStatus.ABORTED)
+"""Phases after which nothing follows."""
+
+
+class FormationView:
+    """The formation as the plant's last word has it.
+
+    Attributes:
+        formation: who flies and who hears whom.
+        ended: the plant's last word; None while the flight goes on.
+        paused: whether the plant takes no steps at present.
+        heard: how many words of the plant have come in.
+        last_words: what lost satellites had announced for the step in which they were lost, by place.
+        returns: by place, from which step a satellite takes part again, and from which checkpoint.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.formation = Formation.of(scenario)
+        self.ended: FormationStatus | None = None
+        self.paused = False
+        self.heard = 0
+        self.last_words: dict[int, Command] = {}
+        self.returns: dict[int, tuple[int, int]] = {}
+        self._names = [satellite.name for satellite in scenario.satellites]
+
+    def take(self, status: FormationStatus) -> bool:
+        """Take in a word of the plant; False for one that is not about this formation."""
+        count = len(self._names)
+        if list(status.satellites) != self._names or len(status.alive) != count:
+            return False
+        if len(status.adjacency) != count * count or len(status.back) != len(status.checkpoints):
+            return False
+        self.heard += 1
+        if status.phase in OVER:
+            self.ended = status
+        self.paused = status.phase == FormationStatus.PAUSED
+        if status.number <= self.formation.number:
+            return True
+        adjacency = np.array(status.adjacency, dtype=np.float64).reshape(count, count)
+        if not np.array_equal(adjacency, self.formation.graph.adjacency):
+            self.formation.graph = Graph(adjacency)
+        self.formation.alive = np.array(status.alive, dtype=np.bool_)
+        self.formation.number, self.formation.step = int(status.number), int(status.step)
+        self.formation.reason = status.reason
+        for name, command in zip(status.lost, status.last_words, strict=False):
+            self._lose(name, command, int(status.step))
+        for name, checkpoint in zip(status.back, status.checkpoints, strict=True):
+            if name in self._names:
+                self.returns[self._names.index(name)] = (int(status.step), int(checkpoint))
+        return True
+
+    def _lose(self, name: str, command: Command, step: int) -> None:
+        if name in self._names:
+            place = self._names.index(name)
+            self.formation.lost_at[place] = step
+            self.last_words[place] = command
+
+    def speaks(self, satellite: int, step: int) -> bool:
+        """Whether a satellite says something for a step: it flies, or its last words are for this step."""
+        return bool(self.formation.alive[satellite]) or self.formation.lost_at.get(satellite) == step
+
+    def names(self, places: Sequence[int]) -> list[str]:
+        """Names of satellites by their places."""
+        return [self._names[place] for place in places]
