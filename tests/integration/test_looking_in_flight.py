@@ -5,6 +5,7 @@ import json
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -130,12 +131,16 @@ def test_watching_ends_by_itself_with_the_flight(
     assert run.returncode == 0
 
 
-def test_watching_an_aborted_flight_says_why_it_ended(
-    start_run: Callable[..., subprocess.Popen[str]], look: Look
+def test_one_who_watches_when_a_flight_is_stopped_is_told_why_it_ended(
+    start_run: Callable[..., subprocess.Popen[str]],
 ) -> None:
     run = start_run("triangle", *LONG)
-    look("watch", "--once")
-    os.killpg(run.pid, signal.SIGINT)
-    last = frames(look("watch", "--json"))[-1]
-    assert last["phase"] == "aborted"
+    command = [sys.executable, "-m", "satform_tools", "watch", "--json", *PATIENCE]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as watching:
+        assert watching.stdout is not None
+        assert json.loads(watching.stdout.readline())["phase"] == "flying"
+        os.killpg(run.pid, signal.SIGINT)
+        rest, _ = watching.communicate(timeout=90)
+    last = frames(rest)[-1]
+    assert (watching.returncode, last["phase"]) == (0, "aborted")
     assert "asked to stop" in " ".join(map(str, last["events"]))

@@ -24,6 +24,7 @@ DEPENDENCIES = {
         for name in (
             "ament_index_python",
             "builtin_interfaces",
+            "diagnostic_msgs",
             "geometry_msgs",
             "launch",
             "launch_ros",
@@ -35,6 +36,7 @@ DEPENDENCIES = {
             "satform_msgs",
             "satform_nodes",
             "std_msgs",
+            "std_srvs",
         )
     },
 }
@@ -69,6 +71,14 @@ def declared(package: str) -> set[str]:
 def test_a_package_depends_on_what_it_imports_and_on_nothing_else(package: str) -> None:
     needed = {DEPENDENCIES[name] for name in imports(package) - FROM_PIP}
     assert declared(package) == needed | BY_NAME.get(package, set())
+
+
+def test_the_messages_depend_on_the_packages_that_they_are_built_with() -> None:
+    build = (SOURCES / "satform_msgs" / "CMakeLists.txt").read_text()
+    found = set(re.findall(r"find_package\((\w+)", build))
+    description = ET.parse(SOURCES / "satform_msgs" / "package.xml")  # noqa: S314
+    tags = ("depend", "build_depend", "buildtool_depend")
+    assert found == {entry.text for tag in tags for entry in description.iter(tag)}
 
 
 def test_what_rosdep_has_no_name_for_is_pinned_and_named_where_people_look() -> None:
