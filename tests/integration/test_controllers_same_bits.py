@@ -17,6 +17,7 @@ QUICK = {
     "attitude_cape_canaveral": 10.0,
     "directed_triangle": 4.0,
     "geo_sphere_lqr": 100.0,
+    "integral_action": 50.0,
 }
 """Flown in every test run, with the duration in s: between them they have every control law of their kind."""
 

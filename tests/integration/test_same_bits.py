@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from flights import shipped
+from flights import shipped, shortened
+from satform.scenario import Scenario
 from satform.simulate import simulate
 from satform_bringup.supervise import Flight, fly
 from satform_nodes.bag_reader import Bag, read_bag
 
 
-def flown(name: str, out: Path) -> tuple[Flight, Bag]:
+def flown(scenario: Scenario, out: Path) -> tuple[Flight, Bag]:
     out.mkdir()
-    scenario = shipped(name)
     flight = fly(scenario, out, record=True, progress=lambda _done, _all: None)
     assert not flight.lost, flight.reason
     assert not flight.missed
@@ -30,8 +30,7 @@ def assert_every_message_is_there(flight: Flight, bag: Bag) -> None:
     assert flight.messages == sum(bag.messages.values())
 
 
-def assert_same_bits_as_in_process(name: str, bag: Bag) -> None:
-    scenario = shipped(name)
+def assert_same_bits_as_in_process(scenario: Scenario, bag: Bag) -> None:
     assert bag.complete
     assert bag.record.steps == scenario.timing.steps
     assert simulate(scenario).differences(bag.record) == []
@@ -41,13 +40,16 @@ def assert_same_bits_as_in_process(name: str, bag: Bag) -> None:
 def test_a_lockstep_flight_is_recorded_whole_with_the_bits_of_the_in_process_run(
     name: str, tmp_path: Path
 ) -> None:
-    flight, bag = flown(name, tmp_path / "quiet")
-    assert_same_bits_as_in_process(name, bag)
+    scenario = shipped(name)
+    flight, bag = flown(scenario, tmp_path / "quiet")
+    assert_same_bits_as_in_process(scenario, bag)
     assert_every_message_is_there(flight, bag)
 
 
 @pytest.mark.parametrize("name", ["triangle", "ring_six"])
 @pytest.mark.usefixtures("busy_cores")
 def test_other_work_on_every_core_does_not_change_a_bit(name: str, tmp_path: Path) -> None:
-    _, bag = flown(name, tmp_path / "busy")
-    assert_same_bits_as_in_process(name, bag)
+    # Load mixes up who is late in every single step: thousands of them show as much as all would.
+    scenario = shortened(name, 4000.0 * shipped(name).timing.step)
+    _, bag = flown(scenario, tmp_path / "busy")
+    assert_same_bits_as_in_process(scenario, bag)

@@ -22,6 +22,7 @@ MEMORIES = {
     "sliding_mode": "{kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}",
     "relative_elements": "{kind: relative_elements}",
     "coast": "{kind: coast}",
+    "integral": "{kind: integral, law: {kind: observer, law: {kind: lqr}}, gain: 1.0e-6, reach: 5.0e3}",
     "observer": "{kind: observer, law: {kind: lqi}, initial_position_error: [5.0, -3.0, 1.0]}",
     "impulse": "{kind: impulse, waypoints: [{position: [0, -8e4, 0], duration: 20.0, arrival: pass},"
     " {position: [0, -5e4, 0], duration: 13.0}]}",

@@ -224,10 +224,16 @@ def test_test_runs_every_part_and_fails_when_one_does(
 ) -> None:
     called = record_calls(monkeypatch, fails="mypy")
     assert cli.main(["test"]) == 1
-    assert [command[2] for command in called] == ["ruff", "ruff", "mypy", "pytest"]
+    assert [command[2] for command in called] == ["ruff", "ruff", "mypy", *["pytest"] * 4]
     printed = capsys.readouterr().out
     assert "mypy --strict: failed" in printed
-    assert "pytest: passed" in printed
+    assert "unit tests: passed" in printed
+
+
+def test_the_parts_of_the_test_command_run_every_folder_of_tests() -> None:
+    told = {word for _, command in testing.PARTS if command[0] == "pytest" for word in command}
+    folders_of_tests = {file.parent for file in (testing.ROOT / "tests").rglob("test_*.py")}
+    assert {str(folder.relative_to(testing.ROOT)) for folder in folders_of_tests} <= told
 
 
 def test_test_with_arguments_is_pytest_alone(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,6 @@
-"""Every shipped scenario flies in process and gives what it promises."""
+"""Every shipped scenario says what it is, and the schema beside them is theirs."""
 
+import functools
 import json
 
 import jsonschema
@@ -7,20 +8,14 @@ import pytest
 from ruamel.yaml import YAML
 
 from flights import SCENARIOS, shipped
-from satform.metrics import judge
-from satform.simulate import simulate
 from satform_tools import advice, schemas
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
-def test_a_shipped_scenario_gives_what_it_promises(name: str) -> None:
-    scenario = shipped(name)
-    verdicts = judge(scenario.expect, simulate(scenario))
-    assert verdicts
-    assert not [verdict for verdict in verdicts if not verdict.met]
+@functools.cache
+def validator() -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(json.loads((SCENARIOS / "scenario.schema.json").read_text()))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -38,18 +33,15 @@ def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_schema_accepts_the_shipped_scenario_as_an_editor_would(name: str) -> None:
-    schema = json.loads((SCENARIOS / "scenario.schema.json").read_text())
     data = YAML(typ="safe").load((SCENARIOS / f"{name}.yaml").read_text())
     # To an editor a moment is text.
-    jsonschema.Draft202012Validator(schema).validate(json.loads(json.dumps(data, default=str)))
+    validator().validate(json.loads(json.dumps(data, default=str)))
 
 
 def test_the_schema_refuses_what_the_loader_refuses() -> None:
-    schema = json.loads((SCENARIOS / "scenario.schema.json").read_text())
-    validator = jsonschema.Draft202012Validator(schema)
     data = YAML(typ="safe").load((SCENARIOS / "triangle.yaml").read_text())
     for wrong in ({"timing": {"stepp": 1.0}}, {"graph": {"kind": "circle"}}, {"orbit": {"period": -1.0}}):
-        assert not validator.is_valid({**data, **wrong})
+        assert not validator().is_valid({**data, **wrong})
 
 
 def test_the_schema_beside_the_scenarios_is_that_of_the_code() -> None:

@@ -43,6 +43,7 @@ class RunMode(StrEnum):
 
     LOCKSTEP = "lockstep"
     INPROCESS = "inprocess"
+    REALTIME = "realtime"
 
 
 ScenarioArgument = Annotated[
@@ -63,7 +64,8 @@ def run(
     mode: Annotated[
         RunMode,
         typer.Option(
-            help="lockstep: a process for each satellite, over DDS; inprocess: one process, no ROS."
+            help="lockstep: a process for each satellite, over DDS; inprocess: one process, no ROS; "
+            "realtime: as lockstep, but on the wall clock."
         ),
     ] = RunMode.LOCKSTEP,
     record: Annotated[
@@ -85,6 +87,12 @@ def run(
         bool,
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
+    rate: Annotated[
+        float,
+        typer.Option(
+            min=1e-3, max=1e6, help="With --mode realtime: simulated seconds in a second of the wall clock."
+        ),
+    ] = 1.0,
     restart: Annotated[
         bool, typer.Option("--restart", help="Start satellites again that are lost, from their checkpoints.")
     ] = False,
@@ -94,7 +102,7 @@ def run(
     ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
-    if mode is RunMode.LOCKSTEP:
+    if mode is not RunMode.INPROCESS:
         from satform_tools import ros
 
         ros.require()
@@ -105,7 +113,8 @@ def run(
     from satform_tools import catalogue, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    manner = running.Manner(measure, group, restart, without_recorder)
+    clock = rate if mode is RunMode.REALTIME else 0.0
+    manner = running.Manner(measure, group, restart, without_recorder, clock)
     outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:
         say.as_json(outcome.data())
@@ -158,6 +167,50 @@ def report(
     from satform_tools import reporting
 
     reporting.report(run, out, as_json=json)
+
+
+@app.command()
+def replay(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, bag folder, or .mcap file.")],
+    json: Json = False,
+) -> None:
+    """Fly a recorded flight once more in one process, with all that happened in it; 0 when all bits agree."""
+    from satform_tools import replaying
+
+    raise typer.Exit(replaying.replay(run, as_json=json))
+
+
+@app.command()
+def rejoin(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run that is under way.")],
+    satellite: Annotated[str, typer.Argument(help="Name of the satellite that was lost.")],
+) -> None:
+    """Start a lost satellite again: it takes part from a step that the run names, and ends with the run."""
+    from satform_tools import ros
+
+    ros.require()
+    from satform_bringup.rejoin import RejoinError
+    from satform_bringup.rejoin import rejoin as start_again
+
+    try:
+        raise typer.Exit(start_again(run, satellite))
+    except RejoinError as error:
+        raise CommandError(str(error)) from None
+
+
+@app.command()
+def gallery(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Scenarios to fly; all when left out.")
+    ] = None,
+    stale: Annotated[
+        bool, typer.Option("--stale", help="Only those that have changed since their picture was made.")
+    ] = False,
+) -> None:
+    """Fly the scenarios that come with the project and make docs/gallery.md and its pictures anew."""
+    from satform_tools import gallery as pictures
+
+    raise typer.Exit(pictures.make(names or (), stale=stale))
 
 
 @app.command()

@@ -13,7 +13,7 @@ from satform.scenario import Scenario
 from satform_tools.say import to_json
 from satform_tools.summary import Summary
 
-Mode = Literal["lockstep", "inprocess"]
+Mode = Literal["lockstep", "inprocess", "realtime"]
 
 _PACKAGES = (
     "satform",
@@ -84,6 +84,7 @@ class Outcome:
         reason: why the flight ended early or cannot be judged; empty when neither is so.
         stopped: whether the user stopped it.
         messages: in the bag.
+        punctuality: of a flight on the wall clock: delays, missed steps, ages of what was heard.
     """
 
     scenario: Scenario
@@ -98,6 +99,7 @@ class Outcome:
     reason: str = ""
     stopped: bool = False
     messages: int = 0
+    punctuality: dict[str, Any] = field(default_factory=dict)
 
     @property
     def complete(self) -> bool:
@@ -141,6 +143,7 @@ class Outcome:
             "expectations": [asdict(verdict) for verdict in self.verdicts],
             "summary": None if self.summary is None else self.summary.data(),
             "messages": self.messages,
+            "punctuality": self.punctuality,
             "speed": {
                 **asdict(self.speed),
                 "steps_per_second": self.speed.steps_per_second,

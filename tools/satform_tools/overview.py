@@ -11,13 +11,23 @@ from satform.elementwise import Array
 from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.drawing import FAINT, INK, MOST_NAMES, colours, figure, length_unit, time_unit
-from satform_tools.panels import agrees, draw_control, draw_delta_v, draw_spread, draw_tracking_error
+from satform_tools.panels import (
+    agrees,
+    draw_control,
+    draw_delta_v,
+    draw_pointing_error,
+    draw_spread,
+    draw_tracking_error,
+    draw_wheel_torque,
+)
 
 _FRAMES = 5
 """How often the formation is drawn on its last lap."""
 
 _MOST_POINTS = 3000
 _MARGIN = 1.06
+_LEGEND_COLUMNS, _LEGEND_SIGNS = 7, 80
+"""A row of the legend has at most so many names, and letters."""
 
 
 def overview(scenario: Scenario, record: FlightRecord) -> Figure:
@@ -27,18 +37,29 @@ def overview(scenario: Scenario, record: FlightRecord) -> Figure:
     space, time = halves
     axes = space.add_subplot(projection="3d")
     _draw_space(axes, scenario, record)
-    space.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=7)
+    handles, labels = axes.get_legend_handles_labels()
+    columns = max(1, min(_LEGEND_COLUMNS, _LEGEND_SIGNS // (4 + max(map(len, labels)))))
+    space.legend(handles, labels, loc="lower center", ncols=columns)
     panels = time.subplots(3, 1, sharex=True)
+    if not np.any(record.control) and record.pointing_error.size:
+        draw_pointing_error(panels[0], record)
+        draw_wheel_torque(panels[1], record)
+        draw_tracking_error(panels[-1], record)
+    else:
+        _draw_motion(panels, scenario, record)
+    for panel in panels[:-1]:
+        panel.set_xlabel("")
+    drawn.suptitle(scenario.title, fontsize=14, fontweight="bold", color=INK)
+    return drawn
+
+
+def _draw_motion(panels: Any, scenario: Scenario, record: FlightRecord) -> None:
     draw_tracking_error(panels[0], record)
     if agrees(scenario):
         draw_spread(panels[1], scenario, record)
     else:
         draw_delta_v(panels[1], record)
     draw_control(panels[-1], record)
-    for panel in panels[:-1]:
-        panel.set_xlabel("")
-    drawn.suptitle(scenario.title, fontsize=14, fontweight="bold", color=INK)
-    return drawn
 
 
 def _draw_space(axes: Any, scenario: Scenario, record: FlightRecord) -> None:

@@ -29,6 +29,18 @@ def draw_delta_v(axes: Axes, record: FlightRecord) -> None:
     axes.set_title("Delta-v so far")
 
 
+def draw_pointing_error(axes: Axes, record: FlightRecord) -> None:
+    """Draw the angles between boresights and targets on axes of a larger picture."""
+    series(axes, record, record.pointing_error, "angle [rad]", logarithmic=True)
+    axes.set_title("Pointing error")
+
+
+def draw_wheel_torque(axes: Axes, record: FlightRecord) -> None:
+    """Draw the largest commanded torque of each satellite's wheels on axes of a larger picture."""
+    series(axes, record, np.max(np.abs(record.wheel_torque), axis=-1), "torque [N m]", logarithmic=True)
+    axes.set_title("Wheel torque asked for")
+
+
 def agrees(scenario: Scenario) -> bool:
     """Whether there are satellites that agree on their phase."""
     return scenario.consensus.announces == "arc_length" and bool(scenario.communication_graph().edges)

@@ -27,12 +27,14 @@ class Manner:
         group: satellites that share a process.
         restart: whether a satellite that is lost is started again.
         without_recorder: whether the flight goes on when the recorder is lost.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
     """
 
     measure: bool = False
     group: int = 1
     restart: bool = False
     without_recorder: bool = False
+    rate: float = 0.0
 
 
 def run(
@@ -98,7 +100,7 @@ def _lockstep(scenario: Scenario, folder: Path, *, record: bool, manner: Manner)
     from satform_bringup.supervise import Policy, fly  # noqa: PLC0415
     from satform_bringup.under_way import described  # noqa: PLC0415
 
-    policy = Policy(manner.restart, manner.without_recorder)
+    policy = Policy(manner.restart, manner.without_recorder, manner.rate)
     try:
         with (
             own_domain() as domain,
@@ -129,7 +131,8 @@ def _lockstep(scenario: Scenario, folder: Path, *, record: bool, manner: Manner)
             reason = str(error)
     return Outcome(
         scenario=scenario,
-        mode="lockstep",
+        mode="realtime" if manner.rate else "lockstep",
+        punctuality=flight.punctuality,
         folder=folder,
         speed=speed,
         verdicts=verdicts,

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from satform.metrics import Verdict
 from satform_tools import progress, say
@@ -20,6 +21,8 @@ def print_outcome(outcome: Outcome) -> None:
     for event in outcome.events:
         say.line(event)
     say.line(conclusion(outcome), _PASS if outcome.exit_code == 0 else _MISS)
+    if outcome.punctuality:
+        _print_punctuality(outcome.punctuality)
     if outcome.speed.steps:
         _print_speed(outcome)
     say.line(
@@ -114,6 +117,38 @@ def _print_thrusters(summary: Summary) -> None:
     ]
     if rows:
         say.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+
+
+def _print_punctuality(kept: dict[str, Any]) -> None:
+    """How well the plant kept to the clock, and the satellites with it."""
+    headings = (
+        "satellite",
+        "missed steps",
+        "late commands",
+        "states left out",
+        "mean age heard [s]",
+        "largest age heard [s]",
+        "processor [s]",
+    )
+    rows = [
+        (
+            name,
+            str(kept["misses"].get(name, 0)),
+            str(kept["late"].get(name, 0)),
+            str(own["skipped"]),
+            number(own["age_mean"]),
+            number(own["age_largest"]),
+            number(own["processor"]),
+        )
+        for name, own in kept["satellites"].items()
+    ]
+    say.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+    say.line(
+        f"a step every {1e3 * kept['period']:.3g} ms: begun late by {1e3 * kept['delay_mean']:.3g} ms on the "
+        f"average, {1e3 * kept['delay_99']:.3g} ms at 99 %, {1e3 * kept['delay_largest']:.3g} ms at most; "
+        f"the clock was set anew {kept['overruns']} times; "
+        f"the plant used {kept['processor']:.3g} s of processor"
+    )
 
 
 def _print_speed(outcome: Outcome) -> None:

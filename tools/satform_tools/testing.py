@@ -9,13 +9,20 @@ from collections.abc import Sequence
 from satform_tools import say
 from satform_tools.catalogue import ROOT
 
+_PARALLEL = ("-n", "2", "--dist", "worksteal")
+"""Tests that start no nodes share two processes; whichever is done first takes over from the other."""
+
 _TYPED = ("ros_ws/src/satform/satform", "tools/satform_tools", "tools/satform_setup")
 
 PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("ruff check", ("ruff", "check", ".")),
     ("ruff format", ("ruff", "format", "--check", ".")),
     ("mypy --strict", ("mypy", "--strict", *_TYPED)),
-    ("pytest", ("pytest", "tests")),
+    ("unit tests", ("pytest", *_PARALLEL, "tests/unit")),
+    ("whole flights", ("pytest", *_PARALLEL, "tests/whole_flights")),
+    # One after another: nodes that wait for each other want the cores for themselves.
+    ("flights over DDS", ("pytest", "tests/integration")),
+    ("set-up", ("pytest", "tests/setup")),
 )
 """Name of each part, and the module with its arguments."""
 

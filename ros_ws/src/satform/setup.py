@@ -31,6 +31,7 @@ setup(
             "coast = satform.control.coast:CoastSpec",
             "hill_pd = satform.control.hill_pd:HillPdSpec",
             "impulse = satform.control.waypoints:ImpulseSpec",
+            "integral = satform.control.integral_action:IntegralSpec",
             "lqi = satform.control.integral:LqiSpec",
             "lqr = satform.control.lqr:LqrSpec",
             "observer = satform.control.observer:ObserverSpec",

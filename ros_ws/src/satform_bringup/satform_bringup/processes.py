@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from satform.scenario import Scenario
 
-Value: TypeAlias = str | bool | list[str]
+Value: TypeAlias = str | bool | float | list[str]
 """Of a ROS parameter."""
 
 
@@ -43,6 +43,7 @@ def processes(
     group: int = 1,
     checkpoints: Path | None = None,
     recorder_needed: bool = True,
+    rate: float = 0.0,
 ) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
@@ -53,11 +54,14 @@ def processes(
         group: how many satellites share a process.
         checkpoints: folder of the satellites' checkpoints; None to keep none.
         recorder_needed: whether the flight ends when the recorder is lost.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
 
     Returns:
         Plant, the satellites in their order, and the recorder if there is a bag.
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
+    if rate > 0.0:
+        common["rate"] = rate
     recorded = {**common, "recorded": bag is not None}
     found = [NodeProcess("plant", "plant_node", {**recorded, "recorder_needed": recorder_needed})]
     if checkpoints is not None:

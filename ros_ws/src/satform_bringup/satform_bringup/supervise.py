@@ -75,15 +75,17 @@ class Return:
 
 @dataclass(frozen=True)
 class Policy:
-    """What is done about losses.
+    """What is done about losses, and how time passes.
 
     Attributes:
         restart: whether a satellite that is lost is started again.
         without_recorder: whether the flight goes on when the recorder is lost.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
     """
 
     restart: bool = False
     without_recorder: bool = False
+    rate: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,7 @@ class Flight:
         bag: folder of the bag; None when nothing was recorded.
         messages: in the bag.
         missed: sentences about messages that did not reach the bag.
+        punctuality: of a flight on the wall clock: the plant's figures, and each satellite's by its name.
     """
 
     steps: int
@@ -124,6 +127,7 @@ class Flight:
     bag: Path | None
     messages: int
     missed: tuple[str, ...]
+    punctuality: dict[str, Any]
 
 
 def fly(
@@ -162,7 +166,7 @@ def fly(
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain)
         needed = not policy.without_recorder
-        nodes = processes(scenario, scenario_file, bag, group, checkpoints, needed)
+        nodes = processes(scenario, scenario_file, bag, group, checkpoints, needed, policy.rate)
         (out / PROCESSES_FILE).write_text(json.dumps({"domain": domain, "nodes": [asdict(n) for n in nodes]}))
         try:
             watch.start(nodes)
@@ -234,6 +238,7 @@ class _Watch:
     returns: list[Return] = field(default_factory=list)
     restarts: Counter[str] = field(default_factory=Counter)
     killed: set[str] = field(default_factory=set)
+    satellites: dict[str, dict[str, Any]] = field(default_factory=dict)
     running: dict[str, _Running] = field(default_factory=dict)
     selector: selectors.BaseSelector = field(default_factory=selectors.DefaultSelector)
     begun: float = 0.0
@@ -316,6 +321,7 @@ class _Watch:
                     self.lost, self.reason = event["who"], event["reason"]
             case "satellite":
                 self.busy[event["node"]] = event["busy"]
+                self.satellites[event["node"]] = event
             case "memory":
                 self.memory[event["process"]] = event["bytes"]
             case "recorded":
@@ -433,6 +439,13 @@ class _Watch:
             if entry.process.exitcode is not None:
                 self._forget(entry)
 
+    def _punctuality(self, timing: dict[str, Any]) -> dict[str, Any]:
+        if not timing:
+            return {}
+        kept = ("skipped", "age_mean", "age_largest", "processor")
+        own = {name: {key: event[key] for key in kept} for name, event in self.satellites.items()}
+        return {**timing, "satellites": own}
+
     def flight(self, domain: int, bag: Path | None) -> Flight:
         """How it went."""
         now = time.monotonic()
@@ -454,4 +467,5 @@ class _Watch:
             bag=bag,
             messages=self.recorded.get("messages", 0),
             missed=tuple(self.recorded.get("missed", ())),
+            punctuality=self._punctuality(done.get("timing", {})),
         )

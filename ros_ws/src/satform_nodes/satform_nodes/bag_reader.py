@@ -23,7 +23,7 @@ from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
 from satform_nodes.absences import Absences, happened
-from satform_nodes.bag_writer import RUN_METADATA, SCENARIO_ATTACHMENT
+from satform_nodes.bag_writer import RUN_METADATA, SCENARIO_ATTACHMENT, TIME_METADATA, WALL_CLOCK
 from satform_nodes.wire import layout
 
 ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
@@ -65,6 +65,7 @@ class Bag:
         messages: number of messages of each topic.
         complete: whether the file was closed properly and holds the whole flight.
         events: what happened in the flight beside what the scenario plans, by step.
+        clocked: whether it was flown on the wall clock, so that it cannot be flown again to the same bits.
     """
 
     path: Path
@@ -74,6 +75,7 @@ class Bag:
     messages: dict[str, int]
     complete: bool
     events: Plan
+    clocked: bool
 
 
 def read_bag(path: Path) -> Bag:
@@ -100,7 +102,8 @@ def read_bag(path: Path) -> Bag:
     record = _record(contents, scenario, file)
     whole = contents.closed and record.steps == scenario.timing.steps
     counts = {topic: len(messages) for topic, messages in contents.messages.items()}
-    return Bag(file, scenario, contents.versions, record, counts, whole, _events(contents, scenario, file))
+    events = _events(contents, scenario, file)
+    return Bag(file, scenario, contents.versions, record, counts, whole, events, contents.clocked)
 
 
 @dataclass
@@ -109,6 +112,7 @@ class _Contents:
     versions: dict[str, str]
     messages: dict[str, list[bytes]]
     closed: bool
+    clocked: bool = False
 
 
 def _find(path: Path) -> Path:
@@ -154,6 +158,8 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
             raise BagError(f"{file}: the scenario in it cannot be read: {error}") from None
     elif isinstance(record, Metadata) and record.name == RUN_METADATA:
         contents.versions = dict(record.metadata)
+    elif isinstance(record, Metadata) and record.name == TIME_METADATA:
+        contents.clocked = record.metadata.get("kept_by") == WALL_CLOCK
 
 
 def _statuses(contents: _Contents, file: Path) -> list[FormationStatus]:
@@ -297,7 +303,9 @@ def _table(contents: _Contents, whose: tuple[str, int], topic: str, absences: Ab
     if any(len(message) != form.size for message in messages):
         raise BagError(f"{file}: {topic} has messages of another form than satform's {kind} message")
     table = np.frombuffer(b"".join(messages), dtype=form.dtype)
-    if kind in SAID_BY_SATELLITE:
+    if kind in SAID_BY_SATELLITE and contents.clocked:
+        table = _held(table, kind, len(contents.messages.get(topics.CLOCK, [])))
+    elif kind in SAID_BY_SATELLITE:
         name = topic.strip("/").partition("/")[0]
         table = _with_silence(table, (kind, name), absences.spells[satellite], contents)
     gaps = np.flatnonzero(table["step"] != np.arange(len(table), dtype=np.uint64))
@@ -305,6 +313,28 @@ def _table(contents: _Contents, whose: tuple[str, int], topic: str, absences: Ab
         found = int(table["step"][gaps[0]])
         raise BagError(f"{file}: {topic} has step {found} where step {int(gaps[0])} was to follow")
     return table
+
+
+def _held(table: Table, kind: str, states: int) -> Table:
+    """A satellite's messages on the wall clock: a command holds until the next one; all else is missed."""
+    rows = states if kind in ANNOUNCEMENTS else states - 1
+    present = table["step"].astype(np.int64)
+    latest = np.searchsorted(present, np.arange(max(rows, 0)), side="right") - 1
+    whole = np.zeros(len(latest), dtype=table.dtype)
+    heard = latest >= 0
+    whole[heard] = table[latest[heard]]
+    if kind != "command":
+        missed = ~heard | (whole["step"] != np.arange(len(latest), dtype=np.uint64))
+        _blank(whole, missed)
+    whole["step"] = np.arange(len(latest))
+    return whole
+
+
+def _blank(table: Table, rows: NDArray[np.bool_]) -> None:
+    """Make the numbers of some rows not a number."""
+    for field in table.dtype.names or ():
+        if table.dtype[field].kind == "f":
+            table[field][rows] = np.nan
 
 
 def _with_silence(
@@ -322,9 +352,7 @@ def _with_silence(
         missing = [step for step in range(first, until) if step not in present]
         silence = np.zeros(len(missing), dtype=table.dtype)
         if kind != "command":
-            for field in table.dtype.names or ():
-                if table.dtype[field].kind == "f":
-                    silence[field] = np.nan
+            _blank(silence, np.ones(len(silence), dtype=np.bool_))
         silence["step"] = missing
         if kind in ANNOUNCEMENTS and begin in missing:
             _fill_in(silence[missing.index(begin) : missing.index(begin) + 1], command)

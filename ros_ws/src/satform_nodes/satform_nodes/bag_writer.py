@@ -17,6 +17,10 @@ CHUNK_BYTES = 64 * 1024
 SCENARIO_ATTACHMENT = "scenario.json"
 RUN_METADATA = "satform"
 
+TIME_METADATA = "time"
+WALL_CLOCK = "wall clock"
+"""Who keeps the time of a flight: the steps, or the wall clock, on which satellites may miss some."""
+
 
 class BagWriter:
     """A folder in rosbag2's form with one MCAP file.
@@ -25,13 +29,16 @@ class BagWriter:
         messages: number of messages written.
     """
 
-    def __init__(self, folder: Path, scenario: Scenario, versions: Mapping[str, str]) -> None:
+    def __init__(
+        self, folder: Path, scenario: Scenario, versions: Mapping[str, str], *, clocked: bool = False
+    ) -> None:
         """Create the bag.
 
         Args:
             folder: made here; must not hold a bag already.
             scenario: kept in the bag.
             versions: name and version of what flew, kept in the bag.
+            clocked: whether the flight is on the wall clock.
 
         Raises:
             OSError: the folder cannot be written to.
@@ -50,6 +57,7 @@ class BagWriter:
         self._writer.add_metadata(
             RUN_METADATA, {**versions, "scenario": scenario.name, "digest": scenario.digest()}
         )
+        self._writer.add_metadata(TIME_METADATA, {"kept_by": WALL_CLOCK if clocked else "steps"})
         self._writer.add_attachment(
             0, 0, SCENARIO_ATTACHMENT, "application/json", scenario.to_json().encode()
         )

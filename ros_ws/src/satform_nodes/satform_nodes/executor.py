@@ -21,6 +21,9 @@ HOUSEKEEPING_PERIOD = 1.0
 LONGEST_WAIT = 0.02
 """Wall-clock time after which a wait is broken off to look at the condition and at all else, s."""
 
+COLD_LOOK = 0.001
+"""Wall-clock time that a look at what is not hot is granted where a moment has to be met, s."""
+
 LEISURE = 0.005
 """Wall-clock time that a node which nobody waits for lets messages gather, s."""
 
@@ -123,6 +126,17 @@ class StepExecutor(SingleThreadedExecutor):
                 due = now + wait
                 idle()
         return True
+
+    def spin_till(self, moment: float, condition: Callable[[], bool]) -> None:
+        """Work until a moment of the monotonic clock in s, or until the condition no longer holds."""
+        while condition():
+            now = time.monotonic()
+            if now >= moment:
+                return
+            # What is not hot may take a while, and the moment is not to be missed for it.
+            if now >= self._next_cold_look and moment - now > COLD_LOOK:
+                self._look_at_cold(now)
+            self._take_hot(min(LONGEST_WAIT, max(0.0, moment - time.monotonic())))
 
     def spin_at_leisure(
         self, condition: Callable[[], bool], timeout: float, pause: Callable[[float], Any]

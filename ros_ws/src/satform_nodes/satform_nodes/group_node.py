@@ -14,7 +14,7 @@ from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settin
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Make a node for each satellite of the group, and fly them on one executor."""
-    recorded, checkpoints = declare_settings(node)
+    recorded, checkpoints, rate = declare_settings(node)
     names = declare_fixed(node, "satellites", [""], "names of the satellites in this process")
     scenario = scenario_of(node)
     if not any(names):
@@ -24,7 +24,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     for name in names:
         own = FormationNode(name)
         executor.add_node(own)
-        settings = Settings(name, recorded, checkpoints, alone=len(names) == 1)
+        settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, scenario, settings, report))
     try:
         return fly_all(satellites, executor, stop)

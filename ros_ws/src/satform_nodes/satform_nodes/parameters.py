@@ -39,6 +39,12 @@ def declare_fixed(node: Node, name: str, default: Any, description: str) -> Any:
     return node.declare_parameter(name, default, descriptor).value
 
 
+def declare_rate(node: Node) -> float:
+    """Declare how a node keeps time; returns simulated seconds in each second of the wall clock."""
+    words = "simulated seconds in each second of the wall clock; 0 for lockstep"
+    return float(declare_fixed(node, "rate", 0.0, words))
+
+
 def declare_spec(node: Node, prefix: str, spec: Spec) -> None:
     """Declare every field of a specification as `<prefix>.<field>`, with its bounds and description.
 

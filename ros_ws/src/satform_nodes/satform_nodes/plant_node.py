@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
@@ -23,7 +24,8 @@ from satform_nodes.diagnostics import Condition, Health, flight_condition
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import START_TIMEOUT, NodeError, StopRequest, run, scenario_of
-from satform_nodes.parameters import declare_fixed
+from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
+from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.services import FormationServices
@@ -46,12 +48,34 @@ _FAREWELL = Duration(seconds=5)
 """How long the last status is kept up for those who have not yet taken it."""
 
 
+@dataclass(frozen=True)
+class Settings:
+    """What the plant's node is told at its start beside the scenario.
+
+    Attributes:
+        recorded: whether a recorder takes part, to be waited for.
+        recorder_needed: whether the flight ends when the recorder is lost.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+    """
+
+    recorded: bool
+    recorder_needed: bool
+    rate: float
+
+
 class PlantNode:
     """Carries the plant; every formula is in `satform`."""
 
     def __init__(
-        self, node: Node, executor: StepExecutor, scenario: Scenario, recorded: bool, report: Report
+        self,
+        node: Node,
+        executor: StepExecutor,
+        scenario: Scenario,
+        settings: "Settings",
+        report: Report,
     ) -> None:
+        recorded = settings.recorded
+        self.clocked = settings.rate > 0.0
         self.node = node
         self.scenario = scenario
         self.report = report
@@ -65,6 +89,12 @@ class PlantNode:
         self.aborted: tuple[list[str], str] | None = None
         self.stop_asked = False
         self.names = [satellite.name for satellite in scenario.satellites]
+        # On the wall clock: commands that missed their step, and those that came at all but late.
+        self.misses = [0] * len(self.names)
+        self.late = [0] * len(self.names)
+        self._commanded = [-1] * len(self.names)
+        self._heard_at = [0.0] * len(self.names)
+        self._settings = settings
         self._plan = planned(scenario)
         self._pending: list[Event] = []
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
@@ -120,10 +150,17 @@ class PlantNode:
         self._entries = [Entry(topics.command(name), _COMMAND, self.refusals) for name in self.names]
         subscriptions = [
             executor.subscribe(
-                node, Command, topics.command(name), partial(self._on_command, index), topics.STEPPED
+                node,
+                Command,
+                topics.command(name),
+                partial(self._on_command, index),
+                topics.NEWEST if self.clocked else topics.STEPPED,
             )
             for index, name in enumerate(self.names)
         ]
+        if self.clocked:
+            for entry in self._entries:
+                entry.be_lenient()
         watching = ["recorder"] if self.recorded else []
         self._everyone = {*self.names, *watching}
         self._company = Company(node)
@@ -146,9 +183,12 @@ class PlantNode:
     @property
     def finished(self) -> bool:
         """Whether the last state has been published, and recorded if a recorder takes part."""
-        last = self.scenario.timing.steps
-        flown = self.plant.step == last and not self._state_due
-        return flown and (not self.recorded or self.recorded_step >= last)
+        return self.flown and (not self.recorded or self.recorded_step >= self.scenario.timing.steps)
+
+    @property
+    def flown(self) -> bool:
+        """Whether the last step has been taken."""
+        return self.plant.step == self.scenario.timing.steps and not self._state_due
 
     @property
     def over(self) -> bool:
@@ -217,7 +257,7 @@ class PlantNode:
             if not any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
                 self._pending.append(Lost(index, reason))
             return
-        if index not in self._last_commands:
+        if index not in self._last_commands and not self.clocked:
             self.aborted = ([self.names[index]], f"{reason}, before its first command")
             return
         self._change([Lost(index, reason)])
@@ -232,17 +272,13 @@ class PlantNode:
     def _lose_recorder(self, reason: str) -> None:
         if not self.recorded:
             return
-        if self._recorder_needed:
+        if self._settings.recorder_needed:
             self.aborted = (["recorder"], reason)
             return
         self.recorded = False
         self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
         self.report.say("loss", who="recorder", step=self.plant.step, reason=reason)
         self._go_on()
-
-    @property
-    def _recorder_needed(self) -> bool:
-        return bool(self.node.get_parameter("recorder_needed").value)
 
     def _change(self, events: Sequence[Event]) -> None:
         """Change the formation at the present step, and tell everyone."""
@@ -306,7 +342,8 @@ class PlantNode:
         """Publish the states that are due, unless someone has to be waited for."""
         if not self._state_due:
             return
-        if self.recorded and self.plant.step - self.recorded_step > topics.RECORDER_WINDOW:
+        behind = self.plant.step - self.recorded_step
+        if self.recorded and not self.clocked and behind > topics.RECORDER_WINDOW:
             return
         if self._paused and not self._single_steps:
             return
@@ -395,7 +432,7 @@ class PlantNode:
             adjacency=formation.graph.adjacency.astype(np.uint8).ravel().tolist(),
             algebraic_connectivity=float(formation.connectivity),
             lost=[self.names[index] for index in lost],
-            last_words=[deserialize_message(self._last_commands[index], Command) for index in lost],
+            last_words=[self._last_word(index) for index in lost],
             back=[self.names[event.satellite] for event in back],
             checkpoints=[-1 if event.checkpoint is None else event.checkpoint for event in back],
             reason=reason,
@@ -412,6 +449,10 @@ class PlantNode:
                 self.node.get_logger().warning("not everyone has heard how the flight ended")
                 return
 
+    def _last_word(self, index: int) -> Command:
+        data = self._last_commands.get(index)
+        return deserialize_message(data, Command) if data else Command()
+
     def _on_recorded(self, data: bytes, _sequence: int) -> None:
         numbers = _RECORDED.unpack(data)
         if numbers is None:
@@ -424,16 +465,43 @@ class PlantNode:
         if not self.formation.alive[index]:
             return
         step = self.plant.step
-        numbers = self._entries[index].admit(data, sequence, step, step)
+        first = self._commanded[index] + 1 if self.clocked else step
+        numbers = self._entries[index].admit(data, sequence, first, step)
         if numbers is None or index in self._answered or self._state_due:
             return
+        if self.clocked:
+            self._note_time(index, int(numbers[2]))
         self._commands[index] = numbers[_ACCELERATION_AND_TORQUE]
         self._last_commands[index] = data
-        self._answered.add(index)
+        if numbers[2] == step:
+            self._answered.add(index)
         self._advance_if_complete()
 
+    def _note_time(self, index: int, step: int) -> None:
+        """Note that a command came in, in time or late."""
+        self._heard_at[index] = time.monotonic()
+        self._commanded[index] = step
+        self.late[index] += step < self.plant.step
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether no step is to be taken at present."""
+        return self._state_due
+
+    def tick(self) -> None:
+        """Take the next step with the commands that there are: those of the step before hold on."""
+        now = time.monotonic()
+        for index in np.flatnonzero(self.formation.alive).tolist():
+            self.misses[index] += self._commanded[index] < self.plant.step
+            heard_at = self._heard_at[index] or self._told_at
+            if now - heard_at > self.scenario.tolerated_silence:
+                silence = self.scenario.tolerated_silence
+                self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
+        if self.aborted is None and self.plant.step < self.scenario.timing.steps:
+            self._advance()
+
     def _advance_if_complete(self) -> None:
-        if self._state_due or not self.flying or self.aborted or self._unanswered():
+        if self.clocked or self._state_due or not self.flying or self.aborted or self._unanswered():
             return
         if self.plant.step < self.scenario.timing.steps:
             self._advance()
@@ -517,10 +585,15 @@ class PlantNode:
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Wait for everyone, fly the scenario to its end, and say how it went."""
     declare_fixed(node, "scenario", "", "path of the scenario file")
-    recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
-    declare_fixed(node, "recorder_needed", True, "whether the flight ends when the recorder is lost")
+    settings = Settings(
+        recorded=declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for"),
+        recorder_needed=declare_fixed(
+            node, "recorder_needed", True, "whether the flight ends when the recorder is lost"
+        ),
+        rate=declare_rate(node),
+    )
     scenario = scenario_of(node)
-    plant = PlantNode(node, executor, scenario, recorded, report)
+    plant = PlantNode(node, executor, scenario, settings, report)
     if not executor.spin_until(lambda: plant.everyone_is_ready() or stop.asked, START_TIMEOUT):
         late = plant.not_ready()
         return _abort(plant, late, f"not ready within {START_TIMEOUT:g} s: {', '.join(late)}")
@@ -528,6 +601,12 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     plant.report.say("flying")
     if not stop.asked:
         plant.begin()
+    timing: dict[str, Any] = {}
+    if plant.clocked:
+        kept = fly_on_the_clock(plant, executor, stop, scenario.timing.step / settings.rate)
+        timing = {**kept.data(), "processor": processor_seconds()}
+        timing["misses"] = dict(zip(plant.names, plant.misses, strict=True))
+        timing["late"] = dict(zip(plant.names, plant.late, strict=True))
     _fly_on(plant, executor, stop)
     if plant.aborted:
         return _abort(plant, *plant.aborted)
@@ -542,6 +621,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         seconds=seconds,
         busy=plant.busy_seconds,
         refused=plant.refusals.sentences(),
+        timing=timing,
     )
     plant.say_status(FormationStatus.FINISHED, "")
     return EXIT_DONE

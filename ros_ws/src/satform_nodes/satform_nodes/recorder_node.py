@@ -25,7 +25,7 @@ from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
 from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
-from satform_nodes.parameters import declare_fixed
+from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.stamps import NANOSECONDS, Stamps
@@ -77,7 +77,13 @@ class RecorderNode:
     """Writes what passes on the formation's topics, and knows what has to pass."""
 
     def __init__(
-        self, node: Node, executor: StepExecutor, scenario: Scenario, folder: Path, report: Report
+        self,
+        node: Node,
+        executor: StepExecutor,
+        scenario: Scenario,
+        folder: Path,
+        report: Report,
+        clocked: bool,
     ) -> None:
         self.node = node
         self.report = report
@@ -85,6 +91,7 @@ class RecorderNode:
         self.refusals = Refusals()
         self.view = FormationView(scenario)
         self._absences = Absences(scenario)
+        self._clocked = clocked
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._names = [satellite.name for satellite in scenario.satellites]
         self._last_step = scenario.timing.steps
@@ -92,7 +99,10 @@ class RecorderNode:
         self._channels: list[_Channel] = []
         try:
             self.bag = BagWriter(
-                folder, scenario, {name: version(name) for name in ("satform", "numpy", "scipy")}
+                folder,
+                scenario,
+                {name: version(name) for name in ("satform", "numpy", "scipy")},
+                clocked=clocked,
             )
         except FileExistsError:
             raise NodeError(f"{folder}: holds a bag already; choose another folder", EXIT_BAD_INPUT) from None
@@ -131,8 +141,8 @@ class RecorderNode:
         return self.view.ended
 
     def _expected(self) -> list[_Channel]:
-        """Topics on which someone speaks at present."""
-        alive = self.view.formation.alive
+        """Topics on which someone speaks at every step at present; on the wall clock only the plant does."""
+        alive = self.view.formation.alive & (not self._clocked)
         return [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
 
     @property
@@ -156,6 +166,9 @@ class RecorderNode:
         """Count as missed what is absent though its satellite was not."""
         for channel in self._channels:
             for first, last in channel.gaps:
+                # On the wall clock satellites may miss steps.
+                if self._clocked and channel.satellite >= 0:
+                    continue
                 if not self._absences.explain(channel.satellite, channel.kind, first, last):
                     self.missed.append(f"{channel.topic}: nothing from step {first} to {last}")
 
@@ -186,6 +199,8 @@ class RecorderNode:
         channel = _Channel(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
         if kind != "clock":
             channel.entry = Entry(topic, layout(topics.TYPES[kind], topics.FRAME), self.refusals)
+            if self._clocked:
+                channel.entry.be_lenient()
         self._channels.append(channel)
 
         def _on_message(data: bytes, sequence: int) -> None:
@@ -275,12 +290,13 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     """Be ready before the first step, write until the flight has ended, and close the bag."""
     declare_fixed(node, "scenario", "", "path of the scenario file")
     folder = declare_fixed(node, "bag", "", "folder of the bag to be written")
+    clocked = declare_rate(node) > 0.0
     scenario = scenario_of(node)
     if not folder:
         raise NodeError(
             "recorder needs the parameter bag: the folder of the bag to be written", EXIT_BAD_INPUT
         )
-    recorder = RecorderNode(node, executor, scenario, Path(folder), report)
+    recorder = RecorderNode(node, executor, scenario, Path(folder), report, clocked)
     try:
         _record(recorder, executor, stop, max(PATIENCE, 2.0 * scenario.tolerated_silence))
     except OSError as error:

@@ -44,7 +44,14 @@ from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
 from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
-from satform_nodes.parameters import FormationNode, declare_fixed, declare_spec, on_spec_change
+from satform_nodes.on_the_clock import Ages, processor_seconds
+from satform_nodes.parameters import (
+    FormationNode,
+    declare_fixed,
+    declare_rate,
+    declare_spec,
+    on_spec_change,
+)
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.stamps import Stamps
@@ -80,12 +87,14 @@ class Settings:
         recorded: whether a recorder takes part, to be waited for.
         checkpoints: folder of the checkpoints; empty when none are kept.
         alone: whether the satellite has its process for itself.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
     """
 
     name: str
     recorded: bool
     checkpoints: str
     alone: bool
+    rate: float = 0.0
 
 
 class SatelliteNode:
@@ -120,6 +129,11 @@ class SatelliteNode:
         self._told_step, self._told_at = 0, time.monotonic()
         self.view = FormationView(scenario)
         self._settings = settings
+        self._clocked = settings.rate > 0.0
+        self._profile = topics.NEWEST if self._clocked else topics.STEPPED
+        self._ages = Ages()
+        self._skipped = 0
+        self._newest: dict[int, deque[tuple[int, tuple[float, ...]]]] = {}
         self._names = names
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._graph = scenario.possible_graph()
@@ -191,12 +205,14 @@ class SatelliteNode:
         for topic, callback, entry in told:
             kind = topics.TYPES[topic.rpartition("/")[2]]
             subscription = self.executor.subscribe(
-                self.node, kind, topic, partial(callback, entry), topics.STEPPED
+                self.node, kind, topic, partial(callback, entry), self._profile
             )
             self._company.speaks(subscription, ["plant"])
 
     def _entry(self, topic: str, form: Layout, watched: slice = slice(0), jump: float = 0.0) -> Entry:
         entry = Entry(topic, form, self.refusals, watched, jump)
+        if self._clocked:
+            entry.be_lenient()
         self._entries[topic] = entry
         return entry
 
@@ -205,7 +221,7 @@ class SatelliteNode:
         topic = getattr(topics, self._announces)(speaker)
         entry = self._entry(topic, self._announcement)
         callback = partial(self._on_announcement, neighbour, entry)
-        subscription = self.executor.subscribe(self.node, message, topic, callback, topics.STEPPED)
+        subscription = self.executor.subscribe(self.node, message, topic, callback, self._profile)
         self._company.speaks(subscription, [speaker])
 
     def matched(self) -> bool:
@@ -231,6 +247,9 @@ class SatelliteNode:
             step=self.step,
             busy=self.busy_seconds,
             refused=self.refusals.total,
+            skipped=self._skipped,
+            processor=processor_seconds(),
+            **self._ages.data(),
         )
 
     def say_again(self) -> None:
@@ -264,6 +283,9 @@ class SatelliteNode:
         return flight_condition(step=self.step, step_rate=rate, refused=refused, silent=silent)
 
     def _on_announcement(self, neighbour: int, entry: Entry, data: bytes, sequence: int) -> None:
+        if self._clocked:
+            self._take_newest(neighbour, entry.admit(data, sequence, 0, _ANY_STEP))
+            return
         last = self.step + 1 if self.flying else _ANY_STEP
         said = entry.admit(data, sequence, self.step if self.flying else 0, last)
         if said is None:
@@ -272,9 +294,16 @@ class SatelliteNode:
         self._heard.setdefault(step, {})[neighbour] = (self._stamps.time(said[0], said[1]), *said[3:])
         self._act_if_complete()
 
+    def _take_newest(self, neighbour: int, said: tuple[Any, ...] | None) -> None:
+        """On the wall clock: keep what a neighbour said for the latest steps."""
+        if said is not None:
+            own = self._newest.setdefault(neighbour, deque(maxlen=3))
+            own.append((said[2], (self._stamps.time(said[0], said[1]), *said[3:])))
+
     def _on_state(self, entry: Entry, data: bytes, sequence: int) -> None:
         before = entry.repeated
-        numbers = entry.admit(data, sequence, self.step, self.step if self.flying else _ANY_STEP)
+        last = self.step if self.flying and not self._clocked else _ANY_STEP
+        numbers = entry.admit(data, sequence, self.step, last)
         # Whatever the plant says is a sign that it is there.
         self.pulse += numbers is not None or entry.repeated > before
         if numbers is not None:
@@ -282,7 +311,8 @@ class SatelliteNode:
             self._act_if_complete()
 
     def _on_attitude(self, entry: Entry, data: bytes, sequence: int) -> None:
-        numbers = entry.admit(data, sequence, self.step, self.step if self.flying else _ANY_STEP)
+        last = self.step if self.flying and not self._clocked else _ANY_STEP
+        numbers = entry.admit(data, sequence, self.step, last)
         if numbers is not None:
             self._attitude = numbers
             self._act_if_complete()
@@ -361,6 +391,9 @@ class SatelliteNode:
             return
         if not self.flying and not self._join(step):
             return
+        if self._clocked:
+            self._act_on_the_clock(step, state)
+            return
         heard = self._heard.get(step, {})
         speakers = self._speakers(step)
         if any(speaker not in heard for speaker in speakers):
@@ -370,6 +403,24 @@ class SatelliteNode:
         if self._turns and (self._attitude is None or self._attitude[2] != step):
             return
         self._act(step, state, heard, speakers)
+
+    def _act_on_the_clock(self, step: int, state: tuple[Any, ...]) -> None:
+        """Act on a state with what has been heard by now, whether it is of this step or older."""
+        if self._turns and (self._attitude is None or self._attitude[2] != step):
+            return
+        if step > self.step:
+            # States that came too fast were left out.
+            self._skipped += step - self.step
+            self.satellite.join(step)
+            self.step = step
+        heard: dict[int, tuple[float, ...]] = {}
+        for neighbour in self._speakers(step):
+            # What is said for the next step already is kept for that.
+            due = [said for spoken, said in self._newest.get(neighbour, ()) if spoken <= step]
+            if due:
+                heard[neighbour] = due[-1]
+                self._ages.note(step * self.scenario.timing.step - due[-1][0])
+        self._act(step, state, heard, list(heard))
 
     def _knows(self, number: int) -> bool:
         """Whether the formation that a state is meant for is known; its status is on its way if not."""
@@ -533,20 +584,20 @@ def last_word(command: Command, announces: Announces, stamps: Stamps) -> tuple[f
     return (time, position.x, position.y, position.z, velocity.x, velocity.y, velocity.z)
 
 
-def declare_settings(node: FormationNode) -> tuple[bool, str]:
-    """Declare what satellites' nodes have in common: whether a recorder takes part, folder of checkpoints."""
+def declare_settings(node: FormationNode) -> tuple[bool, str, float]:
+    """Declare what satellites' nodes have in common: whether there is a recorder, checkpoints, the clock."""
     declare_fixed(node, "scenario", "", "path of the scenario file")
     recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
     checkpoints = declare_fixed(node, "checkpoints", "", "folder of the checkpoints; empty to keep none")
-    return recorded, checkpoints
+    return recorded, checkpoints, declare_rate(node)
 
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Find the others, fly until the plant says that the flight has ended, and go."""
-    recorded, checkpoints = declare_settings(node)
+    recorded, checkpoints, rate = declare_settings(node)
     name = declare_fixed(node, "satellite", "", "name of the satellite in the scenario")
     scenario = scenario_of(node)
-    settings = Settings(name, recorded, checkpoints, alone=True)
+    settings = Settings(name, recorded, checkpoints, alone=True, rate=rate)
     return fly_all([SatelliteNode(node, executor, scenario, settings, report)], executor, stop)
 
 

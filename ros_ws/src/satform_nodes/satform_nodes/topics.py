@@ -106,6 +106,14 @@ STEPPED = QoSProfile(
 """A message a step. Nothing is lost: no reader falls behind by more than the depth, since the plant
 waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`."""
 
+NEWEST = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.VOLATILE,
+)
+"""For those who read on the wall clock: what is out of date by the time it can be read is left out."""
+
 LATCHED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=64,

@@ -3,6 +3,11 @@
 The elements are those of a satellite near a chief on a circular orbit, each times the chief's
 semi-major axis and thus in m: offset of the semi-major axis, of the mean longitude, and the vectors of
 relative eccentricity and relative inclination.
+
+Two kinds are told apart. Mean elements, whose drift `secular_drift` gives, are those of theory: the swing
+that oblateness causes within each orbit is averaged out of them. The control law takes the elements of the
+moment from position and velocity by the Clohessy-Wiltshire equations; it neither averages nor knows of
+oblateness, so that it works against the swing too.
 """
 
 import math
@@ -143,6 +148,8 @@ def propagate_elements(elements: RelativeElements, drift: Array, duration: float
 class ElementControl:
     """Drives the relative elements of the error to zero along their own gradients.
 
+    Linear in position and velocity as they are, the law is a linear feedback of both.
+
     Attributes:
         gain: 1/s, shape (...).
         mean_motion: of the chief, rad/s, shape (...).
@@ -191,7 +198,10 @@ class ElementControl:
 
 
 class ElementControlSpec(ControllerSpec):
-    """Gentle control of relative orbit elements, which does not resist free relative motion."""
+    """Gentle control of relative orbit elements, which does not resist free relative motion.
+
+    The elements are those of the moment, by the Clohessy-Wiltshire equations, not mean elements.
+    """
 
     kind: Literal["relative_elements"] = "relative_elements"
     gain: Positive = 0.3

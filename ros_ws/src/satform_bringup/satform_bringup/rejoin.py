@@ -1,0 +1,85 @@
+"""One process of a run that is under way, started by hand: a lost satellite comes back."""
+
+import json
+from pathlib import Path
+
+from satform_bringup import LOG_FOLDER, PROCESSES_FILE, nursery
+from satform_bringup.processes import NodeProcess
+
+_LOOK = 0.1
+"""Wall-clock time between two looks at whether someone asked to stop, s."""
+
+
+class RejoinError(ValueError):
+    """A process cannot be started again; the message says why, and what would be right."""
+
+
+def process_of(run: Path, name: str) -> tuple[NodeProcess, int]:
+    """What a run's process was started with.
+
+    Args:
+        run: folder of the run.
+        name: of the process: a satellite, or a group.
+
+    Returns:
+        The process, and the DDS domain of the run.
+
+    Raises:
+        RejoinError: the folder is no run over DDS, or there is no such process in it.
+    """
+    file = run / PROCESSES_FILE
+    try:
+        kept = json.loads(file.read_text())
+        nodes = {node["name"]: NodeProcess(**node) for node in kept["nodes"]}
+        domain = int(kept["domain"])
+    except OSError as error:
+        sentence = f"{file}: cannot be read: {error.strerror}; name the folder of a run that is under way"
+        raise RejoinError(sentence) from None
+    except (ValueError, KeyError, TypeError):
+        raise RejoinError(f"{file}: does not describe the processes of a run") from None
+    if name not in nodes or nodes[name].executable not in ("satellite_node", "group_node"):
+        satellites = [node.name for node in nodes.values() if node.executable.startswith(("sat", "group"))]
+        raise RejoinError(f"{run}: has no satellite {name}; there are {', '.join(satellites)}")
+    return nodes[name], domain
+
+
+def rejoin(run: Path, name: str) -> int:
+    """Start a lost satellite's process again, and stay until it ends.
+
+    Args:
+        run: folder of a run that is under way.
+        name: of the satellite's process.
+
+    Returns:
+        The process's exit code.
+
+    Raises:
+        RejoinError: there is no such process.
+        OSError: it cannot be started.
+    """
+    node, domain = process_of(run, name)
+    log = _free(run / LOG_FOLDER, name)
+    process, pipe = nursery.start(node.executable, node.arguments(), domain, log)
+    try:
+        while process.exitcode is None:
+            process.join(_LOOK)
+            while pipe.poll():
+                try:
+                    pipe.recv()
+                except EOFError:
+                    break
+    except KeyboardInterrupt:
+        process.terminate()
+        process.join()
+    code = process.exitcode or 0
+    pipe.close()
+    process.close()
+    return code
+
+
+def _free(folder: Path, name: str) -> Path:
+    """A file for the words of a process that nobody has written to yet."""
+    number = 1
+    while (folder / f"{name}.again{number}.log").exists():
+        number += 1
+    return folder / f"{name}.again{number}.log"

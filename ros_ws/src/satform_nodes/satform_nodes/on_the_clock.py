@@ -1,0 +1,126 @@
+"""Flying on the wall clock: steps begin on time, and what comes late is late, as on a spacecraft."""
+
+import resource
+import time
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from satform_nodes.executor import StepExecutor
+from satform_nodes.lifetime import StopRequest
+
+_MOST_KEPT = 1_000_000
+"""Delays of steps of which the distribution is told."""
+
+
+class Clocked(Protocol):
+    """What is moved on at each tick: the plant's node."""
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to be done."""
+
+    @property
+    def flown(self) -> bool:
+        """Whether the last step has been taken."""
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether no step is to be taken at present."""
+
+    def tick(self) -> None:
+        """Take the next step with the commands that there are."""
+
+
+@dataclass
+class Punctuality:
+    """How well the plant kept to the clock.
+
+    Attributes:
+        period: wall-clock time between two steps, s.
+        delays: by which each step began late, s.
+        overruns: steps that began so late that the clock was set anew.
+    """
+
+    period: float
+    delays: list[float] = field(default_factory=list)
+    overruns: int = 0
+
+    def data(self) -> dict[str, Any]:
+        """Figures for the result: mean, 99 % and largest delay of the ticks, s."""
+        ordered = sorted(self.delays) or [0.0]
+        return {
+            "period": self.period,
+            "ticks": len(self.delays),
+            "delay_mean": sum(ordered) / len(ordered),
+            "delay_99": ordered[int(0.99 * (len(ordered) - 1))],
+            "delay_largest": ordered[-1],
+            "overruns": self.overruns,
+        }
+
+
+def fly_on_the_clock(plant: Clocked, executor: StepExecutor, stop: StopRequest, period: float) -> Punctuality:
+    """Take steps at their times until the flight is over.
+
+    A step that would begin more than a period late sets the clock anew: steps are never made up for
+    in a burst, which no spacecraft could.
+
+    Args:
+        plant: takes the steps.
+        executor: does the waiting.
+        stop: ends the flight early.
+        period: wall-clock time between two steps, s.
+
+    Returns:
+        How punctual it was.
+    """
+    kept = Punctuality(period)
+    due = time.monotonic() + period
+
+    def going_on() -> bool:
+        return not (plant.over or plant.flown or stop.asked)
+
+    while going_on():
+        executor.spin_till(due, going_on)
+        if not going_on():
+            break
+        late = time.monotonic() - due
+        if len(kept.delays) < _MOST_KEPT:
+            kept.delays.append(late)
+        if not plant.stands_still:
+            plant.tick()
+        if late > period:
+            kept.overruns += 1
+            due = time.monotonic()
+        due += period
+    return kept
+
+
+def processor_seconds() -> float:
+    """Processor time that this process has used so far, s."""
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    return used.ru_utime + used.ru_stime
+
+
+@dataclass
+class Ages:
+    """How old the neighbours' words were when they were used.
+
+    Attributes:
+        count: of words.
+        total: of their ages, simulated time, s.
+        largest: of their ages, s.
+    """
+
+    count: int = 0
+    total: float = 0.0
+    largest: float = 0.0
+
+    def note(self, age: float) -> None:
+        """Count one word."""
+        self.count += 1
+        self.total += age
+        self.largest = max(self.largest, age)
+
+    def data(self) -> dict[str, float]:
+        """Mean and largest age, simulated time, s."""
+        return {"age_mean": self.total / self.count if self.count else 0.0, "age_largest": self.largest}

@@ -1,0 +1,16 @@
+"""Every shipped scenario, flown whole in process, gives what it promises."""
+
+import pytest
+
+from flights import SCENARIOS, shipped
+from satform.metrics import judge
+from satform.simulate import simulate
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(path.stem for path in SCENARIOS.glob("*.yaml")))
+def test_a_shipped_scenario_gives_what_it_promises(name: str) -> None:
+    scenario = shipped(name)
+    verdicts = judge(scenario.expect, simulate(scenario))
+    assert verdicts
+    assert not [verdict for verdict in verdicts if not verdict.met]

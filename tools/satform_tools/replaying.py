@@ -1,0 +1,114 @@
+"""Flying a recorded flight once more in one process, with all that happened in it, and comparing the bits."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from satform.exit_codes import EXIT_DONE, EXIT_MISSED
+from satform.formation import Lost, Plan, planned
+from satform.record import FlightRecord
+from satform.scenario import Scenario, Timing
+from satform.simulate import simulate
+from satform_tools import ros, say
+from satform_tools.faults import CommandError
+
+_SHOWN = (
+    "reference_position",
+    "reference_velocity",
+    "reference_acceleration",
+    "sliding_variable",
+    "believed_position_error",
+    "believed_velocity_error",
+)
+"""Quantities that only the satellite itself shows, after its command: the last may be lost with it."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What came of flying a recorded flight once more.
+
+    Attributes:
+        steps: compared.
+        events: that happened beside what the scenario plans.
+        differences: a sentence for each quantity that differs; empty when all bits are the same.
+    """
+
+    steps: int
+    events: int
+    differences: tuple[str, ...]
+
+
+def replay(path: Path, *, as_json: bool) -> int:
+    """Fly a bag's flight once more, say whether the bits are the same, and return the exit code.
+
+    Raises:
+        CommandError: there is no such bag, or it cannot be flown again.
+    """
+    ros.require()
+    from satform_nodes.bag_reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
+
+    folder = path / "bag" if (path / "bag").is_dir() else path
+    try:
+        bag = read_bag(folder)
+    except BagError as error:
+        raise CommandError(str(error)) from None
+    if bag.clocked:
+        raise CommandError(
+            f"{path}: was flown on the wall clock, whose chances are not in the bag; "
+            "flights in lockstep can be flown again"
+        )
+    found = compare(bag.scenario, bag.record, bag.events)
+    if as_json:
+        say.as_json(asdict(found))
+    else:
+        _print(found, bag.scenario)
+    return EXIT_MISSED if found.differences else EXIT_DONE
+
+
+def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
+    """Fly a flight once more and compare.
+
+    Args:
+        scenario: that was flown.
+        record: of the flight, as far as it goes.
+        events: that happened beside what the scenario plans, by step.
+
+    Returns:
+        The differences.
+
+    Raises:
+        CommandError: what happened cannot be done again.
+    """
+    timing = Timing(step=scenario.timing.step, duration=record.steps * scenario.timing.step)
+    shortened = scenario.model_copy(update={"timing": timing})
+    within = {step: list(found) for step, found in events.items() if step <= record.steps}
+    try:
+        again = simulate(shortened, events=within)
+    except ValueError as error:
+        raise CommandError(f"what happened in the flight cannot be done again: {error}") from None
+    _forget_unshown(again, record, scenario, within)
+    count = sum(len(found) for found in within.values())
+    return Replay(record.steps, count, tuple(again.differences(record)))
+
+
+def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenario, events: Plan) -> None:
+    """Leave out what lost satellites did not live to show of their last step."""
+    for plan in (planned(scenario), events):
+        for step, found in plan.items():
+            for event in found:
+                if isinstance(event, Lost) and 0 < step <= record.steps:
+                    for name in _SHOWN:
+                        shown = getattr(record, name)[step - 1, event.satellite]
+                        if np.isnan(shown).all():
+                            getattr(again, name)[step - 1, event.satellite] = shown
+
+
+def _print(found: Replay, scenario: Scenario) -> None:
+    say.heading(f"{scenario.name}: {scenario.title}")
+    happened = f"{found.events} unplanned events" if found.events else "nothing unplanned"
+    say.line(f"{found.steps} of {scenario.timing.steps} steps, with {happened} in them")
+    for difference in found.differences:
+        say.line(difference, "bold red")
+    if not found.differences:
+        say.line("Flown once more in one process: the same to the last bit.", "green")
