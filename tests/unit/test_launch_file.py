@@ -113,6 +113,12 @@ def test_a_launch_flies_in_lockstep_and_takes_changes_as_a_run_does(launch_file:
     assert load_scenario(tmp_path / "scenario.json") == shipped("triangle", *changes)
 
 
+def test_in_real_time_every_node_is_told_the_rate(launch_file: Any, tmp_path: Path) -> None:
+    nodes = launched(launch_file, scenario="triangle", mode="realtime", rate="20", out=str(tmp_path))
+    wanted = processes(shipped("triangle"), tmp_path / "scenario.json", tmp_path / "bag", rate=20.0)
+    assert told(nodes) == expected(wanted)
+
+
 def test_without_a_record_there_is_no_recorder(launch_file: Any, tmp_path: Path) -> None:
     nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), record="false")
     assert told(nodes) == expected(processes(shipped("triangle"), tmp_path / "scenario.json", None))
@@ -135,6 +141,8 @@ def test_a_scenario_may_be_a_path_and_its_flight_gets_a_folder_of_its_own(
         ({"scenario": "triangel"}, "there is no scenario 'triangel'"),
         ({"group": "0"}, "group:=0 is not a number of satellites"),
         ({"group": "two"}, "group:=two is not a number of satellites"),
+        ({"mode": "realtime", "rate": "0"}, "rate:=0 is not a number of simulated seconds above 0"),
+        ({"mode": "realtime", "rate": "fast"}, "rate:=fast is not a number"),
         ({"set": "timing.stepp=1"}, "there is no such field; did you mean step"),
         ({"out": str(SCENARIOS)}, "is not empty; name another folder"),
     ],
@@ -161,5 +169,5 @@ def test_a_lost_process_ends_the_launch_and_one_that_is_done_does_not(
 def test_every_argument_says_what_it_is(launch_file: Any) -> None:
     *arguments, _ = launch_file.generate_launch_description()
     names = [argument.positional[0] for argument in arguments]
-    assert names == ["scenario", "mode", "set", "record", "out", "group"]
+    assert names == ["scenario", "mode", "rate", "set", "record", "out", "group"]
     assert all(argument.named["description"] for argument in arguments)

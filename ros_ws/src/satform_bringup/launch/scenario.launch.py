@@ -1,6 +1,7 @@
 """Flies a scenario under `ros2 launch`: the same processes, told the same, as `satform run`."""
 
 from datetime import UTC, datetime
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +26,13 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "mode",
                 default_value="lockstep",
-                choices=["lockstep"],
-                description="What moves the messages: each step begins when every satellite has answered.",
+                choices=["lockstep", "realtime"],
+                description="When a step begins: once every satellite has answered, or by the wall clock.",
+            ),
+            DeclareLaunchArgument(
+                "rate",
+                default_value="1.0",
+                description="Simulated seconds in each second of the wall clock; in mode realtime only.",
             ),
             DeclareLaunchArgument(
                 "set",
@@ -54,10 +60,11 @@ def generate_launch_description() -> LaunchDescription:
 def _nodes(context: LaunchContext) -> list[Node]:
     asked = {
         name: LaunchConfiguration(name).perform(context)
-        for name in ("scenario", "set", "record", "out", "group")
+        for name in ("scenario", "mode", "rate", "set", "record", "out", "group")
     }
     if not asked["group"].isdecimal() or int(asked["group"]) < 1:
         raise RuntimeError(f"group:={asked['group']} is not a number of satellites, 1 or more")
+    rate = _rate(asked["rate"]) if asked["mode"] == "realtime" else 0.0
     scenario = load_scenario(_find(asked["scenario"]), asked["set"].split())
     out = _folder(asked["out"], scenario.name)
     # Two formations in one domain would hear each other; and whoever wants to look in finds this one.
@@ -65,7 +72,18 @@ def _nodes(context: LaunchContext) -> list[Node]:
     scenario_file = out / SCENARIO_FILE
     scenario_file.write_text(scenario.to_json(), encoding="utf-8")
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
-    return [_node(process) for process in processes(scenario, scenario_file, bag, int(asked["group"]))]
+    started = processes(scenario, scenario_file, bag, int(asked["group"]), rate=rate)
+    return [_node(process) for process in started]
+
+
+def _rate(text: str) -> float:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = 0.0
+    if not (isfinite(rate) and rate > 0.0):
+        raise RuntimeError(f"rate:={text} is not a number of simulated seconds above 0")
+    return rate
 
 
 def _node(process: NodeProcess) -> Node:
