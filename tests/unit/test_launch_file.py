@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from flights import SCENARIOS, shipped
-from satform.scenario import load_scenario
+from satform.scenario import ScenarioError, load_scenario
 from satform_bringup.processes import NodeProcess, processes
 
 FILE = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "launch" / "scenario.launch.py"
@@ -30,6 +30,7 @@ class Context:
     """The part of a launch context that a launch file's arguments are read from."""
 
     launch_configurations: dict[str, str] = field(default_factory=dict)
+    is_shutdown: bool = False
 
 
 @dataclass
@@ -74,6 +75,8 @@ def launch_file(monkeypatch: pytest.MonkeyPatch) -> Any:
         monkeypatch.setattr(module, name, Made)
     monkeypatch.setattr(module, "LaunchDescription", lambda entities: entities)
     monkeypatch.setattr(module, "LaunchConfiguration", Configuration)
+    # It would hold the shell's domain until the tests are over.
+    monkeypatch.setattr(module, "hold_shell_domain", lambda _scenario, _folder: 0)
     return module
 
 
@@ -102,6 +105,18 @@ def test_every_process_of_a_run_is_a_node_of_the_launch_and_no_other(
     wanted = processes(shipped(name), tmp_path / "scenario.json", tmp_path / "bag", group)
     assert told(nodes) == expected(wanted)
     assert load_scenario(tmp_path / "scenario.json") == shipped(name)
+
+
+def test_a_launch_flies_in_lockstep_and_takes_changes_as_a_run_does(launch_file: Any, tmp_path: Path) -> None:
+    changes = ("timing.duration=60.0", "expect=[]")
+    launched(launch_file, scenario="triangle", mode="lockstep", set=" ".join(changes), out=str(tmp_path))
+    assert load_scenario(tmp_path / "scenario.json") == shipped("triangle", *changes)
+
+
+def test_in_real_time_every_node_is_told_the_rate(launch_file: Any, tmp_path: Path) -> None:
+    nodes = launched(launch_file, scenario="triangle", mode="realtime", rate="20", out=str(tmp_path))
+    wanted = processes(shipped("triangle"), tmp_path / "scenario.json", tmp_path / "bag", rate=20.0)
+    assert told(nodes) == expected(wanted)
 
 
 def test_without_a_record_there_is_no_recorder(launch_file: Any, tmp_path: Path) -> None:
@@ -133,13 +148,16 @@ def test_a_scenario_may_be_a_path_and_its_flight_gets_a_folder_of_its_own(
         ({"scenario": "triangel"}, "there is no scenario 'triangel'"),
         ({"group": "0"}, "group:=0 is not a number of satellites"),
         ({"group": "two"}, "group:=two is not a number of satellites"),
+        ({"mode": "realtime", "rate": "0"}, "rate:=0 is not a number of simulated seconds above 0"),
+        ({"mode": "realtime", "rate": "fast"}, "rate:=fast is not a number"),
+        ({"set": "timing.stepp=1"}, "there is no such field; did you mean step"),
         ({"out": str(SCENARIOS)}, "is not empty; name another folder"),
     ],
 )
 def test_what_cannot_be_launched_is_a_sentence(
     given: dict[str, str], sentence: str, launch_file: Any, tmp_path: Path
 ) -> None:
-    with pytest.raises(RuntimeError, match=sentence):
+    with pytest.raises((RuntimeError, ScenarioError), match=sentence):
         launched(launch_file, **{"scenario": "triangle", "out": str(tmp_path), **given})
 
 
@@ -150,10 +168,28 @@ def test_a_lost_process_ends_the_launch_and_one_that_is_done_does_not(
         assert node["on_exit"](types.SimpleNamespace(returncode=0, process_name="sat1-2"), Context()) is None
         end = node["on_exit"](types.SimpleNamespace(returncode=-9, process_name="sat1-2"), Context())
         assert end.named == {"reason": "sat1-2 ended with exit code -9"}
+        # Asked to end by Ctrl-C, nodes end with 130, and are not reported as the cause.
+        stopped = types.SimpleNamespace(returncode=130, process_name="sat1-2")
+        assert node["on_exit"](stopped, Context(is_shutdown=True)) is None
+
+
+def test_a_satellite_that_the_scenario_kills_is_started_again_when_the_scenario_brings_it_back(
+    launch_file: Any, tmp_path: Path
+) -> None:
+    nodes = launched(launch_file, scenario="satellite_lost_and_back", out=str(tmp_path))
+    (lost,) = {fault.satellite for fault in shipped("satellite_lost_and_back").faults}
+    killed = types.SimpleNamespace(returncode=-9, process_name="any")
+    for node in nodes:
+        told = node["on_exit"](killed, Context())
+        if node["exec_name"] == lost:
+            (again,) = told
+            assert again.named["arguments"] == node["arguments"]
+        else:
+            assert told.named["reason"] == "any ended with exit code -9"
 
 
 def test_every_argument_says_what_it_is(launch_file: Any) -> None:
     *arguments, _ = launch_file.generate_launch_description()
     names = [argument.positional[0] for argument in arguments]
-    assert names == ["scenario", "record", "out", "group", "display"]
+    assert names == ["scenario", "mode", "rate", "set", "record", "out", "group", "display"]
     assert all(argument.named["description"] for argument in arguments)

@@ -37,6 +37,7 @@ DEPENDENCIES = {
             "satform_msgs",
             "satform_nodes",
             "std_msgs",
+            "std_srvs",
             "visualization_msgs",
         )
     },
@@ -74,11 +75,24 @@ def test_a_package_depends_on_what_it_imports_and_on_nothing_else(package: str) 
     assert declared(package) == needed | BY_NAME.get(package, set())
 
 
+def test_the_messages_depend_on_the_packages_that_they_are_built_with() -> None:
+    build = (SOURCES / "satform_msgs" / "CMakeLists.txt").read_text()
+    found = set(re.findall(r"find_package\((\w+)", build))
+    description = ET.parse(SOURCES / "satform_msgs" / "package.xml")  # noqa: S314
+    tags = ("depend", "build_depend", "buildtool_depend")
+    assert found == {entry.text for tag in tags for entry in description.iter(tag)}
+
+
 def test_what_rosdep_has_no_name_for_is_pinned_and_named_where_people_look() -> None:
     pinned = set(re.findall(r"^([\w.-]+)==", (ROOT / "requirements.txt").read_text(), re.MULTILINE))
     assert pinned >= FROM_PIP
     description = (SOURCES / "satform" / "package.xml").read_text()
     assert all(name in description for name in FROM_PIP)
+    page = (ROOT / "docs" / "install_ubuntu.md").read_text()
+    versions = dict(re.findall(r'"([\w.-]+)==([\w.]+)"', page))
+    pins = dict(re.findall(r"^([\w.-]+)==([\w.]+)", (ROOT / "requirements.txt").read_text(), re.MULTILINE))
+    assert set(versions) >= FROM_PIP
+    assert versions == {name: pins[name] for name in versions}
 
 
 def test_exit_codes_are_defined_in_one_place() -> None:

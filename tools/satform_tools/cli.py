@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
-from satform_tools import bench_cli, plan_cli, say
+from satform_tools import bench_cli, look_cli, plan_cli, say
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.formats import Format
 
@@ -36,6 +36,7 @@ app = typer.Typer(
 
 app.add_typer(plan_cli.app, name="plan")
 app.add_typer(bench_cli.app, name="bench")
+look_cli.add_to(app)
 
 
 class RunMode(StrEnum):

@@ -143,9 +143,9 @@ def _over_dds(
     ros.require()
     from satform_bringup.supervise import Policy, fly  # noqa: PLC0415 - in-process runs do without
 
+    policy = Policy(manner.restart, manner.without_recorder, manner.rate)
     try:
         with progress.shown(scenario) as report:
-            policy = Policy(manner.restart, manner.without_recorder, manner.rate)
             flight = fly(
                 scenario,
                 folder,

@@ -87,6 +87,11 @@ def as_json(data: Any) -> None:
     print(to_json(data))
 
 
+def as_json_line(data: Any) -> None:
+    """Print data for a machine that reads line by line."""
+    print(json.dumps(_finite(data), ensure_ascii=False, allow_nan=False))
+
+
 def to_json(data: Any) -> str:
     """Data as JSON text; numbers that are not finite become null, which every reader understands."""
     return json.dumps(_finite(data), indent=1, ensure_ascii=False, allow_nan=False)
@@ -122,6 +127,11 @@ def _console() -> Any:
 
 
 def _rich_table(content: Table) -> None:
+    _console().print(drawn_table(content))
+
+
+def drawn_table(content: Table) -> Any:
+    """A table as rich draws it on a terminal."""
     from rich import box  # noqa: PLC0415 - only a terminal needs them
     from rich.table import Table as RichTable  # noqa: PLC0415
     from rich.text import Text  # noqa: PLC0415
@@ -131,4 +141,4 @@ def _rich_table(content: Table) -> None:
         drawn.add_column(name, justify="right" if column in content.right else "left", overflow="fold")
     for index, row in enumerate(content.rows):
         drawn.add_row(*(Text(cell) for cell in row), style=content.styles.get(index))
-    _console().print(drawn)
+    return drawn

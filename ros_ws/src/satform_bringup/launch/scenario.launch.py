@@ -1,6 +1,9 @@
 """Flies a scenario under `ros2 launch`: the same processes, told the same, as `satform run`."""
 
+import signal
 from datetime import UTC, datetime
+from functools import partial
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +12,12 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from satform.scenario import load_scenario
-from satform_bringup import BAG_FOLDER, PACKAGE, SCENARIO_FILE
+from satform.faults import SatelliteLostSpec
+from satform.scenario import Scenario, load_scenario
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
 from satform_bringup.processes import NodeProcess, processes
+from satform_bringup.supervise import FAREWELL
+from satform_bringup.under_way import hold_shell_domain
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -19,6 +25,22 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument(
                 "scenario", description="Name of a file in a folder `scenarios`, or path of a YAML file."
+            ),
+            DeclareLaunchArgument(
+                "mode",
+                default_value="lockstep",
+                choices=["lockstep", "realtime"],
+                description="When a step begins: once every satellite has answered, or by the wall clock.",
+            ),
+            DeclareLaunchArgument(
+                "rate",
+                default_value="1.0",
+                description="Simulated seconds in each second of the wall clock; in mode realtime only.",
+            ),
+            DeclareLaunchArgument(
+                "set",
+                default_value="",
+                description="Changes of the scenario, e.g. `timing.duration=600.0`; blanks between several.",
             ),
             DeclareLaunchArgument(
                 "record", default_value="true", choices=["true", "false"], description="Record a bag."
@@ -47,21 +69,37 @@ def generate_launch_description() -> LaunchDescription:
 def _nodes(context: LaunchContext) -> list[Node]:
     asked = {
         name: LaunchConfiguration(name).perform(context)
-        for name in ("scenario", "record", "out", "group", "display")
+        for name in ("scenario", "mode", "rate", "set", "record", "out", "group", "display")
     }
     if not asked["group"].isdecimal() or int(asked["group"]) < 1:
         raise RuntimeError(f"group:={asked['group']} is not a number of satellites, 1 or more")
-    scenario = load_scenario(_find(asked["scenario"]))
+    rate = _rate(asked["rate"]) if asked["mode"] == "realtime" else 0.0
+    scenario = load_scenario(_find(asked["scenario"]), asked["set"].split())
     out = _folder(asked["out"], scenario.name)
+    # Two formations in one domain would hear each other; and whoever wants to look in finds this one.
+    hold_shell_domain(scenario.name, out)
     scenario_file = out / SCENARIO_FILE
     scenario_file.write_text(scenario.to_json(), encoding="utf-8")
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
     display = asked["display"] == "true"
-    found = processes(scenario, scenario_file, bag, int(asked["group"]), display=display)
-    return [_node(process) for process in found]
+    checkpoints = None if scenario.checkpoint_period is None else out / CHECKPOINT_FOLDER
+    started = processes(
+        scenario, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
+    )
+    return [_node(process, scenario) for process in started]
 
 
-def _node(process: NodeProcess) -> Node:
+def _rate(text: str) -> float:
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = 0.0
+    if not (isfinite(rate) and rate > 0.0):
+        raise RuntimeError(f"rate:={text} is not a number of simulated seconds above 0")
+    return rate
+
+
+def _node(process: NodeProcess, scenario: Scenario) -> Node:
     """The process as an action.
 
     Name and parameters are on its command line, where they are quoted already; launch would write the
@@ -74,14 +112,29 @@ def _node(process: NodeProcess) -> Node:
         exec_name=process.name,
         arguments=process.arguments(),
         output="screen",
-        on_exit=None if process.optional else _end_all_if_lost,
+        # As long as `satform run` gives them: a bag is to be closed before anyone is killed.
+        sigterm_timeout=str(FAREWELL),
+        sigkill_timeout=str(FAREWELL),
+        on_exit=None if process.optional else partial(_end_all_if_lost, process, scenario),
     )
 
 
-def _end_all_if_lost(event: Any, _context: LaunchContext) -> Shutdown | None:
-    """Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all."""
-    if event.returncode == 0:
+def _end_all_if_lost(
+    process: NodeProcess, scenario: Scenario, event: Any, context: LaunchContext
+) -> Shutdown | list[Node] | None:
+    """Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all.
+
+    One that the scenario has killed does not, and is started again when the scenario brings it back.
+    """
+    if event.returncode == 0 or context.is_shutdown:
         return None
+    own = [
+        fault
+        for fault in scenario.faults
+        if isinstance(fault, SatelliteLostSpec) and fault.satellite == process.name
+    ]
+    if own and event.returncode == -signal.SIGKILL:
+        return [_node(process, scenario)] if any(fault.back is not None for fault in own) else None
     return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
 
 

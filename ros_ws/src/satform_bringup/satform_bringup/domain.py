@@ -43,7 +43,7 @@ def own_domain(agreed: int | None = None) -> Iterator[int]:
         yield wanted[0]
         return
     for number in wanted:
-        lock = _lock(number)
+        lock = hold(number)
         if lock is not None:
             try:
                 yield number
@@ -77,7 +77,32 @@ def on_domain(number: int) -> Iterator[None]:
 def enter_domain(number: int) -> None:
     """Set this process's environment for a domain that is held for it."""
     os.environ["ROS_DOMAIN_ID"] = os.environ[_HELD] = str(number)
+    stay_on_this_machine()
+
+
+def stay_on_this_machine() -> None:
+    """Have nodes found on this machine only, unless the environment says otherwise."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+
+def shell_domain() -> int | None:
+    """The domain that `ROS_DOMAIN_ID` names; None when it is not set.
+
+    Raises:
+        DomainError: what it names is no domain.
+    """
+    given = os.environ.get("ROS_DOMAIN_ID", "")
+    return _number(given) if given else None
+
+
+def lock_file(number: int) -> Path:
+    """The file whose lock holds a domain, in a folder that all users of the machine share."""
+    folder = Path(tempfile.gettempdir()) / "satform-domains"
+    if not folder.is_dir():
+        folder.mkdir(exist_ok=True)
+        # Shared by all users of the machine, whom the umask would keep out.
+        folder.chmod(0o1777)
+    return folder / str(number)
 
 
 def _number(given: str) -> int:
@@ -86,14 +111,9 @@ def _number(given: str) -> int:
     return int(given)
 
 
-def _lock(number: int) -> int | None:
-    """The open file that holds a domain, or None when another process holds it."""
-    folder = Path(tempfile.gettempdir()) / "satform-domains"
-    if not folder.is_dir():
-        folder.mkdir(exist_ok=True)
-        # Shared by all users of the machine, whom the umask would keep out.
-        folder.chmod(0o1777)
-    path = folder / str(number)
+def hold(number: int) -> int | None:
+    """Hold a domain for as long as the file that is returned stays open; None when another process has it."""
+    path = lock_file(number)
     try:
         lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     except PermissionError:

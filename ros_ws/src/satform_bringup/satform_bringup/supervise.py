@@ -30,6 +30,7 @@ from satform_bringup import (
 )
 from satform_bringup.peers import flight_domain, step_told, variables
 from satform_bringup.processes import NodeProcess, processes
+from satform_bringup.under_way import described
 
 FAREWELL = 15.0
 """Wall-clock time that processes have to end once the flight is over, s."""
@@ -189,13 +190,17 @@ def fly(
     given = {**found, **(environment or {})}
     if keystore is not None:
         nodes, given = security.secured(nodes), given | security.variables(keystore)
-    with _asked_to_stop() as signals, flight_domain(scenario, host) as domain:
+    with (
+        _asked_to_stop() as signals,
+        flight_domain(scenario, host) as domain,
+        described(domain, scenario.name, out),
+    ):
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, given)
-        described = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
-        (out / PROCESSES_FILE).write_text(json.dumps(described))
+        told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
+        (out / PROCESSES_FILE).write_text(json.dumps(told))
         try:
             watch.start(nodes)
             watch.until_over()

@@ -1,0 +1,97 @@
+"""Which runs are under way on this machine: what each says of itself beside the lock of its domain."""
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from satform_bringup.domain import HIGHEST, DomainError, hold, lock_file, shell_domain
+
+_START_TIME = 19
+"""Place of a process's start among the fields of `/proc/<pid>/stat` that follow its name."""
+
+
+@dataclass(frozen=True)
+class RunUnderWay:
+    """A run as it describes itself.
+
+    Attributes:
+        domain: DDS domain in which it flies.
+        scenario: name of what is flown.
+        folder: of the run.
+        process: id of the process that started it and watches over it.
+        started: when that process started, in clock ticks since the machine did; process ids come again.
+    """
+
+    domain: int
+    scenario: str
+    folder: str
+    process: int
+    started: int
+
+
+@contextmanager
+def described(domain: int, scenario: str, folder: Path) -> Iterator[None]:
+    """Tell those who want to look in what flies in a domain that this process holds."""
+    describe(domain, scenario, folder)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            lock_file(domain).write_text("", encoding="utf-8")
+
+
+def describe(domain: int, scenario: str, folder: Path) -> None:
+    """Say for the rest of this process's life what flies in a domain that it holds."""
+    run = RunUnderWay(domain, scenario, str(folder.absolute()), os.getpid(), _started(os.getpid()) or 0)
+    # Where the file is another user's the run flies all the same; whoever looks in then names the domain.
+    with suppress(OSError):
+        lock_file(domain).write_text(json.dumps(asdict(run)), encoding="utf-8")
+
+
+def hold_shell_domain(scenario: str, folder: Path) -> int:
+    """Hold the shell's own domain for the rest of this process's life, and say what flies in it.
+
+    Returns:
+        `ROS_DOMAIN_ID`, or 0, which is ROS's own default.
+
+    Raises:
+        DomainError: it is no domain, or another run on this machine holds it.
+    """
+    domain = shell_domain() or 0
+    if hold(domain) is None:
+        others = [run for run in runs_under_way() if run.domain == domain]
+        who = f" ({others[0].scenario} in {others[0].folder})" if others else ""
+        raise DomainError(
+            f"domain {domain} is in use by another run on this machine{who}, and both would hear each other; "
+            "wait for it to end, or set ROS_DOMAIN_ID to another number"
+        )
+    describe(domain, scenario, folder)
+    return domain
+
+
+def runs_under_way() -> list[RunUnderWay]:
+    """Runs on this machine whose process lives, by domain; what killed ones left behind is passed over."""
+    found = (_read(lock_file(number)) for number in range(HIGHEST + 1))
+    return [run for run in found if run is not None and _started(run.process) == run.started]
+
+
+def _read(path: Path) -> RunUnderWay | None:
+    try:
+        run = RunUnderWay(**json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+    return run if str(run.domain) == path.name else None
+
+
+def _started(process: int) -> int | None:
+    """When a process started, in clock ticks since the machine did; None when there is no such process."""
+    try:
+        stat = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    # The name stands in brackets and may hold anything, brackets too.
+    state, *others = stat.rpartition(")")[2].split()
+    return None if state in "ZX" else int(others[_START_TIME - 1])

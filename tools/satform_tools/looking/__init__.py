@@ -1,0 +1,1 @@
+"""Looking into a running formation from outside, without disturbing it."""

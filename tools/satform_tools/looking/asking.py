@@ -1,0 +1,62 @@
+"""Services of a running formation: a question, and its answer within a bounded time."""
+
+from typing import Any
+
+import yaml
+
+from satform_tools import say
+from satform_tools.faults import CommandError
+from satform_tools.looking.graph import known_service
+from satform_tools.looking.looker import Looker
+from satform_tools.looking.values import fill, interface, plain
+
+
+def call(looker: Looker, service: str, request: str, *, as_json: bool) -> None:
+    """Call a service, and print its reply.
+
+    Args:
+        looker: in the formation's domain.
+        service: its name.
+        request: fields and values as YAML, such as `{names: [controller.kind]}`; empty for none.
+        as_json: print JSON.
+
+    Raises:
+        CommandError: there is no such service, the request is not of its form, or nobody answers.
+    """
+    looker.find_formation()
+    name, type_name = known_service(looker, service)
+    kind = interface(type_name)
+    reply = plain(ask(looker, kind, name, fill(kind.Request(), _read(request))))
+    if as_json:
+        say.as_json(reply)
+    elif reply:
+        print(yaml.safe_dump(reply, sort_keys=False, allow_unicode=True), end="")
+    else:
+        say.line(f"{name} has answered; its reply has no fields")
+
+
+def ask(looker: Looker, kind: Any, service: str, request: Any) -> Any:
+    """The reply of a service to a request.
+
+    Raises:
+        CommandError: the service is not there, or does not answer in time.
+    """
+    client = looker.node.create_client(kind, service)
+    try:
+        if not looker.wait(client.service_is_ready, looker.patience):
+            raise CommandError(f"the service {service} is not there within {looker.patience:g} s")
+        future = client.call_async(request)
+        if not looker.wait(future.done, looker.patience):
+            raise CommandError(f"the service {service} does not answer within {looker.patience:g} s")
+        return future.result()
+    finally:
+        looker.node.destroy_client(client)
+
+
+def _read(request: str) -> Any:
+    try:
+        data = yaml.safe_load(request)
+    except yaml.YAMLError as error:
+        problem = " ".join(str(error).split())
+        raise CommandError(f"the request {request!r} is not YAML: {problem}") from None
+    return {} if data is None else data

@@ -1,0 +1,49 @@
+"""In which DDS domain the formation flies that is to be looked at."""
+
+from satform_bringup.domain import DomainError, shell_domain
+from satform_bringup.under_way import RunUnderWay, runs_under_way
+from satform_tools.faults import CommandError
+
+
+def domain(asked: int | None) -> int:
+    """The domain that is asked for, else the shell's, else that of the only run on this machine.
+
+    Args:
+        asked: on the command line; None when nothing is.
+
+    Returns:
+        A DDS domain.
+
+    Raises:
+        CommandError: nothing is asked for, and no run or more than one is under way.
+    """
+    if asked is not None:
+        return asked
+    try:
+        given = shell_domain()
+    except DomainError as error:
+        raise CommandError(str(error)) from None
+    if given is not None:
+        return given
+    runs = runs_under_way()
+    if not runs:
+        raise CommandError(
+            "no run is under way on this machine; start one with satform run, or name a domain with --domain"
+        )
+    if len(runs) > 1:
+        raise CommandError(f"{len(runs)} {others(runs)}; name one with --domain")
+    return runs[0].domain
+
+
+def nobody_flies(number: int) -> str:
+    """The sentence that no formation has been found in a domain, and where there are some."""
+    runs = runs_under_way()
+    return (
+        f"no formation is flying on domain {number}; {others(runs) if runs else 'no run is under way here'}"
+    )
+
+
+def others(runs: list[RunUnderWay]) -> str:
+    """Runs in words."""
+    named = ", ".join(f"{run.domain} ({run.scenario})" for run in runs)
+    return f"runs under way on this machine: {named}"
