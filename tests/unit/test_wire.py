@@ -25,7 +25,7 @@ from satform_nodes.stamps import Stamps
 from satform_nodes.wire import Layout, layout
 
 FRAME = "lvlh"
-VARIABLE = {FormationStatus, ParameterChange, Ready}
+VARIABLE = (FormationStatus, ParameterChange, Ready)
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 FIXED = [message for message in MESSAGES if message not in VARIABLE]
 
