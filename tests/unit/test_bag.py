@@ -49,16 +49,24 @@ def messages_of(record: FlightRecord) -> Messages:
     velocity_error = record.velocity[:-1] - record.reference_velocity
     for k in range(record.steps + 1):
         for i, name in enumerate(record.satellites):
-            yield "state", name, k, vectors(position=record.position[k, i], velocity=record.velocity[k, i])
+            told = vectors(position=record.position[k, i], velocity=record.velocity[k, i])
+            yield "state", name, k, {"formation": 0, **told}
             yield "arc_length", name, k, {"arc_length": record.arc_length[k, i], "rate": record.rate[k, i]}
             if k == record.steps:
                 continue
-            yield (
-                "command",
-                name,
-                k,
-                vectors(acceleration=record.acceleration[k, i], wheel_torque=np.zeros(3)),
+            nothing = np.zeros(3)
+            command = vectors(
+                acceleration=record.acceleration[k, i],
+                wheel_torque=nothing,
+                announced_position=nothing,
+                announced_velocity=nothing,
             )
+            stamp = {"announced_at.sec": 0, "announced_at.nanosec": 0}
+            announced = {
+                "announced_arc_length": record.arc_length[k + 1, i],
+                "announced_rate": record.rate[k + 1, i],
+            }
+            yield "command", name, k, {**command, **stamp, **announced}
             tracking = {
                 "reference_position": record.reference_position[k, i],
                 "reference_velocity": record.reference_velocity[k, i],

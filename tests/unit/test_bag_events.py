@@ -108,7 +108,11 @@ def test_a_bag_of_an_older_message_still_tells_what_it_knows() -> None:
     assert read_events([entry]).statuses[0].phase == "broken_off"
 
 
-@pytest.mark.parametrize("message", [b"", b"\0\1\0\0", status(0, [True, True]), status(0, [True] * 3)[:60]])
+@pytest.mark.parametrize(
+    "message",
+    [b"", b"\0\1\0\0", status(0, [True, True]), status(0, [True] * 3)[:60]],
+    ids=["nothing", "no more than a beginning", "of two satellites", "cut short"],
+)
 def test_messages_that_are_something_else_are_a_sentence(message: bytes) -> None:
     with pytest.raises(EventError, match=r"/formation/status has messages that are not satform_msgs/msg/F"):
         read_events([told(message)])

@@ -15,6 +15,7 @@ from flights import SCENARIOS, shortened
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import load_scenario
 from satform_bringup import SCENARIO_FILE
+from satform_bringup.supervise import Policy
 from satform_tools import cli, folders, ros, say, testing
 
 SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")
@@ -262,6 +263,9 @@ def fly_like(monkeypatch: pytest.MonkeyPatch, **outcome: Any) -> None:
         "plant_seconds": 0.4,
         "satellite_seconds": {"sat1": 0.6, "sat2": 0.5},
         "lost": (),
+        "losses": (),
+        "returns": (),
+        "punctuality": {},
         "reason": "",
         "stopped": False,
         "bag": None,
@@ -270,7 +274,7 @@ def fly_like(monkeypatch: pytest.MonkeyPatch, **outcome: Any) -> None:
         **outcome,
     }
     stand_in = types.ModuleType("satform_bringup.supervise")
-    stand_in.Flight = types.SimpleNamespace  # type: ignore[attr-defined]
+    stand_in.Policy = Policy  # type: ignore[attr-defined]
     stand_in.fly = lambda *_, **__: types.SimpleNamespace(**ended)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "satform_bringup.supervise", stand_in)
 

@@ -22,7 +22,7 @@ def on(*hosts: str) -> Scenario:
 def test_the_parts_of_all_hosts_are_the_whole_formation() -> None:
     scenario = on(ALPHA, BETA)
     parts = [
-        {node.name for node in processes(scenario, Path("s"), Path("bag"), 1, host)}
+        {node.name for node in processes(scenario, Path("s"), Path("bag"), host=host)}
         for host in scenario.hosts
     ]
     assert parts == [{"plant", "sat1"}, {"recorder", "sat2", "sat3"}]
@@ -33,7 +33,7 @@ def test_satellites_share_processes_with_those_of_their_own_host_only() -> None:
     groups = [
         node.parameters["satellites"]
         for host in scenario.hosts
-        for node in processes(scenario, Path("s"), None, 2, host)
+        for node in processes(scenario, Path("s"), None, 2, host=host)
         if node.executable == "group_node"
     ]
     assert groups == [["sat1"], ["sat2", "sat3"]]

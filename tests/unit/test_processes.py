@@ -26,7 +26,7 @@ def told(nodes: list[NodeProcess]) -> list[tuple[str, str, dict[str, Any]]]:
 def test_the_triangle_is_a_plant_three_satellites_and_a_recorder() -> None:
     common = {"scenario": str(FILE), "recorded": True}
     assert told(processes(shipped("triangle"), FILE, Path("/runs/bag"))) == [
-        ("plant", "plant_node", common),
+        ("plant", "plant_node", {**common, "recorder_needed": True}),
         ("sat1", "satellite_node", {**common, "satellite": "sat1"}),
         ("sat2", "satellite_node", {**common, "satellite": "sat2"}),
         ("sat3", "satellite_node", {**common, "satellite": "sat3"}),

@@ -228,4 +228,4 @@ def test_a_middleware_without_security_flies_nothing_unsecured_instead(
 
 def test_a_run_in_one_process_cannot_be_secured(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["run", "triangle", "--mode", "inprocess", "--secure", "keys"]) == 2
-    assert "--secure is for lockstep" in capsys.readouterr().err
+    assert "--secure is for DDS" in capsys.readouterr().err
