@@ -373,3 +373,25 @@ def test_ctrl_c_in_process_ends_with_130(
     monkeypatch.setattr("satform.simulate.simulate", interrupted)
     assert run_in_process(tmp_path / "run", *SHORT) == EXIT_STOPPED
     assert "Stopped at step 3 of 20" in capsys.readouterr().out
+
+
+def test_show_says_how_many_liars_a_graph_bears(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "complete_six"]) == 0
+    printed = capsys.readouterr().out
+    assert "robustness: 3-robust; (r, s)-robust for (1, 6), (2, 6), (3, 6)" in printed
+    assert cli.main(["show", "ring_six", "--json"]) == 0
+    graph = json.loads(capsys.readouterr().out)["graph"]
+    assert graph["robustness"] == {"r": 1, "s": [4], "exact": True}
+    assert graph["promise"]["largest_local"] == 0
+
+
+def test_check_warns_of_more_liars_than_the_graph_bears(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SCENARIOS / "ring_six.yaml").read_text()
+    law = "kind: resilient_arc_length\n  tolerated_liars: "
+    for liars, warned in ((0, 0), (1, 1)):
+        file = tmp_path / "ring.yaml"
+        file.write_text(text.replace("kind: arc_length\n", f"{law}{liars}\n", 1))
+        assert cli.main(["check", str(file)]) == 0
+        assert capsys.readouterr().out.count("consensus.tolerated_liars: nothing is promised") == warned

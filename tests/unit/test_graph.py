@@ -13,6 +13,7 @@ from satform.consensus.graph import (
     RingSpec,
     StarSpec,
 )
+from satform.consensus.random_graph import RandomRegularSpec
 
 SIZES = [1, 2, 3, 6, 25]
 
@@ -139,3 +140,77 @@ def test_a_thousand_satellites_are_judged_quickly():
     graph = RingSpec().build(1000)
     assert graph.connected()
     assert graph.neighbours(999) == (0, 998)
+
+
+@pytest.mark.parametrize(
+    ("count", "degree"),
+    [
+        (2, 1),
+        (3, 2),
+        (9, 2),
+        (8, 3),
+        (7, 4),
+        (8, 5),
+        (9, 6),
+        (10, 8),
+        (10, 9),
+        (40, 11),
+        (101, 50),
+        (201, 100),
+        (500, 2),
+    ],
+)
+def test_a_random_regular_graph_is_regular_undirected_and_connected_as_networkx_judges_it(count, degree):
+    networkx = pytest.importorskip("networkx")
+    for seed in range(5):
+        graph = RandomRegularSpec(degree=degree, seed=seed).build(count)
+        network = networkx.from_numpy_array(graph.adjacency)
+        assert not graph.directed
+        assert networkx.number_of_selfloops(network) == 0
+        assert networkx.is_k_regular(network, degree)
+        assert networkx.is_connected(network)
+
+
+def test_a_thousand_satellites_in_a_random_regular_graph_hear_ten_each_and_are_well_connected():
+    networkx = pytest.importorskip("networkx")
+    network = networkx.from_numpy_array(RandomRegularSpec(degree=10).build(1000).adjacency)
+    assert networkx.is_k_regular(network, 10)
+    # A ring of as many has a diameter of 100; chance makes the way short.
+    assert networkx.diameter(network) <= 6
+
+
+def test_a_seed_chooses_the_random_graph():
+    graphs = [RandomRegularSpec(degree=3, seed=seed).build(30).adjacency for seed in (0, 0, 1)]
+    assert np.array_equal(graphs[0], graphs[1])
+    assert not np.array_equal(graphs[0], graphs[2])
+
+
+def test_every_pair_is_as_likely_to_be_linked_as_any_other():
+    total = sum(RandomRegularSpec(degree=3, seed=seed).build(8).adjacency for seed in range(700))
+    share = total[np.triu_indices(8, 1)] / 700
+    # Binomial with probability 3/7: four and a half standard deviations.
+    assert share == pytest.approx(np.full(28, 3 / 7), abs=0.085)
+
+
+def test_a_random_regular_graph_stays_the_same_from_release_to_release():
+    assert RandomRegularSpec(degree=3, seed=1).build(8).edges[:6] == (
+        (2, 0),
+        (3, 0),
+        (5, 0),
+        (5, 1),
+        (6, 1),
+        (7, 1),
+    )
+
+
+@pytest.mark.parametrize(
+    ("count", "degree", "words"),
+    [
+        (4, 4, "degree is 4, but each of 4 satellites has only 3 others"),
+        (5, 3, "5 satellites with 3 neighbours each make half a link too many"),
+        (6, 1, "6 satellites with one neighbour each are pairs that nobody connects"),
+    ],
+)
+def test_a_random_regular_graph_that_does_not_exist_is_refused_with_the_reason(count, degree, words):
+    with pytest.raises(ValueError, match=words):
+        RandomRegularSpec(degree=degree).build(count)

@@ -3,6 +3,8 @@
 import numpy as np
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec, delay_margin
+from satform.consensus.resilient import ResilientArcLengthConsensusSpec
+from satform.consensus.robustness import promise
 from satform.control.sliding_mode import SlidingModeSpec, gain_warnings, sampling_warnings
 from satform.dynamics.models import PerturbedDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
@@ -19,6 +21,7 @@ def warnings(scenario: Scenario) -> list[str]:
     """Sentences about what is unwise in a scenario; none when all is well."""
     return [
         *_graph_warnings(scenario),
+        *_liar_warnings(scenario),
         *_period_warnings(scenario),
         *_delay_warnings(scenario),
         *_controller_warnings(scenario),
@@ -39,6 +42,22 @@ def _graph_warnings(scenario: Scenario) -> list[str]:
     if not graph.edges or graph.connected():
         return []
     return ["graph: it is not connected; satellites that nobody connects never agree on their phase"]
+
+
+def _liar_warnings(scenario: Scenario) -> list[str]:
+    law = scenario.consensus
+    if not isinstance(law, ResilientArcLengthConsensusSpec):
+        return []
+    graph = scenario.communication_graph()
+    most_heard = int(graph.adjacency.sum(axis=1).max())
+    found = [
+        f"consensus: {doubt}; honest satellites may leave the interval of phases in which they began"
+        for doubt in law.doubts(most_heard, scenario.timing.step)
+    ]
+    promised = promise(graph, law.tolerated_liars)
+    if not (promised.local or promised.total):
+        found.append(f"consensus.tolerated_liars: {promised.sentence}")
+    return found
 
 
 def _period_warnings(scenario: Scenario) -> list[str]:

@@ -1,11 +1,15 @@
 """What a scenario means before it flies: who hears whom, gains, agreement, processes and topics."""
 
+from dataclasses import asdict
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
+from satform.consensus.graph import Graph
+from satform.consensus.robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
 from satform.reference import steady_motion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
@@ -66,6 +70,8 @@ def describe(scenario: Scenario) -> dict[str, Any]:
             "directed": graph.directed,
             "connected": graph.connected(),
             "eigenvalues": [_complex(value) for value in graph.eigenvalues],
+            "robustness": _robustness(graph),
+            "promise": asdict(promise(graph, getattr(scenario.consensus, "tolerated_liars", 0))),
         },
         "consensus": {
             **scenario.consensus.model_dump(),
@@ -90,6 +96,13 @@ def describe(scenario: Scenario) -> dict[str, Any]:
 def _complex(value: Any) -> float | list[float]:
     number = complex(value)
     return [number.real, number.imag] if number.imag else number.real
+
+
+def _robustness(graph: Graph) -> dict[str, Any]:
+    """The largest r, exact or a lower bound, and the largest s of each r, empty where it is not known."""
+    if len(graph) > MAXIMUM_SATELLITES:
+        return {"r": lower_bound(graph), "s": [], "exact": False}
+    return {**asdict(robustness(graph)), "exact": True}
 
 
 def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
@@ -216,16 +229,34 @@ def _print_graph(data: dict[str, Any]) -> None:
     say.line(f"graph: {graph['kind']} ({kind})")
     for name, heard in graph["hears"].items():
         say.line(f"  {name} hears {', '.join(heard) or 'nobody'}")
+    if "tracking_gain" in consensus:
+        _print_robustness(graph)
     own = {key: value for key, value in consensus.items() if key not in {"modal_roots", "delay_margin"}}
     say.line(f"consensus: {_words(own)}")
     rows = [
         (_number(value), ", ".join(_number(root) for root in roots))
-        for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"], strict=False)
+        for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"] or repeat([]), strict=False)
     ]
     say.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
     if consensus["delay_margin"] is not None:
         say.line(f"delay of all arc lengths that agreement bears: {consensus['delay_margin']:.6g} s")
     say.line()
+
+
+def _print_robustness(graph: dict[str, Any]) -> None:
+    found, promised = graph["robustness"], graph["promise"]
+    if found["exact"]:
+        pairs = ", ".join(f"({r}, {s})" for r, s in enumerate(found["s"], 1))
+        say.line(f"robustness: {found['r']}-robust{f'; (r, s)-robust for {pairs}' if pairs else ''}")
+    else:
+        say.line(f"robustness: at least {found['r']}-robust (exact up to {MAXIMUM_SATELLITES} satellites)")
+    if promised["largest_local"] is not None:
+        least = "" if promised["exact"] else "at least "
+        say.line(
+            f"liars that resilient_arc_length could bear here: {least}{promised['largest_local']} among the "
+            f"neighbours of each, {least}{promised['largest_total']} in the whole formation"
+        )
+    say.line(f"promise: {promised['sentence']}")
 
 
 def _print_processes(data: dict[str, Any]) -> None:

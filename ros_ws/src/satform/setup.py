@@ -39,6 +39,7 @@ setup(
         "satform.consensus": [
             "arc_length = satform.consensus.arc_length:ArcLengthConsensusSpec",
             "motion = satform.consensus.motion:MotionSharingSpec",
+            "resilient_arc_length = satform.consensus.resilient:ResilientArcLengthConsensusSpec",
         ],
         "satform.dynamics": [
             "cw = satform.dynamics.models:CwDynamicsSpec",
@@ -90,6 +91,7 @@ setup(
             "star = satform.consensus.graph:StarSpec",
             "none = satform.consensus.graph:NoneSpec",
             "matrix = satform.consensus.graph:MatrixSpec",
+            "random_regular = satform.consensus.random_graph:RandomRegularSpec",
         ],
     },
 )

@@ -79,16 +79,30 @@ class ArcLengthConsensus:
         own = -self.tracking_gain * (rate - nominal_rate)
         if heard.arc_length.shape[-1] == 0:
             return own
+        weighted = heard.weight * self.pulls(arc_length, rate, heard, time)
+        # An accumulation adds strictly one after another, which a sum over an axis does not promise.
+        change: Array = own - np.add.accumulate(weighted, axis=-1)[..., -1]
+        return change
+
+    def pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
+        """What each neighbour's word asks of a satellite, before weights; positive slows it down.
+
+        Args:
+            arc_length: own phase, m, shape (...).
+            rate: own eta, m/s, shape (...).
+            heard: from the neighbours, shape (..., K).
+            time: simulated, s.
+
+        Returns:
+            Disagreement in arc length and rate by their gains, m/s^2, shape (..., K).
+        """
         neighbour = heard.arc_length
         if self.neighbour_values == "extrapolate":
             neighbour = neighbour + (time - heard.stamp) * heard.rate
         behind = arc_length[..., None] - neighbour
         slower = rate[..., None] - heard.rate
-        pull = self.coupling_gain[..., None] * behind + self.rate_gain[..., None] * slower
-        # An accumulation adds strictly one after another, which a sum over an axis does not promise.
-        total = np.add.accumulate(heard.weight * pull, axis=-1)[..., -1]
-        change: Array = own - total
-        return change
+        pull: Array = self.coupling_gain[..., None] * behind + self.rate_gain[..., None] * slower
+        return pull
 
 
 def propagate(arc_length: Array, rate: Array, rate_change: Array, duration: float) -> tuple[Array, Array]:
@@ -121,10 +135,10 @@ class ConsensusSpec(Spec):
         raise NotImplementedError
 
 
-class ArcLengthConsensusSpec(ConsensusSpec):
-    """Consensus on the generalised arc length and its rate."""
+class ArcLengthGainsSpec(ConsensusSpec):
+    """Base of the laws on the generalised arc length and its rate; subclasses set a literal `kind`."""
 
-    kind: Literal["arc_length"] = "arc_length"
+    kind: str
     tracking_gain: Positive
     """Pull of the own rate towards the nominal one, 1/s."""
     coupling_gain: Positive
@@ -145,6 +159,12 @@ class ArcLengthConsensusSpec(ConsensusSpec):
             neighbour_values=self.neighbour_values,
             arc_length_source=self.arc_length_source,
         )
+
+
+class ArcLengthConsensusSpec(ArcLengthGainsSpec):
+    """Consensus on the generalised arc length and its rate."""
+
+    kind: Literal["arc_length"] = "arc_length"
 
 
 def modal_roots(

@@ -1,0 +1,145 @@
+"""Consensus on the generalised arc length in spite of satellites that say anything whatever.
+
+A satellite has no use for a neighbour's phase and rate but in one combination, the phase that the
+neighbour would have after `rate_gain / coupling_gain` seconds at its rate. That look-ahead phase is
+what is compared, sorted and dropped, so that a liar with a plausible phase and a wild rate is as
+conspicuous as one with a wild phase, and two plausible halves that do not belong together are judged
+by what they would do.
+
+With z the phase less nominal_rate * time, q the look-ahead phase in the same sense, and
+look_ahead = rate_gain / coupling_gain, the law reads
+
+    dz/dt = (q - z) / look_ahead
+    dq/dt = (tracking_gain - 1 / look_ahead) (z - q) + rate_gain sum of (q_neighbour - q)
+
+Where coupling_gain <= tracking_gain * rate_gain every coefficient is positive: z and q of a satellite
+never leave the interval of its own and of the look-ahead phases it uses, and the law is a consensus of
+first order in which each satellite takes part twice. Dropping up to F look-ahead phases on either side
+of the own one keeps what is used between those of honest satellites, as in first-order consensus.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from satform.consensus.arc_length import ArcLengthConsensus, ArcLengthGainsSpec, Heard
+from satform.elementwise import Array
+
+_SLACK = 1e-9
+"""Relative, for gains whose product is meant to be the bound itself."""
+
+
+@dataclass(frozen=True)
+class ResilientArcLengthConsensus(ArcLengthConsensus):
+    """The law of one satellite, or of many stacked along a leading axis, that some neighbours may lie to.
+
+    Attributes:
+        tolerated_liars: how many neighbours of a satellite may say anything whatever. That many are
+            ignored of those that pull it forward, and as many of those that pull it back.
+    """
+
+    tolerated_liars: int = 0
+
+    def acceleration(
+        self, arc_length: Array, rate: Array, nominal_rate: Array | float, heard: Heard, time: float
+    ) -> Array:
+        """Rate of change of a satellite's own eta.
+
+        Args:
+            arc_length: own phase, m, shape (...).
+            rate: own eta, m/s, shape (...).
+            nominal_rate: constant rate of the whole formation, m/s, shape (...).
+            heard: from the neighbours, shape (..., K); what is not finite counts as not heard.
+            time: simulated, s.
+
+        Returns:
+            deta/dt, m/s^2, shape (...).
+
+        Source: LeBlanc, Zhang, Koutsoukos & Sundaram 2013, weighted-mean subsequence-reduced (W-MSR)
+            consensus; cf. Dibaji & Ishii 2017 for agents of second order, who compare positions alone
+            because their agents use no neighbour's rate.
+        """
+        own: Array = -self.tracking_gain * (rate - nominal_rate)
+        if heard.arc_length.shape[-1] == 0:
+            return own
+        # A liar's largest numbers overflow; what comes of that is not used.
+        with np.errstate(over="ignore", invalid="ignore"):
+            pull = self.pulls(arc_length, rate, heard, time)
+        pull = np.where((heard.weight > 0.0) & np.isfinite(pull), pull, 0.0)
+        weighted = heard.weight * np.where(dropped(pull, self.tolerated_liars), 0.0, pull)
+        change: Array = own - np.add.accumulate(weighted, axis=-1)[..., -1]
+        return change
+
+
+def dropped(pull: Array, tolerated_liars: int) -> NDArray[np.bool_]:
+    """Which neighbours a satellite ignores: those that pull it hardest, up to F either way.
+
+    Those that pull neither way are never ignored and may stand for padding. Of equal ones at the
+    limit, the first are ignored below and the last above, whatever else there is.
+
+    Args:
+        pull: of each neighbour, in any unit, shape (..., K).
+        tolerated_liars: F, how many are ignored either way.
+
+    Returns:
+        True for those ignored, shape (..., K).
+    """
+    count = pull.shape[-1]
+    order = np.argsort(pull, axis=-1, kind="stable")
+    rank = np.argsort(order, axis=-1, kind="stable")
+    lowest = (rank < tolerated_liars) & (pull < 0.0)
+    highest = (rank >= count - tolerated_liars) & (pull > 0.0)
+    either: NDArray[np.bool_] = lowest | highest
+    return either
+
+
+class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
+    """Consensus on the generalised arc length that tolerates satellites that say anything whatever."""
+
+    kind: Literal["resilient_arc_length"] = "resilient_arc_length"
+    tolerated_liars: Annotated[int, Field(ge=0, le=10_000)]
+    """How many neighbours of each satellite may lie; as many are ignored ahead of it, and behind it."""
+
+    def build(self) -> ResilientArcLengthConsensus:
+        """The law itself."""
+        return ResilientArcLengthConsensus(
+            tracking_gain=np.asarray(self.tracking_gain),
+            coupling_gain=np.asarray(self.coupling_gain),
+            rate_gain=np.asarray(self.rate_gain),
+            neighbour_values=self.neighbour_values,
+            arc_length_source=self.arc_length_source,
+            tolerated_liars=self.tolerated_liars,
+        )
+
+    def doubts(self, most_heard: int, step: float) -> list[str]:
+        """Why honest satellites might leave the interval of phases in which they began.
+
+        With none of these, equal nominal rates, phases of the reference, and values that are no older
+        than a step, z and q of every honest satellite stay for ever within the interval of all honest
+        ones' z and q at the start; for satellites that start at the nominal rate that is the interval
+        of their phases. Extrapolated values may be as old as rate_gain / coupling_gain.
+
+        Args:
+            most_heard: largest number of neighbours that any satellite hears.
+            step: control period, s.
+
+        Returns:
+            A sentence for each; none where the interval is kept.
+        """
+        found = []
+        product = self.tracking_gain * self.rate_gain
+        if self.coupling_gain > product * (1.0 + _SLACK):
+            found.append(
+                f"coupling_gain {self.coupling_gain:g} is more than tracking_gain * rate_gain = {product:g}, "
+                "so that satellites overshoot each other"
+            )
+        fastest = self.tracking_gain + most_heard * self.rate_gain
+        if step * fastest > 1.0 + _SLACK:
+            found.append(
+                f"a step of {step:g} s is longer than 1 / (tracking_gain + {most_heard} neighbours * "
+                f"rate_gain) = {1.0 / fastest:g} s"
+            )
+        return found

@@ -1,0 +1,232 @@
+"""How many liars a communication graph bears: r-robustness and (r, s)-robustness.
+
+A set of satellites is r-reachable when one of them hears at least r satellites outside the set. A
+graph is r-robust when of any two sets without common members at least one is r-reachable: wherever a
+formation splits into those ahead and those behind, somebody hears enough of the others to be moved.
+
+Source: LeBlanc, Zhang, Koutsoukos & Sundaram 2013, Resilient asymptotic consensus in robust networks.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.consensus.graph import Graph
+
+MAXIMUM_SATELLITES = 20
+"""Beyond it robustness is not computed: the sets of satellites double with each one."""
+
+_ROUNDING = 1e-9
+"""By which a computed eigenvalue may be too large, relative to the number of satellites."""
+
+Counts = NDArray[np.int16]
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """What a graph is robust to, exactly.
+
+    Attributes:
+        r: the largest r for which the graph is r-robust.
+        s: for each r from 1 on, the largest s for which the graph is (r, s)-robust; one entry for
+            each r up to the largest, at least 1 and at most the number of satellites.
+    """
+
+    r: int
+    s: tuple[int, ...]
+
+    @property
+    def local_liars(self) -> int:
+        """Largest F for which the graph is (2F + 1)-robust."""
+        return max(0, (self.r - 1) // 2)
+
+    @property
+    def total_liars(self) -> int:
+        """Largest F for which the graph is (F + 1, F + 1)-robust."""
+        return max((r - 1 for r, s in enumerate(self.s, 1) if s >= r), default=0)
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What a graph promises to satellites that each ignore up to F neighbours ahead and F behind.
+
+    Attributes:
+        tolerated_liars: F.
+        local: whether agreement is promised with up to F liars among the neighbours of each honest
+            satellite; None where the graph is too large to know.
+        total: whether agreement is promised with up to F liars in the whole formation, each of which
+            tells all its listeners the same; None where the graph is too large to know.
+        largest_local: the largest F for which `local` holds, or is known to hold; None when the graph is
+            connected by nobody's word.
+        largest_total: the largest F for which `total` holds, or is known to hold; None likewise.
+        exact: whether the two are exact; otherwise they are lower bounds.
+        sentence: all of it in words.
+    """
+
+    tolerated_liars: int
+    local: bool | None
+    total: bool | None
+    largest_local: int | None
+    largest_total: int | None
+    exact: bool
+    sentence: str
+
+
+def robustness(graph: Graph) -> Robustness:
+    """What a small graph is robust to, by looking at every set of its satellites.
+
+    Args:
+        graph: of at most `MAXIMUM_SATELLITES`.
+
+    Returns:
+        The largest r, and the largest s for each r. A lone satellite is (1, 1)-robust by convention.
+
+    Raises:
+        ValueError: the graph is larger.
+    """
+    count = len(graph)
+    if count > MAXIMUM_SATELLITES:
+        raise ValueError(
+            f"robustness: {count} satellites form {2.0**count:.2g} sets, all of which would have to be "
+            f"looked at; it is exact for at most {MAXIMUM_SATELLITES}. This graph is at least "
+            f"{lower_bound(graph)}-robust by its degrees and its algebraic connectivity"
+        )
+    if count == 1:
+        return Robustness(1, (1,))
+    heard = _heard_outside(graph)
+    # A set is as reachable as its most reachable member; the empty set belongs to no pair.
+    reach = heard.max(axis=0)
+    reach[0] = count
+    r = int(_smallest_over_pairs(np.maximum, reach))
+    return Robustness(r, tuple(_largest_s(heard, value) for value in range(1, r + 1)))
+
+
+def lower_bound(graph: Graph) -> int:
+    """An r for which a graph of any size is certainly r-robust.
+
+    The smaller of two separate sets holds at most half of the satellites. Each of them has at most
+    half less one of its neighbours inside; and of an undirected graph at least half the algebraic
+    connectivity times its size leads out of it, so that one member has the average of that or more.
+
+    Args:
+        graph: of any size.
+
+    Returns:
+        r, 0 when nothing is promised.
+
+    Source: LeBlanc et al. 2013 for the degrees; Shahrivar, Pirani & Sundaram 2017 for the connectivity.
+    """
+    count = len(graph)
+    if count < 2:
+        return count
+    by_degree = int(graph.adjacency.sum(axis=1).min()) - count // 2 + 1
+    by_spectrum = 0
+    if not graph.directed:
+        by_spectrum = math.ceil(0.5 * graph.algebraic_connectivity - _ROUNDING * count)
+    return max(by_degree, by_spectrum, int(graph.connected()))
+
+
+def promise(graph: Graph, tolerated_liars: int) -> Promise:
+    """What a graph promises to satellites of which each tolerates a number of liars.
+
+    Args:
+        graph: of any size; beyond `MAXIMUM_SATELLITES` by lower bounds.
+        tolerated_liars: F, up to which each satellite ignores neighbours ahead of it, and behind it.
+
+    Returns:
+        For which liars honest satellites agree, within the interval of what honest ones said.
+
+    Raises:
+        ValueError: F is negative.
+
+    Source: LeBlanc et al. 2013, theorems 1 and 2.
+    """
+    if tolerated_liars < 0:
+        raise ValueError(f"tolerated_liars is {tolerated_liars}; it cannot be negative")
+    exact = len(graph) <= MAXIMUM_SATELLITES
+    if exact:
+        found = robustness(graph)
+        r, local, total = found.r, found.local_liars, found.total_liars
+    else:
+        r = lower_bound(graph)
+        # A (2F + 1)-robust graph is (F + 1, F + 1)-robust.
+        local = total = max(0, (r - 1) // 2)
+    known = r >= 1
+    keeps_local = known and tolerated_liars <= local
+    keeps_total = known and tolerated_liars <= total
+    return Promise(
+        tolerated_liars=tolerated_liars,
+        local=keeps_local or (False if exact else None),
+        total=keeps_total or (False if exact else None),
+        largest_local=local if known else None,
+        largest_total=total if known else None,
+        exact=exact,
+        sentence=_sentence(tolerated_liars, keeps_local, keeps_total, exact),
+    )
+
+
+def _heard_outside(graph: Graph) -> Counts:
+    """How many outside a set each of its members hears, shape (N, 2^N); -1 for those not in the set.
+
+    A set is a number whose bit i stands for satellite i.
+    """
+    count = len(graph)
+    sets = np.arange(2**count, dtype=np.uint32)
+    heard = np.full((count, len(sets)), -1, dtype=np.int16)
+    for satellite in range(count):
+        neighbours = np.uint32(sum(1 << other for other in graph.neighbours(satellite)))
+        inside = (sets >> np.uint32(satellite)) & np.uint32(1) == 1
+        heard[satellite, inside] = np.bitwise_count(neighbours & ~sets[inside])
+    return heard
+
+
+def _largest_s(heard: Counts, r: int) -> int:
+    """The largest s for which a graph is (r, s)-robust; 0 when it is not r-robust.
+
+    Two sets betray it when neither consists of satellites only that hear r outside their set, and
+    fewer than s in the two together do.
+    """
+    count = len(heard)
+    reached = (heard >= r).sum(axis=0).astype(np.int16)
+    members = (heard >= 0).sum(axis=0)
+    reached[reached == members] = count
+    return min(count, int(_smallest_over_pairs(np.add, reached)))
+
+
+def _smallest_over_pairs(combine: np.ufunc, value: Counts) -> int:
+    """Smallest combination of the values of two disjoint sets.
+
+    Args:
+        combine: grows with both of its arguments.
+        value: of each set, shape (2^N,); of sets that do not count it is so large that it is never
+            smallest.
+
+    Returns:
+        The smallest, found with the smallest value of any part of each set's complement.
+    """
+    smallest = value.copy()
+    width = 1
+    while width < len(value):
+        halves = smallest.reshape(-1, 2, width)
+        np.minimum(halves[:, 1], halves[:, 0], out=halves[:, 1])
+        width *= 2
+    return int(combine(value, smallest[::-1]).min())
+
+
+def _sentence(liars: int, local: bool, total: bool, exact: bool) -> str:
+    if local and liars == 0:
+        return "honest satellites agree; nobody may lie"
+    some = "1 liar" if liars == 1 else f"{liars} liars"
+    if local:
+        return f"honest satellites agree with up to {some} among the neighbours of each, wherever they are"
+    if total:
+        return f"honest satellites agree with up to {some} in the whole formation that tell all the same"
+    if not exact:
+        return (
+            f"nothing is known of {some}: beyond {MAXIMUM_SATELLITES} satellites there are only lower bounds"
+        )
+    if liars == 0:
+        return "satellites need not agree: some words do not reach far enough"
+    return f"nothing is promised with {some}, nor when all are honest: too many neighbours are ignored"
