@@ -1,7 +1,7 @@
 """Anything at all as a scenario: the loader answers with a scenario or sentences, soon, in little memory.
 
 What it accepts is then shown and advised on, which has to succeed too. A few hundred examples, always the
-same, are tried with the other tests; ten thousand others, in half an hour or more, by
+same, are tried with the other tests; ten thousand others, in a quarter of an hour, by
 `SATFORM_FUZZ=10000 ./tools/satform test tests/unit/test_scenario_fuzz.py`.
 """
 

@@ -1,13 +1,14 @@
 """From a YAML file to a `Scenario`, or to all that is wrong with it."""
 
 import math
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError
+from ruamel.yaml.error import MarkedYAMLError, ReusedAnchorWarning
 from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, NodeEvent
 
 from satform.scenario.errors import Problem, ScenarioError
@@ -146,7 +147,10 @@ def _read_yaml(text: str, file: str) -> Any:
     try:
         reader = YAML(typ="rt", pure=True)
         _check_events(reader.parse(text), file)
-        tree = reader.load(text)
+        with warnings.catch_warnings():
+            # An anchor without aliases says nothing, given twice too.
+            warnings.simplefilter("ignore", ReusedAnchorWarning)
+            tree = reader.load(text)
     except ScenarioError:
         raise
     except MarkedYAMLError as error:
