@@ -166,7 +166,7 @@ def test_check_says_everything_about_every_file(tmp_path: Path, capsys: pytest.C
     lines = text.splitlines()
     graph = next(number for number, line in enumerate(lines, 1) if line.startswith("graph:"))
     assert f"{wrong}:{graph}: graph: there is no kind 'complet'; did you mean complete?" in captured.err
-    assert captured.err.count("greater than 0") == 2
+    assert captured.err.count("it should be greater than") == 2
     assert "there is no scenario 'unheard_of'" in captured.err
     assert captured.out == "triangle: OK\n"
 

@@ -146,6 +146,8 @@ def test_a_name_given_twice_is_said_where_it_is_given_again() -> None:
         ("a: &x 1\nb: *x\n", "aliases (*name) are not used"),
         ("a: \x00", "special characters are not allowed"),
         ("a: " + "[" * 5000, "is nested more than"),
+        ("a: [" + "1, " * 100_000 + "]", "there are more than 100000 values"),
+        ("a: " + "x" * 2_000_000, "the file has 2000003 bytes"),
     ],
 )
 def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> None:
@@ -161,6 +163,11 @@ def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> Non
         ("timing.step", "is not of the form key=value"),
         ("=3", "is not of the form key=value"),
         ("timing.step=[", "is not YAML"),
+        ("expect=[&a [x, x], &b [*a, *a], [*b, *b]]", "aliases (*name) are not used"),
+        ("expect=" + "[" * 5000, "is nested more than"),
+        ("satellites.².arc_length=3", "there is no satellites.² in the scenario"),
+        ("satellites." + "9" * 5000 + ".arc_length=3", "in the scenario"),
+        ("seed=0x" + "f" * 5000, "found Infinity"),
         ("satellites.7.arc_length=3", "there is no satellites.7 in the scenario"),
         ("satellites.first.arc_length=3", "there is no satellites.first in the scenario"),
         ("name.first=3", "there is no name.first in the scenario"),
@@ -416,3 +423,21 @@ def test_a_fault_of_the_command_line_is_meant_for_the_flight_that_is_set_there()
     (problem,) = problems(DISTURBED, "timing.duration=150.0", "expect=[]", late)
     assert problem.file == f"--set {late}"
     assert "not earlier than the flight's end at 150 s" in problem.sentence
+
+
+def test_a_whole_number_of_thousands_of_digits_is_a_sentence() -> None:
+    found = problems(TRIANGLE.replace("orbit:", f"seed: 0x{'f' * 5000}\norbit:"))
+    assert [(problem.field, problem.sentence[:14]) for problem in found] == [("seed", "found Infinity")]
+
+
+def test_no_more_problems_are_said_than_anybody_reads() -> None:
+    found = problems("".join(f"field{number}: 1\n" for number in range(1000)))
+    assert len(found) == 201
+    assert "more; mend these first" in found[-1].sentence
+
+
+def test_a_controller_that_cannot_fly_in_its_setting_is_refused_where_it_stands() -> None:
+    text = (SCENARIOS / "geo_parallel_lqr.yaml").read_text()
+    found = problems(text, "timing.step=3600.0", "timing.duration=36000.0", "expect=[]")
+    assert "does not decay" in " ".join(problem.sentence for problem in found)
+    assert all("controller" in problem.field for problem in found)

@@ -3,13 +3,14 @@
 import numpy as np
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec, delay_margin
+from satform.consensus.graph import MAXIMUM_SPECTRUM
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec
 from satform.consensus.robustness import promise
 from satform.control.sliding_mode import SlidingModeSpec, gain_warnings, sampling_warnings
 from satform.dynamics.models import PerturbedDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
 from satform.elementwise import Array
-from satform.reference import steady_motion
+from satform.reference import SteadyMotion, steady_motion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_tools.disturbance_advice import disturbance_warnings
@@ -33,9 +34,23 @@ def warnings(scenario: Scenario) -> list[str]:
 def margin(scenario: Scenario) -> float | None:
     """Delay in s of all arc-length values that agreement bears; None where it is not known in closed form."""
     graph, law = scenario.communication_graph(), scenario.consensus
-    if graph.directed or not isinstance(law, ArcLengthConsensusSpec):
+    if not isinstance(law, ArcLengthConsensusSpec) or len(graph) > MAXIMUM_SPECTRUM or graph.directed:
         return None
     return delay_margin(np.asarray(graph.eigenvalues), law.tracking_gain, law.coupling_gain, law.rate_gain)
+
+
+def steady_motions(scenario: Scenario) -> list[SteadyMotion]:
+    """Extremes of each satellite's motion once all agree, worked out once for those on the same path."""
+    known: dict[tuple[object, ...], SteadyMotion] = {}
+    found = []
+    for index in range(len(scenario.satellites)):
+        spec, plan = scenario.satellite(index), flight_plan(scenario, index)
+        rate = float(plan.nominal_rate)
+        path = (repr(spec.curve), spec.scale, spec.parameter, spec.feed_forward, rate)
+        if path not in known:
+            known[path] = steady_motion(plan.path, rate)
+        found.append(known[path])
+    return found
 
 
 def _graph_warnings(scenario: Scenario) -> list[str]:
@@ -89,12 +104,12 @@ def _delay_warnings(scenario: Scenario) -> list[str]:
 def _controller_warnings(scenario: Scenario) -> list[str]:
     found: dict[str, list[str]] = {}
     bound, centre = _disturbance(scenario)
+    steady = steady_motions(scenario)
     for index, satellite in enumerate(scenario.satellites):
         spec = scenario.satellite(index)
         if not isinstance(spec.controller, SlidingModeSpec):
             continue
-        plan = flight_plan(scenario, index)
-        jerk = steady_motion(plan.path, float(plan.nominal_rate)).jerk_max
+        jerk = steady[index].jerk_max
         sentences = gain_warnings(spec.controller, bound[index], centre[index])
         sentences += sampling_warnings(spec.controller, scenario.timing.step, jerk, spec.feed_forward)
         for sentence in sentences:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
-from satform.consensus.graph import Graph
+from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
-from satform.reference import steady_motion
+from satform.reference import SteadyMotion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
@@ -65,18 +65,18 @@ def describe(scenario: Scenario) -> dict[str, Any]:
             "altitude": scenario.orbit.altitude,
         },
         "timing": {**scenario.timing.model_dump(), "steps": scenario.timing.steps},
-        "dynamics": scenario.dynamics.model_dump(),
+        "dynamics": scenario.dynamics.model_dump(mode="json"),
         "graph": {
             "kind": getattr(scenario.graph, "kind", ""),
             "hears": {name: [names[j] for j in graph.neighbours(i)] for i, name in enumerate(names)},
             "directed": graph.directed,
             "connected": graph.connected(),
-            "eigenvalues": [_complex(value) for value in graph.eigenvalues],
+            "eigenvalues": [_complex(value) for value in graph.eigenvalues] if _small(graph) else [],
             "robustness": _robustness(graph),
             "promise": asdict(promise(graph, getattr(scenario.consensus, "tolerated_liars", 0))),
         },
         "consensus": {
-            **scenario.consensus.model_dump(),
+            **scenario.consensus.model_dump(mode="json"),
             "modal_roots": _roots(scenario),
             "delay_margin": advice.margin(scenario),
         },
@@ -85,14 +85,17 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "faults": [fault.model_dump(exclude_none=True) for fault in scenario.faults],
         "checkpoint_period": scenario.checkpoint_period,
         "tolerated_losses": scenario.tolerated_losses,
-        "satellites": [_satellite(scenario, index) for index in range(len(names))],
+        "satellites": [
+            _satellite(scenario, index, steady)
+            for index, steady in enumerate(advice.steady_motions(scenario))
+        ],
         "processes": _processes(scenario),
         "topics": _topics(scenario),
         "expectations": [
             {
                 "label": expectation.describe(),
                 "unit": expectation.unit,
-                **expectation.model_dump(include=_ALLOWED, exclude_none=True),
+                **expectation.model_dump(mode="json", include=_ALLOWED, exclude_none=True),
             }
             for expectation in scenario.expect
         ],
@@ -105,6 +108,10 @@ def _complex(value: Any) -> float | list[float]:
     return [number.real, number.imag] if number.imag else number.real
 
 
+def _small(graph: Graph) -> bool:
+    return len(graph) <= MAXIMUM_SPECTRUM
+
+
 def _robustness(graph: Graph) -> dict[str, Any]:
     """The largest r, exact or a lower bound, and the largest s of each r, empty where it is not known."""
     if len(graph) > MAXIMUM_SATELLITES:
@@ -114,9 +121,10 @@ def _robustness(graph: Graph) -> dict[str, Any]:
 
 def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
     law = scenario.consensus
-    if not isinstance(law, ArcLengthConsensusSpec):
+    graph = scenario.communication_graph()
+    if not isinstance(law, ArcLengthConsensusSpec) or not _small(graph):
         return []
-    eigenvalues = scenario.communication_graph().eigenvalues
+    eigenvalues = graph.eigenvalues
     roots = modal_roots(eigenvalues, law.tracking_gain, law.coupling_gain, law.rate_gain)
     return [[_complex(root) for root in pair] for pair in roots]
 
@@ -139,21 +147,20 @@ def _links(scenario: Scenario) -> dict[str, Any] | None:
     }
 
 
-def _satellite(scenario: Scenario, index: int) -> dict[str, Any]:
+def _satellite(scenario: Scenario, index: int, steady: SteadyMotion) -> dict[str, Any]:
     spec, plan = scenario.satellite(index), flight_plan(scenario, index)
     assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to both
     assert spec.controller is not None  # noqa: S101
-    steady = steady_motion(plan.path, float(plan.nominal_rate))
     return {
         "name": spec.name,
-        "curve": spec.curve.model_dump(exclude_none=True),
+        "curve": spec.curve.model_dump(mode="json", exclude_none=True),
         "parameter": spec.parameter,
         "scale": spec.scale,
         "perimeter": float(plan.path.curve.perimeter),
         "nominal_rate": float(plan.nominal_rate),
         "largest_reference_acceleration": steady.acceleration_max,
         "largest_reference_jerk": steady.jerk_max,
-        "controller": spec.controller.model_dump(),
+        "controller": spec.controller.model_dump(mode="json"),
     }
 
 

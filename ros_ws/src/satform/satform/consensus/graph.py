@@ -11,6 +11,9 @@ from pydantic import Field, field_validator
 from satform.elementwise import Array
 from satform.spec import Spec
 
+MAXIMUM_SPECTRUM = 1_500
+"""Satellites up to which eigenvalues are worth their time, which grows with the third power."""
+
 Hears = tuple[Literal[0, 1], ...]
 
 
@@ -132,7 +135,9 @@ class CompleteSpec(TopologySpec):
 
     def build(self, count: int) -> Graph:
         """The graph of `count` satellites."""
-        return Graph(np.ones((count, count)) - np.eye(count))
+        adjacency = np.ones((count, count))
+        np.fill_diagonal(adjacency, 0.0)
+        return Graph(adjacency)
 
 
 class RingSpec(TopologySpec):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.consensus.graph import Graph
+from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 
 MAXIMUM_SATELLITES = 20
 """Beyond it robustness is not computed: the sets of satellites double with each one."""
@@ -123,7 +123,7 @@ def lower_bound(graph: Graph) -> int:
         return count
     by_degree = int(graph.adjacency.sum(axis=1).min()) - count // 2 + 1
     by_spectrum = 0
-    if not graph.directed:
+    if count <= MAXIMUM_SPECTRUM and not graph.directed:
         by_spectrum = math.ceil(0.5 * graph.algebraic_connectivity - _ROUNDING * count)
     return max(by_degree, by_spectrum, int(graph.connected()))
 

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
-from satform.control.protocol import ControllerSpec
+from satform.control.protocol import ControllerSpec, FlightSetting
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSpec
@@ -37,11 +37,11 @@ Sentence = Annotated[str, Field(min_length=1, max_length=20_000)]
 class Orbit(Spec):
     """The chief's circular orbit, by exactly one of its period, mean motion or semi-major axis."""
 
-    period: Positive | None = None
+    period: Annotated[float, Field(ge=1e-3, le=1e12)] | None = None
     """Time of one revolution, s."""
-    mean_motion: Positive | None = None
+    mean_motion: Annotated[float, Field(ge=1e-12, le=1e4)] | None = None
     """Angular rate, rad/s."""
-    semi_major_axis: Positive | None = None
+    semi_major_axis: Annotated[float, Field(ge=1.0, le=1e12)] | None = None
     """Radius of the orbit about the Earth's centre, m."""
 
     @model_validator(mode="after")
@@ -254,6 +254,7 @@ class Scenario(Spec):
         complaints = [
             *self._satellite_complaints(),
             *self._equipment_complaints(),
+            *self._controller_complaints(),
             *self._graph_complaints(),
             *self._following_complaints(),
             *self._attitude_complaints(),
@@ -302,6 +303,24 @@ class Scenario(Spec):
                 place = ("satellites", index, field) if field in given else ("every_satellite", field)
                 if (place, sentence) not in complaints:
                     complaints.append((place, sentence))
+        return complaints
+
+    def _controller_complaints(self) -> list[Complaint]:
+        setting = FlightSetting(mean_motion=self.orbit.rate, step=self.timing.step)
+        complaints: list[Complaint] = []
+        tried: set[str] = set()
+        for index, own in enumerate(self.satellites):
+            law = own.controller or self.every_satellite.controller
+            # One satellite with nothing of its own is like another.
+            gains = "" if own.controller is None else repr(law)
+            if law is None or gains in tried:
+                continue
+            tried.add(gains)
+            try:
+                law.build(setting)
+            except ValueError as error:
+                place = ("every_satellite",) if own.controller is None else ("satellites", index)
+                complaints.append(((*place, "controller"), str(error)))
         return complaints
 
     def _expectation_complaints(self) -> list[Complaint]:
@@ -354,6 +373,7 @@ class Scenario(Spec):
 
     def _attitude_complaints(self) -> list[Complaint]:
         names = [satellite.name for satellite in self.satellites]
+        graph: Graph | None = None
         complaints: list[Complaint] = []
         for index in range(len(names)):
             spec = self.satellite(index).attitude
@@ -361,19 +381,19 @@ class Scenario(Spec):
                 continue
             found = spec.faults(self.orbit.rate)
             if isinstance(spec.pointing, SatellitePointingSpec):
-                found += self._target_faults(index, spec.pointing.target, names)
+                graph = graph or self._graph_or_none()
+                found += self._target_faults(index, spec.pointing.target, names, graph)
             complaints += [(("satellites", index), f"attitude of {names[index]}: {fault}") for fault in found]
         return complaints
 
-    def _target_faults(self, index: int, target: str, names: list[str]) -> list[str]:
+    def _target_faults(self, index: int, target: str, names: list[str], graph: Graph | None) -> list[str]:
         if target not in names:
             return [f"there is no satellite {target} to point at; there are {', '.join(sorted(names))}"]
         if self.consensus.announces != "arc_length":
             return ["pointing at another satellite needs its arc length, and satellites tell their motion"]
-        try:
-            heard = self.communication_graph().neighbours(index)
-        except ValueError:
+        if graph is None:
             return []
+        heard = graph.neighbours(index)
         if names.index(target) not in heard:
             return [f"it has to hear {target} to point at it"]
         return []
@@ -454,6 +474,12 @@ class Scenario(Spec):
         if self.checkpoint_period is None:
             return None
         return max(1, round(self.checkpoint_period / self.timing.step))
+
+    def _graph_or_none(self) -> Graph | None:
+        try:
+            return self.communication_graph()
+        except ValueError:
+            return None
 
     @cached_property
     def _graph(self) -> Graph:
