@@ -1,4 +1,4 @@
-"""Losses, returns, bad links and changing graphs that a scenario plans: over DDS as in one process, bit for bit."""
+"""What a scenario plans to go wrong goes wrong over DDS as it does in one process, bit for bit."""
 
 from pathlib import Path
 
@@ -63,7 +63,7 @@ MANY_AT_ONCE = (
     "{kind: satellite_lost, satellite: sat3, at: 50.0}]",
     "graph_schedule=[{at: 20.0, graph: {kind: line}}, {at: 50.0, graph: {kind: complete}}]",
 )
-"""Two lost in one step together with another graph; back while a third is lost; one lost again after a step."""
+"""Two lost in one step, with another graph; back as a third is lost; one lost again a step later."""
 
 
 @pytest.mark.parametrize("group", [1, 2])

@@ -303,6 +303,9 @@ class _Watch:
             self.selector.unregister(entry.pipe)
             return
         self._on_event(event)
+        if event["event"] == "lost" and entry.name == "plant":
+            # The flight is over because of it; others that end early may have been noted before.
+            self.reason = self.reason or event["reason"]
 
     def _on_event(self, event: dict[str, Any]) -> None:
         match event["event"]:

@@ -8,12 +8,16 @@ to the parent class.
 """
 
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+
+from satform_nodes.speakers import UNDECIDED, Speakers
+from satform_nodes.taking import Taker
 
 HOUSEKEEPING_PERIOD = 1.0
 """Wall-clock time between two looks at what no wait set holds: timers, events, new entities; s."""
@@ -33,10 +37,72 @@ PATIENCE_OF_A_STEP = 0.1
 LONGEST_IDLE = 1.0
 """Longest wall-clock time between two such repetitions, s."""
 
-_SEQUENCE = "publication_sequence_number"
-"""Where rclpy tells the number that a message has as its writer counts."""
+_AT_ONCE = 256
+"""Messages of strangers that are put aside at once on the way to one that is believed."""
+
+_HELD = 256
+"""Writers of whom it is not known yet who they are, and messages of each, that are held back at most."""
 
 _NANOSECONDS = 1_000_000_000
+
+
+class _Ear:
+    """A hot subscription: what comes in is handed on if it is from those who may speak there."""
+
+    def __init__(
+        self,
+        subscription: Any,
+        speakers: Speakers | None,
+        callback: Callable[[bytes, str], None],
+        taker: Taker,
+    ) -> None:
+        self.subscription = subscription
+        self._speakers = speakers
+        self._callback = callback
+        self._taker = taker
+        self._held: dict[bytes, deque[bytes]] = {}
+
+    def hear(self) -> bool:
+        """Hand on the next message that is believed, if there is one; whether there was."""
+        for _ in range(_AT_ONCE):
+            taken = self._taker.take(self.subscription)
+            if taken is None:
+                return False
+            if self._hand_on(*taken):
+                return True
+        return False
+
+    def reconsider(self) -> None:
+        """Hand on what was held back, where it is known by now whose it is; each writer's in order."""
+        for writer, said in list(self._held.items()):
+            name = self._name_of(writer)
+            if name != UNDECIDED:
+                del self._held[writer]
+                for data in said:
+                    if name is not None:
+                        self._callback(data, name)
+
+    def _hand_on(self, data: bytes, writer: bytes) -> bool:
+        if writer in self._held:
+            self._held[writer].append(data)
+            return False
+        name = "" if self._speakers is None else self._speakers.who(writer)
+        if self._speakers is not None and name == UNDECIDED:
+            if len(self._held) < _HELD:
+                self._held[writer] = deque([data], maxlen=_HELD)
+            return False
+        if name is None:
+            return False
+        self._callback(data, name)
+        return True
+
+    def _name_of(self, writer: bytes) -> str | None:
+        return self._speakers.who(writer) if self._speakers else None
+
+    @property
+    def holds(self) -> bool:
+        """Whether something is held back."""
+        return bool(self._held)
 
 
 class StepExecutor(SingleThreadedExecutor):
@@ -44,7 +110,9 @@ class StepExecutor(SingleThreadedExecutor):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self._hot: list[tuple[Any, Any, Callable[[bytes, int], None]]] = []
+        self._taker = Taker()
+        self._hot: list[_Ear] = []
+        self._ears: dict[int, _Ear] = {}
         self._chores: list[Callable[[], None]] = []
         self._cold: list[Any] = []
         self._services: list[Any] = []
@@ -62,7 +130,13 @@ class StepExecutor(SingleThreadedExecutor):
         self._next_cold_look = 0.0
 
     def subscribe(
-        self, node: Node, message_type: Any, topic: str, callback: Callable[[bytes, int], None], qos: Any
+        self,
+        node: Node,
+        message_type: Any,
+        topic: str,
+        callback: Callable[[bytes, str], None],
+        qos: Any,
+        speakers: Speakers | None = None,
     ) -> Any:
         """Subscribe to a topic on the fast path.
 
@@ -70,20 +144,34 @@ class StepExecutor(SingleThreadedExecutor):
             node: the node that subscribes, already added to this executor.
             message_type: rosidl's class of the message.
             topic: name of the topic.
-            callback: called with the serialised message and its number as its writer counts.
+            callback: called with the serialised message and the name of the node that said it.
             qos: quality of service.
+            speakers: who is believed there; anyone, whose name is empty then, when left out.
 
         Returns:
             rclpy's subscription.
         """
 
-        def _handed_out_by_parent(data: bytes, information: dict[str, int]) -> None:
-            callback(data, information[_SEQUENCE])
+        def _never_called(_data: bytes) -> None:
+            """What is taken for the parent goes through the ear, too."""
 
-        subscription = node.create_subscription(message_type, topic, _handed_out_by_parent, qos, raw=True)
-        self._hot.append((subscription, message_type, callback))
+        subscription = node.create_subscription(message_type, topic, _never_called, qos, raw=True)
+        ear = _Ear(subscription, speakers, callback, self._taker)
+        self._hot.append(ear)
+        self._ears[id(subscription)] = ear
         self._hot_wait_set = None
         return subscription
+
+    def _take_subscription(self, sub: Any) -> Any:
+        """The parent's way to a message; here it is the same as on the fast path."""
+        ear = self._ears.get(id(sub))
+        if ear is None:
+            return super()._take_subscription(sub)
+
+        async def _hear() -> None:
+            ear.hear()
+
+        return _hear
 
     def spin_while(
         self,
@@ -189,31 +277,32 @@ class StepExecutor(SingleThreadedExecutor):
             self._hot_wait_set = wait_set
         wait_set.clear_entities()
         add = wait_set.add_subscription
-        for subscription, _, _ in self._hot:
-            add(subscription.handle)
+        for ear in self._hot:
+            add(ear.subscription.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
         taken_any = False
-        for index, (subscription, message_type, callback) in enumerate(self._hot):
+        for index, ear in enumerate(self._hot):
             if wait_set.is_ready("subscription", index):
-                taken = subscription.handle.take_message(message_type, True)
-                if taken is not None:
-                    taken_any = True
-                    callback(taken[0], taken[1][_SEQUENCE])
+                taken_any |= ear.hear()
         return taken_any
 
     def _drain_hot(self) -> bool:
-        """Hand out all hot messages that have arrived, without waiting; whether there were any."""
+        """Hand out the hot messages that have arrived, without waiting; whether there were any."""
         taken_any = False
-        for subscription, message_type, callback in self._hot:
-            take = subscription.handle.take_message
-            while (taken := take(message_type, True)) is not None:
+        for ear in self._hot:
+            # A bound: a stranger may write faster than anyone can read.
+            for _ in range(_AT_ONCE):
+                if not ear.hear():
+                    break
                 taken_any = True
-                callback(taken[0], taken[1][_SEQUENCE])
         return taken_any
 
     def _look_at_cold(self, now: float) -> None:
         """Hand to the parent what has become ready besides hot messages, and do the chores."""
         self._next_cold_look = now + LONGEST_WAIT
+        for ear in self._hot:
+            if ear.holds:
+                ear.reconsider()
         for chore in self._chores:
             chore()
         if now >= self._next_housekeeping:
@@ -233,10 +322,9 @@ class StepExecutor(SingleThreadedExecutor):
             super().spin_once(timeout_sec=0.0)
 
     def _gather_cold(self) -> None:
-        hot = {id(subscription) for subscription, _, _ in self._hot}
         nodes = self.get_nodes()
         subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
-        self._cold = [subscription for subscription in subscriptions if id(subscription) not in hot]
+        self._cold = [subscription for subscription in subscriptions if id(subscription) not in self._ears]
         self._services = [service for node in nodes for service in node.services]
         self._cold_wait_set = _rclpy.WaitSet(
             len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle
