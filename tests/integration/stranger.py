@@ -63,7 +63,12 @@ def main(names: list[str]) -> None:
     draw = random.Random(20261122)
     rclpy.init()
     node = rclpy.create_node("stranger")
-    kinds = {topics.CLOCK: Clock, topics.STATUS: FormationStatus, topics.READY: Ready, topics.RECORDED: Recorded}
+    kinds = {
+        topics.CLOCK: Clock,
+        topics.STATUS: FormationStatus,
+        topics.READY: Ready,
+        topics.RECORDED: Recorded,
+    }
     for name in names:
         kinds |= {topics.state(name): RelativeState, topics.arc_length(name): ArcLength}
         kinds |= {topics.command(name): Command, topics.tracking(name): Tracking}
@@ -73,7 +78,8 @@ def main(names: list[str]) -> None:
         topic: node.create_publisher(kind, topic, topics.LATCHED if topic in latched else topics.STEPPED)
         for topic, kind in kinds.items()
     }
-    print("talking", flush=True)
+    sys.stdout.write("talking\n")
+    sys.stdout.flush()
     step = 0
     while True:
         step += 1
@@ -85,7 +91,9 @@ def main(names: list[str]) -> None:
             elif kind is Ready:
                 message = Ready(node=f"/{draw.choice(names)}", step=draw.choice(steps), checkpoint=7)
             elif kind is ParameterChange:
-                message = ParameterChange(step=draw.choice(steps), name="controller.reaching_gain", value=[9.0])
+                message = ParameterChange(
+                    step=draw.choice(steps), name="controller.reaching_gain", value=[9.0]
+                )
             else:
                 message = filled(kind(), draw, steps)
             if isinstance(message, Clock):

@@ -85,6 +85,7 @@ class Outcome:
         stopped: whether the user stopped it.
         messages: in the bag.
         punctuality: of a flight on the wall clock: delays, missed steps, ages of what was heard.
+        state_hash: over every number of the record; empty when there is none.
     """
 
     scenario: Scenario
@@ -100,6 +101,7 @@ class Outcome:
     stopped: bool = False
     messages: int = 0
     punctuality: dict[str, Any] = field(default_factory=dict)
+    state_hash: str = ""
 
     @property
     def complete(self) -> bool:
@@ -144,6 +146,7 @@ class Outcome:
             "summary": None if self.summary is None else self.summary.data(),
             "messages": self.messages,
             "punctuality": self.punctuality,
+            "state_hash": self.state_hash,
             "speed": {
                 **asdict(self.speed),
                 "steps_per_second": self.speed.steps_per_second,

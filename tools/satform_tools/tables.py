@@ -25,6 +25,8 @@ def print_outcome(outcome: Outcome) -> None:
         _print_punctuality(outcome.punctuality)
     if outcome.speed.steps:
         _print_speed(outcome)
+    if outcome.state_hash:
+        say.line(f"state hash {outcome.state_hash[:16]}, the same in every run with the same bits")
     say.line(
         f"kept in {outcome.folder}"
         + (f" ({outcome.messages} messages in the bag)" if outcome.messages else "")

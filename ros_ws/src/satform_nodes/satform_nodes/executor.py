@@ -267,7 +267,14 @@ class StepExecutor(SingleThreadedExecutor):
             if left <= 0.0:
                 return False
             super().spin_once(timeout_sec=min(left, LONGEST_WAIT))
+            self._reconsider()
         return True
+
+    def _reconsider(self) -> None:
+        """Hand on what was held back until it was known whose it is."""
+        for ear in self._hot:
+            if ear.holds:
+                ear.reconsider()
 
     def _take_hot(self, timeout: float) -> bool:
         """Wait for hot messages and hand them out; whether there were any."""
@@ -300,9 +307,7 @@ class StepExecutor(SingleThreadedExecutor):
     def _look_at_cold(self, now: float) -> None:
         """Hand to the parent what has become ready besides hot messages, and do the chores."""
         self._next_cold_look = now + LONGEST_WAIT
-        for ear in self._hot:
-            if ear.holds:
-                ear.reconsider()
+        self._reconsider()
         for chore in self._chores:
             chore()
         if now >= self._next_housekeeping:

@@ -29,7 +29,7 @@ from satform.consensus.arc_length import Announces
 from satform.control.protocol import Motion
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.faults import Faults
-from satform.formation import Lost, planned
+from satform.formation import Back, Lost, planned
 from satform.inbox import Told
 from satform.orientation import Attitude
 from satform.post import Ears
@@ -365,11 +365,21 @@ class SatelliteNode:
             # Satellites of a group share its process, which flies on.
             self._start_afresh()
             self._memory.load()
-            self.say_ready()
+            if self._is_planned_to_return():
+                self.say_ready()
 
     def _is_planned_to_fall(self) -> bool:
         events = planned(self.scenario).get(self.view.formation.step, [])
         return any(isinstance(event, Lost) and event.satellite == self.index for event in events)
+
+    def _is_planned_to_return(self) -> bool:
+        """Whether the scenario has a step at which this satellite takes part again."""
+        return any(
+            isinstance(event, Back) and event.satellite == self.index
+            for step, events in planned(self.scenario).items()
+            for event in events
+            if step >= self.view.formation.step
+        )
 
     def _meet_new_neighbours(self) -> None:
         """Listen to those whom the graph lets this satellite hear now and never did before."""
