@@ -39,7 +39,7 @@ def assert_as_in_one_process(bag: Bag) -> None:
 
 def assert_flies_again(bag: Bag) -> None:
     """Flown once more with what happened in it, the flight has the same bits."""
-    assert compare(bag.scenario, bag.record, bag.events).differences == ()
+    assert list(compare(bag.scenario, bag.record, bag.events).differences) == []
 
 
 def processes_of(folder: Path) -> dict[str, int]:

@@ -130,7 +130,9 @@ def test_a_graph_set_in_flight_acts_at_its_step_also_with_edges_that_the_scenari
     bag = operator.landed()
     assert list(bag.events) == [reply.step]
     unchanged = simulate(bag.scenario)
-    np.testing.assert_array_equal(bag.record.arc_length[: reply.step + 1], unchanged.arc_length[: reply.step + 1])
+    np.testing.assert_array_equal(
+        bag.record.arc_length[: reply.step + 1], unchanged.arc_length[: reply.step + 1]
+    )
     assert (bag.record.arc_length[reply.step + 2] != unchanged.arc_length[reply.step + 2]).any()
     assert_flies_again(bag)
 

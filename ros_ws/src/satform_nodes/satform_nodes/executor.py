@@ -34,6 +34,9 @@ LEISURE = 0.005
 PATIENCE_OF_A_STEP = 0.1
 """Wall-clock time without progress after which a node says once more what it said last, s."""
 
+ABSENCE = 0.25
+"""Wall-clock time of one round from which on this process was not running, rather than waiting, s."""
+
 LONGEST_IDLE = 1.0
 """Longest wall-clock time between two such repetitions, s."""
 
@@ -192,11 +195,15 @@ class StepExecutor(SingleThreadedExecutor):
         Returns:
             True when the condition has ended; False when the time was up.
         """
-        last = time.monotonic()
+        last = seen = time.monotonic()
         before = progress() if progress else None
         wait, due = PATIENCE_OF_A_STEP, last + PATIENCE_OF_A_STEP
         while condition():
             now = time.monotonic()
+            if now - seen > ABSENCE:
+                # This process was held itself: what came meanwhile is still to be read.
+                last += now - seen
+            seen = now
             if now >= self._next_cold_look:
                 self._look_at_cold(now)
             moved = self._take_hot(LONGEST_WAIT)
