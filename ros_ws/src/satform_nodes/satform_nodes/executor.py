@@ -279,7 +279,7 @@ class StepExecutor(SingleThreadedExecutor):
 
     def _reconsider(self) -> None:
         """Hand on what was held back until it was known whose it is."""
-        for ear in self._hot:
+        for ear in tuple(self._hot):
             if ear.holds:
                 ear.reconsider()
 
@@ -295,7 +295,8 @@ class StepExecutor(SingleThreadedExecutor):
             add(ear.subscription.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
         taken_any = False
-        for index, ear in enumerate(self._hot):
+        # What is heard may bring in new subscriptions, which are not in this wait set.
+        for index, ear in enumerate(tuple(self._hot)):
             if wait_set.is_ready("subscription", index):
                 taken_any |= ear.hear()
         return taken_any
@@ -303,7 +304,7 @@ class StepExecutor(SingleThreadedExecutor):
     def _drain_hot(self) -> bool:
         """Hand out the hot messages that have arrived, without waiting; whether there were any."""
         taken_any = False
-        for ear in self._hot:
+        for ear in tuple(self._hot):
             # A bound: a stranger may write faster than anyone can read.
             for _ in range(_AT_ONCE):
                 if not ear.hear():
