@@ -87,6 +87,7 @@ class Outcome:
         punctuality: of a flight on the wall clock: delays, missed steps, ages of what was heard.
         host: the scenario's host that this machine was; empty when it ran everything.
         judged_on: the host that judges the flight, where it is another one.
+        state_hash: over every number of the record; empty when there is none.
     """
 
     scenario: Scenario
@@ -104,6 +105,7 @@ class Outcome:
     punctuality: dict[str, Any] = field(default_factory=dict)
     host: str = ""
     judged_on: str = ""
+    state_hash: str = ""
 
     @property
     def complete(self) -> bool:
@@ -150,6 +152,7 @@ class Outcome:
             "punctuality": self.punctuality,
             "host": self.host,
             "judged_on": self.judged_on,
+            "state_hash": self.state_hash,
             "speed": {
                 **asdict(self.speed),
                 "steps_per_second": self.speed.steps_per_second,

@@ -112,7 +112,7 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     if record:
         folders.save_record(flight, folder / folders.RECORD)
     verdicts, summary = _judged(scenario, flight)
-    return Outcome(scenario, "inprocess", folder, speed, verdicts, summary)
+    return Outcome(scenario, "inprocess", folder, speed, verdicts, summary, state_hash=flight.digest())
 
 
 def _tracing(folder: Path) -> dict[str, str]:
@@ -173,15 +173,19 @@ def _over_dds(
     broken = bool(flight.stopped or reason)
     verdicts: tuple[Verdict, ...] = ()
     summary = None
+    state_hash = ""
     if flight.bag is not None and not broken:
         try:
-            verdicts, summary = _judged(scenario, _read(scenario, flight.bag))
+            recorded = _read(scenario, flight.bag)
+            verdicts, summary = _judged(scenario, recorded)
+            state_hash = recorded.digest()
         except CommandError as error:
             reason = str(error)
     return Outcome(
         scenario=scenario,
         mode="realtime" if manner.rate else "lockstep",
         punctuality=flight.punctuality,
+        state_hash=state_hash,
         folder=folder,
         speed=speed,
         verdicts=verdicts,

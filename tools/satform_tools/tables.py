@@ -26,6 +26,8 @@ def print_outcome(outcome: Outcome) -> None:
     # The plant's host measures the time.
     if outcome.speed.steps and outcome.speed.seconds > 0.0:
         _print_speed(outcome)
+    if outcome.state_hash:
+        say.line(f"state hash {outcome.state_hash[:16]}, the same in every run with the same bits")
     say.line(
         f"kept in {outcome.folder}"
         + (f" ({outcome.messages} messages in the bag)" if outcome.messages else "")

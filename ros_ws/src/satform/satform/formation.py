@@ -113,15 +113,21 @@ def planned(scenario: "Scenario") -> Plan:
     names = [satellite.name for satellite in scenario.satellites]
     step = scenario.timing.step
     plan: Plan = {}
-    for fault in scenario.faults:
-        if isinstance(fault, SatelliteLostSpec):
-            place = names.index(fault.satellite)
-            reason = f"{fault.satellite} is killed by the scenario"
-            gone = step_at(fault.at, step)
-            plan.setdefault(gone, []).append(Lost(place, reason))
-            if fault.back is not None:
-                kept = None if fault.memory == "plan" else _last_checkpoint(gone, scenario.checkpoint_steps)
-                plan.setdefault(step_at(fault.back, step), []).append(Back(place, kept))
+    losses = [fault for fault in scenario.faults if isinstance(fault, SatelliteLostSpec)]
+    flying_since: dict[int, int] = {}
+    kept: dict[int, int] = {}
+    for fault in sorted(losses, key=lambda fault: fault.at):
+        place = names.index(fault.satellite)
+        gone = step_at(fault.at, step)
+        plan.setdefault(gone, []).append(Lost(place, f"{fault.satellite} is killed by the scenario"))
+        latest = _last_checkpoint(gone, scenario.checkpoint_steps)
+        # Checkpoints are kept after each step flown, and those of an earlier life outlast it.
+        if latest > flying_since.get(place, 0):
+            kept[place] = latest
+        if fault.back is not None:
+            back = flying_since[place] = step_at(fault.back, step)
+            own = None if fault.memory == "plan" else kept.get(place)
+            plan.setdefault(back, []).append(Back(place, own))
     graph = scenario.communication_graph()
     for change in sorted(scenario.graph_schedule, key=lambda change: change.at):
         graph = change.applied(graph, names)
@@ -131,11 +137,9 @@ def planned(scenario: "Scenario") -> Plan:
     return {at: sorted(plan[at], key=lambda event: isinstance(event, Back)) for at in sorted(plan)}
 
 
-def _last_checkpoint(step: int, every: int | None) -> int | None:
-    """Step of the last checkpoint that a satellite has kept which is lost at a step."""
-    if every is None or step < every:
-        return None
-    return step // every * every
+def _last_checkpoint(step: int, every: int | None) -> int:
+    """Step of the last checkpoint that is due up to a step; 0 when none is."""
+    return 0 if every is None else step // every * every
 
 
 def merged(*plans: Plan) -> Plan:

@@ -1,5 +1,6 @@
 """What is kept of a flight: plain arrays, the same from an in-process run and from a bag."""
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -163,6 +164,16 @@ class FlightRecord:
         """Distance between where a satellite believes to be and where it is, m, shape (K, N)."""
         error: Array = np.linalg.norm(self.believed_position_error - self.position_error, axis=-1)
         return error
+
+    def digest(self) -> str:
+        """State hash: SHA-256 over names, shapes and bits of all arrays; equal for equal flights only."""
+        found = hashlib.sha256(repr((self.satellites, self.step)).encode())
+        for name in QUANTITIES:
+            array = getattr(self, name)
+            found.update(f"{name}{array.shape}".encode())
+            # All that is not a number is hashed alike: its bits depend on who made it.
+            found.update(np.where(np.isnan(array), np.nan, array).tobytes())
+        return found.hexdigest()
 
     def differences(self, other: "FlightRecord") -> list[str]:
         """Where two records of the same flight are not the same to the last bit.

@@ -341,6 +341,9 @@ class _Watch:
         self._on_event(event)
         if not self.sees_plant:
             self.steps = max(self.steps, step_told(event, self.scenario.timing.steps))
+        if event["event"] == "lost" and entry.name == "plant":
+            # The flight is over because of it; others that end early may have been noted before.
+            self.reason = self.reason or event["reason"]
 
     def _on_event(self, event: dict[str, Any]) -> None:
         match event["event"]:

@@ -1,6 +1,7 @@
-"""Where messages enter a node: what is believed is finite, in range, in sequence and of a step that is due.
+"""Where messages enter a node: what is believed is well-formed, finite, in range and of a due step.
 
-A message that is refused has no effect but to be counted, by topic and reason.
+Who may speak at all is decided before, in `speakers`. A message that is refused has no effect but to be
+counted, by topic and reason.
 """
 
 from collections import Counter
@@ -11,6 +12,10 @@ from satform_nodes.wire import Layout
 
 LARGEST = 1e15
 """Magnitude above which no number of a formation lies, in SI units."""
+
+
+_MOST_REASONS = 200
+"""Topics and reasons that are counted apart: names of strangers are among them, who may have many."""
 
 
 class Refusals:
@@ -30,7 +35,8 @@ class Refusals:
 
     def note(self, topic: str, reason: str) -> None:
         """Count a message that was refused."""
-        self.counts[topic, reason] += 1
+        known = (topic, reason) in self.counts or len(self.counts) < _MOST_REASONS
+        self.counts[topic, reason if known else "other reasons"] += 1
 
     def sentences(self) -> dict[str, str]:
         """Each topic and reason with its count, for people."""
@@ -38,10 +44,7 @@ class Refusals:
 
 
 class Entry:
-    """The way in for the messages of one topic with one known speaker.
-
-    The speaker's writer numbers its messages one after another, which DDS passes on; whoever else
-    writes on the topic has numbers of its own.
+    """The way in for the messages of one topic.
 
     Attributes:
         repeated: how many messages came a second time, which is no offence.
@@ -67,32 +70,18 @@ class Entry:
         self._jump = jump
         self._last: tuple[Any, ...] = ()
         self._last_step = -1
-        self._sequence = 0
-        self._known = True
-        self._strict = True
 
-    def renew(self) -> None:
-        """Expect a new speaker, whose numbers begin anew."""
-        self._known = False
-
-    def be_lenient(self) -> None:
-        """Take messages also when some between them were missed, as on the wall clock."""
-        self._strict = False
-
-    def admit(self, data: bytes, sequence: int, first: int, last: int) -> tuple[Any, ...] | None:
+    def admit(self, data: bytes, first: int, last: int) -> tuple[Any, ...] | None:
         """The numbers of a message, or None when it is refused.
 
         Args:
             data: the message.
-            sequence: its number as its writer counts.
             first: earliest step that is due; an earlier one is a repetition.
             last: latest step that can be due.
         """
         numbers = self._form.unpack(data)
         if numbers is None:
             return self._refuse("another form")
-        if self._known and not self._in_sequence(sequence):
-            return self._refuse("not the next one of its speaker")
         step, values = numbers[2], numbers[3:]
         if step > last:
             return self._refuse("a step that is not due yet")
@@ -102,7 +91,6 @@ class Entry:
             return self._refuse("out of range")
         if step < first:
             # The speaker's own words come again when it is not sure that they were heard.
-            self._sequence = max(sequence, self._sequence) if self._known else 0
             self.repeated += 1
             return None
         watched = numbers[self._watched]
@@ -111,13 +99,7 @@ class Entry:
         ):
             return self._refuse("too large a jump")
         self._last, self._last_step = watched, step
-        self._sequence, self._known = sequence, True
         return numbers
-
-    def _in_sequence(self, sequence: int) -> bool:
-        if self._strict:
-            return sequence == self._sequence + 1
-        return sequence > self._sequence
 
     def _refuse(self, reason: str) -> None:
         self._refusals.note(self._topic, reason)

@@ -9,6 +9,7 @@ to the parent class.
 
 import os
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -16,6 +17,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
+from satform_nodes.speakers import UNDECIDED, Speakers
+from satform_nodes.taking import Taker
 from satform_nodes.trace import AnyTrace, trace_from_environment
 
 HOUSEKEEPING_PERIOD = 1.0
@@ -33,35 +36,81 @@ LEISURE = 0.005
 PATIENCE_OF_A_STEP = 0.1
 """Wall-clock time without progress after which a node says once more what it said last, s."""
 
+ABSENCE = 0.25
+"""Wall-clock time of one round from which on this process was not running, rather than waiting, s."""
+
 LONGEST_IDLE = 1.0
 """Longest wall-clock time between two such repetitions, s."""
 
 STOCK = "SATFORM_STOCK_EXECUTOR"
 """Environment variable: when set, all is left to the parent class, to measure what this one gains."""
 
-_SEQUENCE = "publication_sequence_number"
-"""Where rclpy tells the number that a message has as its writer counts."""
+_AT_ONCE = 256
+"""Messages of strangers that are put aside at once on the way to one that is believed."""
+
+_HELD = 256
+"""Writers of whom it is not known yet who they are, and messages of each, that are held back at most."""
 
 _NANOSECONDS = 1_000_000_000
 
 
-class _Hot:
-    """A subscription on the fast path.
+class _Ear:
+    """A hot subscription: what comes in is handed on if it is from those who may speak there."""
 
-    Attributes:
-        handle: rclpy's, by which messages are taken.
-        message_type: rosidl's class.
-        callback: called with the serialised message and its number.
-        name: of its callback's spans in a trace.
-    """
+    def __init__(
+        self,
+        subscription: Any,
+        speakers: Speakers | None,
+        callback: Callable[[bytes, str], None],
+        taker: Taker,
+    ) -> None:
+        self.subscription = subscription
+        self._speakers = speakers
+        self._callback = callback
+        self._taker = taker
+        self._held: dict[bytes, deque[bytes]] = {}
 
-    __slots__ = ("callback", "handle", "message_type", "name")
+    def hear(self) -> bool:
+        """Hand on the next message that is believed, if there is one; whether there was."""
+        for _ in range(_AT_ONCE):
+            taken = self._taker.take(self.subscription)
+            if taken is None:
+                return False
+            if self._hand_on(*taken):
+                return True
+        return False
 
-    def __init__(self, message_type: Any, callback: Callable[[bytes, int], None], name: int) -> None:
-        self.handle: Any = None
-        self.message_type = message_type
-        self.callback = callback
-        self.name = name
+    def reconsider(self) -> None:
+        """Hand on what was held back, where it is known by now whose it is; each writer's in order."""
+        for writer, said in list(self._held.items()):
+            name = self._name_of(writer)
+            if name != UNDECIDED:
+                del self._held[writer]
+                for data in said:
+                    if name is not None:
+                        self._callback(data, name)
+
+    def _hand_on(self, data: bytes, writer: bytes) -> bool:
+        if writer in self._held:
+            self._held[writer].append(data)
+            return False
+        name = "" if self._speakers is None else self._speakers.who(writer)
+        if self._speakers is not None and name == UNDECIDED:
+            if len(self._held) < _HELD:
+                self._held[writer] = deque([data], maxlen=_HELD)
+            return False
+        if name is None:
+            return False
+        self._callback(data, name)
+        return True
+
+    def _name_of(self, writer: bytes) -> str | None:
+        return self._speakers.who(writer) if self._speakers else None
+
+    @property
+    def holds(self) -> bool:
+        """Whether something is held back."""
+        return bool(self._held)
 
 
 class StepExecutor(SingleThreadedExecutor):
@@ -72,8 +121,9 @@ class StepExecutor(SingleThreadedExecutor):
         self.trace: AnyTrace = trace_from_environment()
         self._stock = STOCK in os.environ
         self._handed_out = 0
-        self._hot: list[_Hot] = []
-        self._hot_subscriptions: set[int] = set()
+        self._taker = Taker()
+        self._hot: list[_Ear] = []
+        self._ears: dict[int, _Ear] = {}
         self._chores: list[Callable[[], None]] = []
         self._cold: list[Any] = []
         self._services: list[Any] = []
@@ -91,7 +141,13 @@ class StepExecutor(SingleThreadedExecutor):
         self._next_cold_look = 0.0
 
     def subscribe(
-        self, node: Node, message_type: Any, topic: str, callback: Callable[[bytes, int], None], qos: Any
+        self,
+        node: Node,
+        message_type: Any,
+        topic: str,
+        callback: Callable[[bytes, str], None],
+        qos: Any,
+        speakers: Speakers | None = None,
     ) -> Any:
         """Subscribe to a topic on the fast path.
 
@@ -99,31 +155,54 @@ class StepExecutor(SingleThreadedExecutor):
             node: the node that subscribes, already added to this executor.
             message_type: rosidl's class of the message.
             topic: name of the topic.
-            callback: called with the serialised message and its number as its writer counts.
+            callback: called with the serialised message and the name of the node that said it.
             qos: quality of service.
+            speakers: who is believed there; anyone, whose name is empty then, when left out.
 
         Returns:
             rclpy's subscription.
         """
-        hot = _Hot(message_type, callback, self.trace.name(topic))
 
-        # When the parent is asked to look at all else it may come upon a hot message, too.
-        def _handed_out_by_the_parent(data: bytes, information: dict[str, int]) -> None:
-            self._hand_out(hot, data, information[_SEQUENCE])
+        def _never_called(_data: bytes) -> None:
+            """What is taken for the parent goes through the ear, too."""
 
-        subscription = node.create_subscription(message_type, topic, _handed_out_by_the_parent, qos, raw=True)
-        hot.handle = subscription.handle
-        if self._stock:
-            return subscription
-        self._hot.append(hot)
-        self._hot_subscriptions.add(id(subscription))
+        subscription = node.create_subscription(message_type, topic, _never_called, qos, raw=True)
+        ear = _Ear(subscription, speakers, self._traced(topic, callback), self._taker)
+        self._hot.append(ear)
+        self._ears[id(subscription)] = ear
         self._hot_wait_set = None
         return subscription
+
+    def _traced(self, topic: str, callback: Callable[[bytes, str], None]) -> Callable[[bytes, str], None]:
+        """A callback that leaves its marks where a trace is asked for."""
+        trace = self.trace
+        if not (trace.on or self._stock):
+            return callback
+        name = trace.name(topic)
+
+        def marked(data: bytes, speaker: str) -> None:
+            self._handed_out += 1
+            trace.begin(name)
+            callback(data, speaker)
+            trace.end(name)
+
+        return marked
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
         """End, and leave what was traced where it was asked for."""
         self.trace.write([node.get_name() for node in self.get_nodes()])
         return bool(super().shutdown(timeout_sec))
+
+    def _take_subscription(self, sub: Any) -> Any:
+        """The parent's way to a message; here it is the same as on the fast path."""
+        ear = self._ears.get(id(sub))
+        if ear is None:
+            return super()._take_subscription(sub)
+
+        async def _hear() -> None:
+            ear.hear()
+
+        return _hear
 
     def spin_while(
         self,
@@ -144,11 +223,15 @@ class StepExecutor(SingleThreadedExecutor):
         Returns:
             True when the condition has ended; False when the time was up.
         """
-        last = time.monotonic()
+        last = seen = time.monotonic()
         before = progress() if progress else None
         wait, due = PATIENCE_OF_A_STEP, last + PATIENCE_OF_A_STEP
         while condition():
             now = time.monotonic()
+            if now - seen > ABSENCE:
+                # This process was held itself: what came meanwhile is still to be read.
+                last += now - seen
+            seen = now
             if now >= self._next_cold_look:
                 self._look_at_cold(now)
             moved = self._take_hot(LONGEST_WAIT)
@@ -219,7 +302,14 @@ class StepExecutor(SingleThreadedExecutor):
             if left <= 0.0:
                 return False
             super().spin_once(timeout_sec=min(left, LONGEST_WAIT))
+            self._reconsider()
         return True
+
+    def _reconsider(self) -> None:
+        """Hand on what was held back until it was known whose it is."""
+        for ear in tuple(self._hot):
+            if ear.holds:
+                ear.reconsider()
 
     def _take_hot(self, timeout: float) -> bool:
         """Wait for hot messages and hand them out; whether there were any."""
@@ -233,46 +323,33 @@ class StepExecutor(SingleThreadedExecutor):
             self._hot_wait_set = wait_set
         wait_set.clear_entities()
         add = wait_set.add_subscription
-        for entry in self._hot:
-            add(entry.handle)
+        for ear in self._hot:
+            add(ear.subscription.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
         taken_any = False
-        for index, entry in enumerate(self._hot):
+        # What is heard may bring in new subscriptions, which are not in this wait set.
+        for index, ear in enumerate(tuple(self._hot)):
             if wait_set.is_ready("subscription", index):
-                taken_any = self._take(entry) or taken_any
+                taken_any |= ear.hear()
         return taken_any
 
-    def _take(self, hot: _Hot) -> bool:
-        """Hand out one message without waiting; whether there was one."""
-        taken = hot.handle.take_message(hot.message_type, True)
-        if taken is None:
-            return False
-        self._hand_out(hot, taken[0], taken[1][_SEQUENCE])
-        return True
-
-    def _hand_out(self, hot: _Hot, data: bytes, sequence: int) -> None:
-        self._handed_out += 1
-        trace = self.trace
-        if trace.on:
-            trace.begin(hot.name)
-            hot.callback(data, sequence)
-            trace.end(hot.name)
-        else:
-            hot.callback(data, sequence)
-
     def _drain_hot(self) -> bool:
-        """Hand out all hot messages that have arrived, without waiting; whether there were any."""
+        """Hand out the hot messages that have arrived, without waiting; whether there were any."""
         if self._stock:
             return self._take_hot(0.0)
         taken_any = False
-        for entry in self._hot:
-            while self._take(entry):
+        for ear in tuple(self._hot):
+            # A bound: a stranger may write faster than anyone can read.
+            for _ in range(_AT_ONCE):
+                if not ear.hear():
+                    break
                 taken_any = True
         return taken_any
 
     def _look_at_cold(self, now: float) -> None:
         """Hand to the parent what has become ready besides hot messages, and do the chores."""
         self._next_cold_look = now + LONGEST_WAIT
+        self._reconsider()
         for chore in self._chores:
             chore()
         if now >= self._next_housekeeping:
@@ -294,9 +371,7 @@ class StepExecutor(SingleThreadedExecutor):
     def _gather_cold(self) -> None:
         nodes = self.get_nodes()
         subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
-        self._cold = [
-            subscription for subscription in subscriptions if id(subscription) not in self._hot_subscriptions
-        ]
+        self._cold = [subscription for subscription in subscriptions if id(subscription) not in self._ears]
         self._services = [service for node in nodes for service in node.services]
         self._cold_wait_set = _rclpy.WaitSet(
             len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle

@@ -70,6 +70,11 @@ class FormationView:
         """Whether a satellite says something for a step: it flies, or its last words are for this step."""
         return bool(self.formation.alive[satellite]) or self.formation.lost_at.get(satellite) == step
 
+    @property
+    def lost(self) -> list[str]:
+        """Names of the satellites that are lost at present."""
+        return self.names(np.flatnonzero(~self.formation.alive).tolist())
+
     def names(self, places: Sequence[int]) -> list[str]:
         """Names of satellites by their places."""
         return [self._names[place] for place in places]

@@ -4,10 +4,12 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -23,6 +25,10 @@ START_TIMEOUT = 60.0
 
 PATIENCE = 1.5 * START_TIMEOUT
 """Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
+
+
+_ACKNOWLEDGED = Duration(seconds=0.1)
+"""Wall-clock time between two looks at who is there, while it is waited for what they have heard."""
 
 
 class NodeError(Exception):
@@ -70,6 +76,30 @@ def scenario_of(node: Node) -> Scenario:
         return load_scenario(path)
     except ScenarioError as error:
         raise NodeError(str(error), EXIT_BAD_INPUT) from None
+
+
+def see_off(publishers: Iterable[Any], present: Callable[[], bool], patience: float) -> bool:
+    """Wait until what was said last has arrived: it would be lost with the one who said it.
+
+    A reader that was killed never confirms anything, and DDS counts it among the living until its lease
+    ends; so the wait also ends when those who matter have gone.
+
+    Args:
+        publishers: on which something was said.
+        present: whether anyone is there who matters.
+        patience: wall-clock time at most, s.
+
+    Returns:
+        False when the time was up.
+    """
+    end = time.monotonic() + patience
+    for publisher in publishers:
+        while not publisher.wait_for_all_acked(_ACKNOWLEDGED):
+            if not present():
+                return True
+            if time.monotonic() > end:
+                return False
+    return True
 
 
 def run(

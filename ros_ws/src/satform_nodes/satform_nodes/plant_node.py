@@ -9,7 +9,6 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
@@ -23,12 +22,13 @@ from satform_nodes import topics
 from satform_nodes.diagnostics import Condition, Health, flight_condition
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import START_TIMEOUT, NodeError, StopRequest, run, scenario_of
+from satform_nodes.lifetime import START_TIMEOUT, NodeError, StopRequest, run, scenario_of, see_off
 from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
 from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.services import FormationServices
+from satform_nodes.speakers import Speakers, decoded
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
@@ -44,8 +44,11 @@ _ACCELERATION_AND_TORQUE = slice(3, 9)
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
 
-_FAREWELL = Duration(seconds=5)
-"""How long the last status is kept up for those who have not yet taken it."""
+_SIGN_PERIOD = 0.5
+"""Wall-clock time between two signs of life while no step is taken, s; a fraction of any silence."""
+
+_FAREWELL = 5.0
+"""How long the last status is kept up for those who have not yet taken it, s."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ class PlantNode:
         self._paused = False
         self._single_steps = 0
         self._pulse = 0
+        self._next_sign = 0.0
         self._said: dict[int, list[bytes]] = {}
         self._status = FormationStatus()
         self._next_progress = 0.0
@@ -146,7 +150,11 @@ class PlantNode:
         ]
 
     def _make_subscriptions(self, node: Node, executor: StepExecutor) -> None:
-        node.create_subscription(Ready, topics.READY, self._on_ready, topics.LATCHED)
+        self._ready_speakers = Speakers(node, topics.READY, [*self.names, "recorder"], self.refusals)
+        executor.subscribe(
+            node, Ready, topics.READY, self._on_ready, topics.LATCHED_READER, self._ready_speakers
+        )
+        self._speakers = [Speakers(node, topics.command(name), [name], self.refusals) for name in self.names]
         self._entries = [Entry(topics.command(name), _COMMAND, self.refusals) for name in self.names]
         subscriptions = [
             executor.subscribe(
@@ -155,12 +163,10 @@ class PlantNode:
                 topics.command(name),
                 partial(self._on_command, index),
                 topics.NEWEST if self.clocked else topics.STEPPED,
+                self._speakers[index],
             )
             for index, name in enumerate(self.names)
         ]
-        if self.clocked:
-            for entry in self._entries:
-                entry.be_lenient()
         watching = ["recorder"] if self.recorded else []
         self._everyone = {*self.names, *watching}
         self._company = Company(node)
@@ -177,7 +183,10 @@ class PlantNode:
             self._company.listens(publisher, watching)
         self._company.listens(self._say_status, self._everyone)
         if self.recorded:
-            progress = executor.subscribe(node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED)
+            speakers = Speakers(node, topics.RECORDED, watching, self.refusals)
+            progress = executor.subscribe(
+                node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED, speakers
+            )
             self._company.speaks(progress, watching)
 
     @property
@@ -289,9 +298,10 @@ class PlantNode:
         for index in lost:
             self._commands[index] = 0.0
             self._answered.discard(index)
+            self._speakers[index].vacate(self.names[index])
+            self._ready_speakers.vacate(self.names[index])
             self.report.say("loss", who=self.names[index], step=self.plant.step, reason=self.formation.reason)
         for event in back:
-            self._entries[event.satellite].renew()
             self._returning.pop(event.satellite, None)
             self.report.say("return", who=self.names[event.satellite], step=self.plant.step)
         phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
@@ -303,8 +313,13 @@ class PlantNode:
         self._pending.append(event)
         return self.plant.step if self._state_due else self.plant.step + 1
 
-    def _on_ready(self, ready: Ready) -> None:
-        name = ready.node.rpartition("/")[2]
+    def _on_ready(self, data: bytes, name: str) -> None:
+        ready = decoded(data, Ready, topics.READY, self.refusals)
+        if ready is None:
+            return
+        if ready.node.rpartition("/")[2] != name:
+            self.refusals.note(topics.READY, f"{name} speaks for another node")
+            return
         self._ready.add(name)
         if not self.flying or name not in self.names:
             return
@@ -389,6 +404,8 @@ class PlantNode:
         if self._state_due or self.plant.step == self.scenario.timing.steps:
             self._say_status.publish(self._status)
             return
+        # Who has not heard of a change of the formation cannot answer.
+        self._say_status.publish(self._status)
         for index in self._unanswered():
             for publisher, data in zip(self._speakers_to(index), self._said.get(index, []), strict=False):
                 publisher.publish(data)
@@ -404,6 +421,11 @@ class PlantNode:
         waits = self._awaited and time.monotonic() - self._awaited_since < START_TIMEOUT
         if (self._paused and self._state_due) or waits:
             self._pulse += 1
+            now = time.monotonic()
+            if now >= self._next_sign:
+                # Whoever hears nothing would take the plant for lost.
+                self._next_sign = now + _SIGN_PERIOD
+                self._say_status.publish(self._status)
 
     def _condition(self) -> Condition:
         now = time.monotonic()
@@ -444,16 +466,20 @@ class PlantNode:
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
         # What the plant said last would be lost with it.
-        for publisher in (self._say_status, *self._say_state, self._say_clock):
-            if not publisher.wait_for_all_acked(_FAREWELL):
-                self.node.get_logger().warning("not everyone has heard how the flight ended")
-                return
+        if not see_off((self._say_status, *self._say_state, self._say_clock), self._present, _FAREWELL):
+            self.node.get_logger().warning("not everyone has heard how the flight ended")
+
+    def _present(self) -> bool:
+        """Whether someone of those who are not lost still listens."""
+        listening = {other.node_name for other in self.node.get_subscriptions_info_by_topic(topics.STATUS)}
+        lost = {self.names[index] for index in np.flatnonzero(~self.formation.alive)}
+        return bool(listening & (self._everyone - lost))
 
     def _last_word(self, index: int) -> Command:
         data = self._last_commands.get(index)
         return deserialize_message(data, Command) if data else Command()
 
-    def _on_recorded(self, data: bytes, _sequence: int) -> None:
+    def _on_recorded(self, data: bytes, _name: str) -> None:
         numbers = _RECORDED.unpack(data)
         if numbers is None:
             self.refusals.note(topics.RECORDED, "another form")
@@ -461,12 +487,12 @@ class PlantNode:
         self.recorded_step = max(self.recorded_step, min(numbers[2], self.plant.step))
         self._go_on()
 
-    def _on_command(self, index: int, data: bytes, sequence: int) -> None:
+    def _on_command(self, index: int, data: bytes, _name: str) -> None:
         if not self.formation.alive[index]:
             return
         step = self.plant.step
         first = self._commanded[index] + 1 if self.clocked else step
-        numbers = self._entries[index].admit(data, sequence, first, step)
+        numbers = self._entries[index].admit(data, first, step)
         if numbers is None or index in self._answered or self._state_due:
             return
         if self.clocked:

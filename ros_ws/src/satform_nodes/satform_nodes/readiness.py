@@ -1,5 +1,6 @@
 """Whether everyone a node talks to is there, by name, seen from this node's side."""
 
+from collections import Counter
 from collections.abc import Collection
 from typing import Any
 
@@ -25,9 +26,15 @@ class Company:
         """Expect these nodes to subscribe to the publisher's topic."""
         self._missing.append((publisher, False, set(names)))
 
-    def complete(self) -> bool:
-        """Whether all of them are there; endpoints once found are not looked for again."""
-        self._missing = [entry for entry in self._missing if not self._there(*entry)]
+    def complete(self, lost: Collection[str] = ()) -> bool:
+        """Whether all of them are there; endpoints once found are not looked for again.
+
+        Args:
+            lost: nodes that are not to be waited for at present.
+        """
+        gone = set(lost)
+        missing = [(end, speaking, names - gone) for end, speaking, names in self._missing]
+        self._missing = [entry for entry in missing if not self._there(*entry)]
         return not self._missing
 
     def _there(self, endpoint: Any, speaking: bool, names: set[str]) -> bool:
@@ -39,4 +46,6 @@ class Company:
             if speaking
             else self._node.get_subscriptions_info_by_topic
         )
-        return names <= {other.node_name for other in look(endpoint.topic_name)}
+        found = Counter(other.node_name for other in look(endpoint.topic_name))
+        # Two writers with one name cannot be told apart before either has spoken.
+        return all(found[name] == 1 if speaking else found[name] >= 1 for name in names)

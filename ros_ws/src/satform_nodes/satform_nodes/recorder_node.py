@@ -1,6 +1,7 @@
 """The node that keeps the flight: every message of every step, written as it passes."""
 
 import sys
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -20,7 +21,7 @@ from satform_nodes import topics
 from satform_nodes.absences import Absences
 from satform_nodes.bag_writer import BagWriter
 from satform_nodes.definitions import definition, type_name
-from satform_nodes.diagnostics import DIAGNOSTICS
+from satform_nodes.diagnostics import DIAGNOSTICS, Condition, Health, flight_condition
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
@@ -28,6 +29,7 @@ from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenar
 from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
+from satform_nodes.speakers import Speakers, decoded
 from satform_nodes.stamps import NANOSECONDS, Stamps
 from satform_nodes.wire import layout
 
@@ -97,6 +99,8 @@ class RecorderNode:
         self._last_step = scenario.timing.steps
         self._reported = 0
         self._channels: list[_Channel] = []
+        self._speakers: list[Speakers] = []
+        self._last_status: FormationStatus | None = None
         try:
             self.bag = BagWriter(
                 folder,
@@ -114,6 +118,12 @@ class RecorderNode:
         self._company = Company(node)
         self._company.listens(self._say_recorded, ["plant"])
         self._company.listens(self._say_ready, ["plant"])
+        # Before all else: who is lost or back has to be known before what they say is judged.
+        self._listen(executor, "status", topics.STATUS, "plant", self._on_status)
+        for name in self._names:
+            self._listen(
+                executor, "parameter_changes", topics.parameter_changes(name), name, self._write_stepped
+            )
         for index, satellite in enumerate(scenario.satellites):
             equipped = scenario.satellite(index)
             # States and announcements are told for the state after the last step too.
@@ -128,17 +138,30 @@ class RecorderNode:
                 speaker = -1 if kind in _SAID_BY_PLANT else index
                 topic = getattr(topics, kind)(satellite.name)
                 self._follow(executor, kind, topic, speaker, self._last_step - last)
-            changes = topics.parameter_changes(satellite.name)
-            self._listen("parameter_changes", changes, satellite.name, self._write_stepped)
         self._follow(executor, "clock", topics.CLOCK, -1, self._last_step)
-        self._listen("status", topics.STATUS, "plant", self._on_status)
-        self._listen("diagnostics", DIAGNOSTICS, "", self._write_diagnostics, topics.SEEN)
+        diagnostics = self._add_topic(DIAGNOSTICS, "diagnostics", topics.SEEN)
+        node.create_subscription(
+            topics.TYPES["diagnostics"],
+            DIAGNOSTICS,
+            lambda message: self._write_diagnostics(message, diagnostics),
+            topics.SEEN,
+        )
         self._now = (0, 0)
+        self._health = Health(node, "recorder: bag", "recorder", self._condition)
+        self._told_step, self._told_at = 0, time.monotonic()
 
     @property
     def ended(self) -> FormationStatus | None:
         """The plant's last word; None while the flight goes on."""
         return self.view.ended
+
+    def _condition(self) -> Condition:
+        """How the recording is."""
+        now, step = time.monotonic(), max(0, self.recorded_step)
+        rate = (step - self._told_step) / max(now - self._told_at, 1e-9)
+        self._told_step, self._told_at = step, now
+        refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
+        return flight_condition(step=step, step_rate=rate, refused=refused, silent={})
 
     def _expected(self) -> list[_Channel]:
         """Topics on which someone speaks at every step at present; on the wall clock only the plant does."""
@@ -199,12 +222,10 @@ class RecorderNode:
         channel = _Channel(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
         if kind != "clock":
             channel.entry = Entry(topic, layout(topics.TYPES[kind], topics.FRAME), self.refusals)
-            if self._clocked:
-                channel.entry.be_lenient()
         self._channels.append(channel)
 
-        def _on_message(data: bytes, sequence: int) -> None:
-            numbers = self._admitted(channel, data, sequence)
+        def _on_message(data: bytes, _name: str) -> None:
+            numbers = self._admitted(channel, data)
             if numbers is None:
                 return
             seconds, nanoseconds, step = numbers[:3]
@@ -214,13 +235,22 @@ class RecorderNode:
             self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
             self._report_progress(step)
 
-        subscription = executor.subscribe(self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED)
-        self._company.speaks(subscription, ["plant" if satellite < 0 else self._names[satellite]])
+        speaker = "plant" if satellite < 0 else self._names[satellite]
+        subscription = executor.subscribe(
+            self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED, self._only(topic, speaker)
+        )
+        self._company.speaks(subscription, [speaker])
 
-    def _admitted(self, channel: _Channel, data: bytes, sequence: int) -> tuple[Any, ...] | None:
+    def _only(self, topic: str, speaker: str) -> Speakers:
+        """One node that is to be believed on a topic."""
+        speakers = Speakers(self.node, topic, [speaker], self.refusals)
+        self._speakers.append(speakers)
+        return speakers
+
+    def _admitted(self, channel: _Channel, data: bytes) -> tuple[Any, ...] | None:
         """The numbers of a message that belongs into the bag."""
         if channel.entry is not None:
-            return channel.entry.admit(data, sequence, channel.latest + 1, self._last_step)
+            return channel.entry.admit(data, channel.latest + 1, self._last_step)
         moment = self._read_clock(data)
         if moment is None or not channel.latest < moment[2] <= self._last_step:
             self.refusals.note(channel.topic, "another form, or a step that is not due")
@@ -238,19 +268,25 @@ class RecorderNode:
 
     def _listen(
         self,
+        executor: StepExecutor,
         kind: str,
         topic: str,
         speaker: str,
         callback: Callable[[Any, int], None],
-        profile: QoSProfile = topics.LATCHED,
     ) -> None:
         """Write a topic on which something is said now and then."""
-        channel = self._add_topic(topic, kind, profile)
-        subscription = self.node.create_subscription(
-            topics.TYPES[kind], topic, lambda message: callback(message, channel), profile
+        message_type = topics.TYPES[kind]
+        channel = self._add_topic(topic, kind, topics.LATCHED)
+
+        def _on_message(data: bytes, _name: str) -> None:
+            message = decoded(data, message_type, topic, self.refusals)
+            if message is not None:
+                callback(message, channel)
+
+        subscription = executor.subscribe(
+            self.node, message_type, topic, _on_message, topics.LATCHED_READER, self._only(topic, speaker)
         )
-        if speaker:
-            self._company.speaks(subscription, [speaker])
+        self._company.speaks(subscription, [speaker])
 
     def _write_diagnostics(self, message: Any, channel: int) -> None:
         """Written with the simulated time at which it came, as all else in the bag."""
@@ -264,15 +300,18 @@ class RecorderNode:
         )
 
     def _on_status(self, status: FormationStatus, channel: int) -> None:
+        if status == self._last_status:
+            # A sign of life while nothing happens.
+            return
+        self._last_status = status
         self._write_stepped(status, channel)
         number = self.view.formation.number
         if not self.view.take(status) or self.view.formation.number == number:
             return
         self._absences.take(status)
-        for name in status.back:
-            for entry in (own.entry for own in self._channels if own.satellite == self._names.index(name)):
-                if entry is not None:
-                    entry.renew()
+        for name in status.lost:
+            for speakers in self._speakers:
+                speakers.vacate(name)
 
     def _report_progress(self, step: int) -> None:
         if step < self._reported + _REPORT_EVERY and step < self._last_step - 1:

@@ -13,7 +13,6 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from rclpy.duration import Duration
 from satform_msgs.msg import Attitude as AttitudeMessage
 from satform_msgs.msg import (
     Command,
@@ -30,7 +29,7 @@ from satform.consensus.arc_length import Announces
 from satform.control.protocol import Motion
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.faults import Faults
-from satform.formation import Lost, planned
+from satform.formation import Back, Lost, planned
 from satform.inbox import Told
 from satform.orientation import Attitude
 from satform.post import Ears
@@ -43,7 +42,7 @@ from satform_nodes.diagnostics import Condition, Health, flight_condition
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
-from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
+from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of, see_off
 from satform_nodes.on_the_clock import Ages, processor_seconds
 from satform_nodes.parameters import (
     FormationNode,
@@ -54,6 +53,7 @@ from satform_nodes.parameters import (
 )
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
+from satform_nodes.speakers import Speakers, decoded
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import Layout, layout
 
@@ -71,8 +71,8 @@ _PLACE = slice(4, 7)
 _ANY_STEP = 2**63
 """A step beyond every flight."""
 
-_FAREWELL = Duration(seconds=2)
-"""How long a satellite stays for the sake of what it said last."""
+_FAREWELL = 2.0
+"""How long a satellite stays for the sake of what it said last, s."""
 
 _KILOBYTE = 1024
 """Unit in which Linux tells the memory of a process, bytes."""
@@ -168,12 +168,19 @@ class SatelliteNode:
         )
         self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
         self._company = Company(node)
-        self._entries: dict[str, Entry] = {}
+        self._writers: dict[int, Speakers] = {}
         self._listen_to_plant()
         for neighbour in self._neighbours:
             self._listen_to(neighbour)
         # Made last: whoever sees this subscription has seen all others of this satellite.
-        status = node.create_subscription(FormationStatus, topics.STATUS, self._on_status, topics.LATCHED)
+        status = self.executor.subscribe(
+            node,
+            FormationStatus,
+            topics.STATUS,
+            self._on_status,
+            topics.LATCHED_READER,
+            Speakers(node, topics.STATUS, ["plant"], self.refusals),
+        )
         self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
         watching = ["recorder"] if self._settings.recorded else []
         self._company.speaks(status, ["plant"])
@@ -204,29 +211,28 @@ class SatelliteNode:
             told.append((topic, self._on_attitude, self._entry(topic, _ATTITUDE)))
         for topic, callback, entry in told:
             kind = topics.TYPES[topic.rpartition("/")[2]]
+            speakers = Speakers(self.node, topic, ["plant"], self.refusals)
             subscription = self.executor.subscribe(
-                self.node, kind, topic, partial(callback, entry), self._profile
+                self.node, kind, topic, partial(callback, entry), self._profile, speakers
             )
             self._company.speaks(subscription, ["plant"])
 
     def _entry(self, topic: str, form: Layout, watched: slice = slice(0), jump: float = 0.0) -> Entry:
-        entry = Entry(topic, form, self.refusals, watched, jump)
-        if self._clocked:
-            entry.be_lenient()
-        self._entries[topic] = entry
-        return entry
+        return Entry(topic, form, self.refusals, watched, jump)
 
     def _listen_to(self, neighbour: int) -> None:
         message, speaker = topics.TYPES[self._announces], self._names[neighbour]
         topic = getattr(topics, self._announces)(speaker)
         entry = self._entry(topic, self._announcement)
         callback = partial(self._on_announcement, neighbour, entry)
-        subscription = self.executor.subscribe(self.node, message, topic, callback, self._profile)
+        speakers = Speakers(self.node, topic, [speaker], self.refusals)
+        self._writers[neighbour] = speakers
+        subscription = self.executor.subscribe(self.node, message, topic, callback, self._profile, speakers)
         self._company.speaks(subscription, [speaker])
 
     def matched(self) -> bool:
         """Whether everyone this satellite talks to or listens to is there, seen from this side."""
-        return self._company.complete()
+        return self._company.complete(self.view.lost)
 
     def say_ready(self) -> None:
         """Tell the plant that this satellite can fly, and from which checkpoint it would go on."""
@@ -235,9 +241,12 @@ class SatelliteNode:
 
     def see_off(self) -> None:
         """Stay until what was said last has arrived, for a bounded time: it would be lost with this node."""
-        for publisher in self._spoken:
-            if not publisher.wait_for_all_acked(_FAREWELL):
-                return
+        see_off(self._spoken, self._heard_out, _FAREWELL)
+
+    def _heard_out(self) -> bool:
+        """Whether the plant or the recorder still listens to this satellite."""
+        others = self.node.get_subscriptions_info_by_topic(topics.command(self.name))
+        return bool({"plant", "recorder"} & {other.node_name for other in others})
 
     def say_how_it_went(self) -> None:
         """Tell whoever started the process what this satellite did."""
@@ -275,19 +284,19 @@ class SatelliteNode:
         self._told_step, self._told_at = self.step, now
         formation = self.view.formation
         silent = {
-            self._names[place]: self.step - formation.lost_at[place]
+            self._names[place]: self.step - formation.lost_at.get(place, self.step)
             for place in self._neighbours
             if not formation.alive[place]
         }
         refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
         return flight_condition(step=self.step, step_rate=rate, refused=refused, silent=silent)
 
-    def _on_announcement(self, neighbour: int, entry: Entry, data: bytes, sequence: int) -> None:
+    def _on_announcement(self, neighbour: int, entry: Entry, data: bytes, _name: str) -> None:
         if self._clocked:
-            self._take_newest(neighbour, entry.admit(data, sequence, 0, _ANY_STEP))
+            self._take_newest(neighbour, entry.admit(data, 0, _ANY_STEP))
             return
         last = self.step + 1 if self.flying else _ANY_STEP
-        said = entry.admit(data, sequence, self.step if self.flying else 0, last)
+        said = entry.admit(data, self.step if self.flying else 0, last)
         if said is None:
             return
         step = said[2]
@@ -300,24 +309,27 @@ class SatelliteNode:
             own = self._newest.setdefault(neighbour, deque(maxlen=3))
             own.append((said[2], (self._stamps.time(said[0], said[1]), *said[3:])))
 
-    def _on_state(self, entry: Entry, data: bytes, sequence: int) -> None:
+    def _on_state(self, entry: Entry, data: bytes, _name: str) -> None:
         before = entry.repeated
         last = self.step if self.flying and not self._clocked else _ANY_STEP
-        numbers = entry.admit(data, sequence, self.step, last)
+        numbers = entry.admit(data, self.step, last)
         # Whatever the plant says is a sign that it is there.
         self.pulse += numbers is not None or entry.repeated > before
         if numbers is not None:
             self._state = numbers
             self._act_if_complete()
 
-    def _on_attitude(self, entry: Entry, data: bytes, sequence: int) -> None:
+    def _on_attitude(self, entry: Entry, data: bytes, _name: str) -> None:
         last = self.step if self.flying and not self._clocked else _ANY_STEP
-        numbers = entry.admit(data, sequence, self.step, last)
+        numbers = entry.admit(data, self.step, last)
         if numbers is not None:
             self._attitude = numbers
             self._act_if_complete()
 
-    def _on_status(self, status: FormationStatus) -> None:
+    def _on_status(self, data: bytes, _name: str) -> None:
+        status = decoded(data, FormationStatus, topics.STATUS, self.refusals)
+        if status is None:
+            return
         self.pulse += 1
         before = self.view.formation.number
         if not self.view.take(status):
@@ -326,16 +338,13 @@ class SatelliteNode:
         formation = self.view.formation
         if formation.number == before:
             return
-        for place in self.view.returns:
-            if self.view.returns[place][0] == formation.step and place in self._neighbours:
-                self._entry_of(place).renew()
+        for place, speakers in self._writers.items():
+            if not formation.alive[place]:
+                speakers.vacate(self._names[place])
         if not formation.alive[self.index]:
             self._fall()
         self._meet_new_neighbours()
         self._act_if_complete()
-
-    def _entry_of(self, neighbour: int) -> Entry:
-        return self._entries[getattr(topics, self._announces)(self._names[neighbour])]
 
     def _fall(self) -> None:
         """The plant counts this satellite as lost."""
@@ -348,10 +357,6 @@ class SatelliteNode:
             raise NodeError(f"{sentence}; it ends, so that it can be started anew", EXIT_LOST)
         first = not self.flying
         self.flying = False
-        for entry in self._entries.values():
-            if first:
-                # A process that comes in the middle of a flight has not heard anyone from the beginning.
-                entry.renew()
         self._heard.clear()
         self._said.clear()
         self._last_command = b""
@@ -360,11 +365,21 @@ class SatelliteNode:
             # Satellites of a group share its process, which flies on.
             self._start_afresh()
             self._memory.load()
-            self.say_ready()
+            if self._is_planned_to_return():
+                self.say_ready()
 
     def _is_planned_to_fall(self) -> bool:
         events = planned(self.scenario).get(self.view.formation.step, [])
         return any(isinstance(event, Lost) and event.satellite == self.index for event in events)
+
+    def _is_planned_to_return(self) -> bool:
+        """Whether the scenario has a step at which this satellite takes part again."""
+        return any(
+            isinstance(event, Back) and event.satellite == self.index
+            for step, events in planned(self.scenario).items()
+            for event in events
+            if step >= self.view.formation.step
+        )
 
     def _meet_new_neighbours(self) -> None:
         """Listen to those whom the graph lets this satellite hear now and never did before."""
@@ -376,7 +391,6 @@ class SatelliteNode:
         self._neighbours = sorted([*before, *new])
         for neighbour in new:
             self._listen_to(neighbour)
-            self._entry_of(neighbour).renew()
         places = [before.index(place) if place in before else None for place in self._neighbours]
         self.satellite.rearrange(places)
         self._ears = Ears(self.scenario, np.asarray(self.index), [self._neighbours])

@@ -139,6 +139,14 @@ LATCHED = QoSProfile(
 )
 """Said now and then, and still heard by those who come later."""
 
+LATCHED_READER = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=2048,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""The other end of it, with room: what is written by strangers in a burst is not to displace the rest."""
+
 SEEN = QoSProfile(depth=10)
 """For whoever looks on: reliable, and what is missed is missed."""
 

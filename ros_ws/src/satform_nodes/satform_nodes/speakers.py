@@ -1,0 +1,130 @@
+"""Who is believed on a topic: the one writer of the node that has to speak there, and nobody else.
+
+A node's name is what it says of itself, so the first writer with the right name is the one, and another
+one with the same name is believed only after the satellite has been lost, when it may have been started
+again. Names are looked up once for each writer.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Collection
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+from satform_nodes.entry import Refusals
+
+UNDECIDED = ""
+"""In place of a name: discovery has not yet told whose writer it is."""
+
+_LOOK = 0.02
+"""Wall-clock time between two look-ups of a writer whose node is not known yet, s."""
+
+_UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+"""How rmw calls the node of an endpoint before its name has arrived."""
+
+_ANONYMOUS = 10.0
+"""Wall-clock time within which every ROS node has told its name, s."""
+
+_MOST_STRANGERS = 10_000
+"""Writers that are remembered as not believed."""
+
+
+class Speakers:
+    """The writers of one topic that are believed."""
+
+    def __init__(self, node: Node, topic: str, names: Collection[str], refusals: Refusals) -> None:
+        """Nobody has spoken yet.
+
+        Args:
+            node: that listens.
+            topic: its name.
+            names: of the nodes that have to speak there, each with one writer.
+            refusals: where messages of others are counted.
+        """
+        self._node = node
+        self._topic = topic
+        self._refusals = refusals
+        self._expected = frozenset(names)
+        # How many new writers of each name are believed still: one, and one more for each loss.
+        self._vacancies = Counter(names)
+        self._name_of: dict[bytes, str] = {}
+        self._strangers: dict[bytes, str] = {}
+        self._next_look = 0.0
+        self._met: dict[bytes, float] = {}
+
+    def vacate(self, name: str) -> None:
+        """A node has been lost: one that is started in its place is believed, too."""
+        if name in self._expected:
+            self._vacancies[name] += 1
+            self._strangers.clear()
+
+    def who(self, writer: bytes) -> str | None:
+        """Name of the node that a message is believed to be from.
+
+        Args:
+            writer: identifier of the message's writer.
+
+        Returns:
+            The name; `UNDECIDED` when it may become known soon; None when the message is refused, which
+            has been counted then.
+        """
+        name = self._name_of.get(writer)
+        if name is not None:
+            return name
+        reason = self._strangers.get(writer)
+        if reason is None:
+            name = self._look_up(writer)
+            if name == UNDECIDED:
+                return UNDECIDED
+            reason = self._meet(writer, name)
+            if reason is None:
+                return name
+        self._refusals.note(self._topic, reason)
+        return None
+
+    def writers(self, name: str) -> set[bytes]:
+        """Identifiers of all writers that a node of this name has here at present, believed or not."""
+        return {bytes(other.endpoint_gid) for other in self._endpoints() if other.node_name == name}
+
+    def _meet(self, writer: bytes, name: str) -> str | None:
+        """Believe a new writer from now on, or remember why not."""
+        if self._vacancies[name] > 0:
+            self._vacancies[name] -= 1
+            for before in [known for known, own in self._name_of.items() if own == name]:
+                del self._name_of[before]
+                self._strangers[before] = f"{name} has been started anew"
+            self._name_of[writer] = name
+            return None
+        reason = f"a second writer of {name}" if name in self._expected else f"not for {name} to say"
+        if len(self._strangers) >= _MOST_STRANGERS:
+            self._strangers.clear()
+        self._strangers[writer] = reason
+        return reason
+
+    def _look_up(self, writer: bytes) -> str:
+        now = time.monotonic()
+        if now < self._next_look:
+            return UNDECIDED
+        if now - self._met.setdefault(writer, now) > _ANONYMOUS:
+            del self._met[writer]
+            return "a nameless node"
+        for other in self._endpoints():
+            if bytes(other.endpoint_gid) == writer and other.node_name != _UNKNOWN_NODE:
+                self._met.pop(writer, None)
+                return str(other.node_name)
+        self._next_look = now + _LOOK
+        return UNDECIDED
+
+    def _endpoints(self) -> list[Any]:
+        return list(self._node.get_publishers_info_by_topic(self._topic))
+
+
+def decoded(data: bytes, kind: Any, topic: str, refusals: Refusals) -> Any:
+    """A message of varying size from its bytes; None, and counted, when they are no such message."""
+    try:
+        return deserialize_message(data, kind)
+    except (RuntimeError, ValueError, MemoryError):
+        refusals.note(topic, "another form")
+        return None

@@ -1,0 +1,92 @@
+"""A stranger on the network says all it can on every topic of a flight, and does not change a bit of it."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from mcap_ros2.reader import read_ros2_messages
+
+from flights import shortened
+from flown import assert_as_in_one_process, flown
+
+STRANGER = Path(__file__).with_name("stranger.py")
+
+
+@pytest.fixture
+def stranger(domain: int) -> Iterator[subprocess.Popen[str]]:
+    """A node that writes lies on every topic at full speed, from before the flight until after it."""
+    process = subprocess.Popen(
+        [sys.executable, str(STRANGER), "sat1", "sat2", "sat3"], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline().startswith("talking")
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def refused(bag: Path) -> dict[str, int]:
+    """What the nodes' diagnostics say of refused messages, by node, topic and reason: the largest count."""
+    found: dict[str, int] = {}
+    for message in read_ros2_messages(str(bag), topics=["/diagnostics"]):
+        for status in message.ros_msg.status:
+            for value in status.values:
+                if value.key.startswith("refused messages: "):
+                    reason = f"{status.hardware_id}: {value.key.removeprefix('refused messages: ')}"
+                    found[reason] = max(found.get(reason, 0), int(value.value))
+    return found
+
+
+@pytest.mark.parametrize("manner", ["politely", "while a satellite is lost and comes back"])
+def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
+    manner: str, stranger: subprocess.Popen[str], tmp_path: Path
+) -> None:
+    changes = ["faults=[{kind: satellite_lost, satellite: sat2, at: 50.0, back: 100.0, memory: plan}]"]
+    scenario = shortened("triangle", 400.0, *(changes if "lost" in manner else []))
+    flight, bag = flown(scenario, tmp_path / "run")
+    assert stranger.poll() is None
+    assert flight.lost == ()
+    assert_as_in_one_process(bag)
+    counted = refused(bag.path)
+    for who, topic in [
+        ("plant", "/sat1/command"),
+        ("plant", "/formation/ready"),
+        ("plant", "/formation/recorded"),
+        ("sat1", "/sat1/state"),
+        ("sat2", "/sat1/arc_length"),
+        ("sat3", "/formation/status"),
+        ("recorder", "/clock"),
+        ("recorder", "/sat3/tracking"),
+        ("recorder", "/sat1/parameter_changes"),
+    ]:
+        assert counted.get(f"{who}: {topic}: not for stranger to say", 0) > 0, (who, topic, counted)
+
+
+def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_path: Path) -> None:
+    from satform_msgs.msg import Command
+
+    from satform_nodes import topics
+    from satform_nodes.entry import Entry, Refusals
+    from satform_nodes.wire import layout
+
+    form, refusals = layout(Command, topics.FRAME), Refusals()
+    entry = Entry("/sat1/command", form, refusals)
+    rest = [0.0] * 5, (0, 0, *[0.0] * 8)
+
+    def says(step: int, number: float) -> object:
+        return entry.admit(form.pack(0, 0, step, number, *rest[0], *rest[1]), 5, 5)
+
+    assert says(5, float("nan")) is None
+    assert says(5, float("inf")) is None
+    assert says(5, 1e300) is None
+    assert says(6, 0.0) is None
+    assert entry.admit(b"nonsense", 5, 5) is None
+    assert dict(refusals.counts) == {
+        ("/sat1/command", "not finite"): 2,
+        ("/sat1/command", "out of range"): 1,
+        ("/sat1/command", "a step that is not due yet"): 1,
+        ("/sat1/command", "another form"): 1,
+    }
+    assert says(5, 1.0) is not None

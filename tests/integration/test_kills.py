@@ -1,0 +1,198 @@
+"""Processes killed or stopped at any moment: no flight hangs, no bag is broken, all is on record."""
+
+import json
+import os
+import random
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from flights import shortened
+from flown import assert_flies_again, flown, processes_of, repetitions
+from satform.exit_codes import EXIT_DONE, EXIT_LOST
+from satform_bringup.supervise import fly
+from satform_nodes.bag_reader import read_bag
+from satform_tools.cli import main
+
+STEPS = 1200
+SCENARIO = ("triangle", STEPS * 0.5)
+
+
+class Killer:
+    """Sends signals to processes of a flight when it has come to a step."""
+
+    def __init__(self, folder: Path, step: int, *names: str, number: int = signal.SIGKILL) -> None:
+        self.hit: list[int] = []
+        self._folder, self._step, self._names, self._number = folder, step, names, number
+
+    def __call__(self, done: int, _all: int) -> None:
+        if done >= self._step and not self.hit:
+            there = processes_of(self._folder)
+            self.hit = [there[name] for name in self._names]
+            for process in self.hit:
+                os.kill(process, self._number)
+
+
+@pytest.mark.parametrize("seed", range(repetitions(3)))
+def test_a_kill_at_any_moment_costs_the_killed_and_nothing_else(seed: int, tmp_path: Path) -> None:
+    draw = random.Random(seed)
+    killer = Killer(tmp_path, draw.randrange(STEPS - 200), draw.choice(["sat1", "sat2", "sat3"]))
+    flight, bag = flown(shortened(*SCENARIO), tmp_path, progress=killer)
+    if flight.steps < STEPS:
+        # Killed before its first command there is nothing that could be flown again without it.
+        assert "before its first command" in flight.reason
+        return
+    (loss,) = flight.losses
+    assert loss.name in flight.lost
+    assert f"step {loss.step}" not in loss.reason or loss.step > 0
+    assert bag.complete
+    assert_flies_again(bag)
+
+
+def test_two_killed_at_once_are_both_named_and_the_third_flies_on(tmp_path: Path) -> None:
+    flight, bag = flown(shortened(*SCENARIO), tmp_path, Killer(tmp_path, 300, "sat1", "sat3"))
+    assert sorted(flight.lost) == ["sat1", "sat3"]
+    assert flight.steps == STEPS
+    assert_flies_again(bag)
+
+
+def test_when_all_are_killed_the_flight_ends_and_says_so(tmp_path: Path) -> None:
+    flight, bag = flown(shortened(*SCENARIO), tmp_path, Killer(tmp_path, 300, "sat1", "sat2", "sat3"))
+    assert sorted(flight.lost) == ["sat1", "sat2", "sat3"]
+    assert "no satellite is left" in flight.reason
+    assert 300 <= flight.steps < STEPS
+    assert bag.record.steps > 200
+
+
+def test_a_killed_process_of_a_group_takes_all_its_satellites_with_it(tmp_path: Path) -> None:
+    scenario = shortened("ring_six", float(STEPS))
+    flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 300, "group1"), group=2)
+    assert sorted(flight.lost) == ["sat3", "sat4"]
+    assert flight.steps == STEPS
+    assert_flies_again(bag)
+
+
+@pytest.mark.parametrize("name", ["sat2", "recorder", "plant"])
+def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: str, tmp_path: Path) -> None:
+    # The first step is a minute away as long as one process stands still.
+    scenario = shortened(*SCENARIO)
+
+    def kill_early() -> None:
+        import threading
+        import time
+
+        def look() -> None:
+            end = time.monotonic() + 60.0
+            while name not in processes_of(tmp_path) and time.monotonic() < end:
+                time.sleep(0.01)  # what is awaited is another process, of which nobody tells
+            os.kill(processes_of(tmp_path)[name], signal.SIGKILL)
+
+        threading.Thread(target=look, daemon=True).start()
+
+    kill_early()
+    flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
+    assert name in flight.lost
+    assert flight.steps < STEPS
+    assert flight.reason
+    assert processes_of(tmp_path) == {}
+
+
+def test_with_restart_a_killed_satellite_comes_back_from_its_checkpoint(tmp_path: Path) -> None:
+    scenario = shortened("triangle", 6000.0, "checkpoint_period=20.0")
+    flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 300, "sat2"), restart=True)
+    assert flight.lost == ("sat2",)
+    (loss,), (back,) = flight.losses, flight.returns
+    assert (loss.name, back.name) == ("sat2", "sat2")
+    assert 0 < loss.step < back.step < scenario.timing.steps
+    assert back.seconds > 0.0
+    (event,) = bag.events[back.step]
+    assert event.checkpoint is not None
+    assert loss.step - 40 <= event.checkpoint <= loss.step
+    assert_flies_again(bag)
+
+
+def test_without_its_recorder_a_flight_goes_on_only_when_told_so(tmp_path: Path) -> None:
+    for without in (False, True):
+        folder = tmp_path / str(without)
+        killer = Killer(folder, 300, "recorder")
+        folder.mkdir()
+        from satform_bringup.supervise import Policy
+
+        flight = fly(
+            shortened(*SCENARIO),
+            folder,
+            record=True,
+            progress=killer,
+            policy=Policy(without_recorder=without),
+        )
+        assert "recorder" in flight.lost
+        assert (flight.steps == STEPS) == without
+        assert processes_of(folder) == {}
+        cut = read_bag(folder / "bag")
+        assert not cut.complete
+        assert cut.record.steps > 0
+        assert_flies_again(cut)
+
+
+def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tmp_path: Path) -> None:
+    scenario = shortened(*SCENARIO, "tolerated_silence=1.0")
+    flight = fly(scenario, tmp_path, record=True, progress=Killer(tmp_path, 300, "plant"))
+    assert flight.lost == ("plant",)
+    assert "plant was ended by signal 9" in flight.reason
+    assert processes_of(tmp_path) == {}
+    assert not read_bag(tmp_path / "bag").complete
+
+
+def test_a_satellite_that_stood_still_for_too_long_is_fenced_when_it_goes_on(tmp_path: Path) -> None:
+    scenario = shortened("triangle", 3000.0, "tolerated_silence=1.0")
+    stopped: list[int] = []
+
+    def stop_and_continue(done: int, _all: int) -> None:
+        if done >= 300 and not stopped:
+            stopped.append(processes_of(tmp_path)["sat2"])
+            os.kill(stopped[0], signal.SIGSTOP)
+        elif done >= 2000 and len(stopped) == 1:
+            os.kill(stopped[0], signal.SIGCONT)
+            stopped.append(0)
+
+    flight, bag = flown(scenario, tmp_path, stop_and_continue)
+    assert len(stopped) == 2
+    assert flight.lost == ("sat2",)
+    assert flight.steps == scenario.timing.steps
+    (loss,) = flight.losses
+    assert "no answer within 1 s" in loss.reason
+    words = (tmp_path / "log" / "sat2.log").read_text()
+    assert "the plant counts sat2 as lost" in words
+    assert_flies_again(bag)
+
+
+@pytest.mark.parametrize(("tolerated", "code"), [(0, EXIT_LOST), (1, EXIT_DONE)])
+def test_the_exit_code_says_whether_the_scenario_allows_the_loss(
+    tolerated: int, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from satform_bringup import supervise
+
+    out = tmp_path / "run"
+    whole: Callable[..., object] = supervise.fly
+    killer = Killer(out, 300, "sat2")
+    monkeypatch.setattr(
+        supervise, "fly", lambda *given, **named: whole(*given, **{**named, "progress": killer})
+    )
+    words = [
+        "run",
+        "triangle",
+        "--out",
+        str(out),
+        "--set",
+        f"timing.duration={STEPS * 0.5}",
+        "--set",
+        "expect=[]",
+    ]
+    monkeypatch.setattr(sys, "argv", ["satform", *words])
+    assert main([*words, "--set", f"tolerated_losses={tolerated}"]) == code
+    result = json.loads((out / "result.json").read_text())
+    assert result["lost"] == ["sat2"]
+    assert len(result["state_hash"]) == 64

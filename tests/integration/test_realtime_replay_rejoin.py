@@ -1,0 +1,61 @@
+"""Flights on the wall clock, recorded flights flown once more, and satellites that are brought back by hand."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+from flights import shipped, shortened
+from flown import assert_flies_again, flown, processes_of
+from satform_tools.running import Manner, run
+
+
+def satform(*words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "satform_tools", *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_a_flight_on_the_wall_clock_meets_its_expectations_and_has_all_figures(tmp_path: Path) -> None:
+    outcome = run(
+        shipped("realtime_triangle"), "realtime", record=True, out=tmp_path, manner=Manner(rate=4.0)
+    )
+    assert outcome.exit_code == 0, outcome.reason
+    kept = json.loads((tmp_path / "result.json").read_text())
+    assert all(expectation["met"] for expectation in kept["expectations"])
+    figures = kept["punctuality"]
+    assert {"delay_mean", "delay_99", "delay_largest", "overruns", "misses", "late"} <= figures.keys()
+    assert set(figures["satellites"]) == {"sat1", "sat2", "sat3"}
+
+
+def test_a_flight_with_a_kill_has_the_same_bits_when_it_is_replayed(tmp_path: Path) -> None:
+    killed: list[int] = []
+
+    def kill(done: int, _all: int) -> None:
+        if done > 300 and not killed:
+            killed.append(processes_of(tmp_path)["sat3"])
+            os.kill(killed[0], signal.SIGKILL)
+
+    flown(shortened("triangle", 600.0), tmp_path, kill)
+    done = satform("replay", str(tmp_path), "--json")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert json.loads(done.stdout) == {"steps": 1200, "events": 1, "differences": []}
+
+
+def test_a_lost_satellite_that_is_started_by_hand_takes_part_again(tmp_path: Path) -> None:
+    helpers: list[threading.Thread] = []
+
+    def kill_and_rejoin(done: int, _all: int) -> None:
+        if done > 300 and not helpers:
+            os.kill(processes_of(tmp_path)["sat2"], signal.SIGKILL)
+            helpers.append(threading.Thread(target=satform, args=("rejoin", str(tmp_path), "sat2")))
+            helpers[0].start()
+
+    scenario = shortened("triangle", 12000.0)
+    flight, bag = flown(scenario, tmp_path, kill_and_rejoin)
+    helpers[0].join(30)
+    assert [loss.name for loss in flight.losses] == ["sat2"]
+    assert [back.name for back in flight.returns] == ["sat2"]
+    assert_flies_again(bag)
