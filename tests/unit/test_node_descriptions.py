@@ -5,12 +5,12 @@ import inspect
 import re
 from pathlib import Path
 
-from satform.adjustments import Adjustments
 from satform_msgs.srv import SetGraph
-from satform_nodes import diagnostics, services, topics
 from std_srvs.srv import Trigger
 
 from flights import shipped
+from satform.adjustments import Adjustments
+from satform_nodes import diagnostics, services, topics
 
 NODES = Path(__file__).resolve().parents[2] / "ros_ws" / "src" / "satform_nodes"
 README = (NODES / "README.md").read_text(encoding="utf-8")
