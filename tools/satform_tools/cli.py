@@ -260,11 +260,15 @@ def security(
 
 
 @app.command()
-def schema() -> None:
+def schema(
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print docs/reference.md, the same for people, instead.")
+    ] = False,
+) -> None:
     """Print the JSON Schema of scenario files, by which editors complete and check them."""
-    from satform_tools import schemas
+    from satform_tools import reference, schemas
 
-    sys.stdout.write(schemas.text())
+    sys.stdout.write(reference.text() if markdown else schemas.text())
 
 
 @app.command(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from satform_bringup import LOG_FOLDER, PROCESSES_FILE, nursery
 from satform_bringup.processes import NodeProcess
+from satform_bringup.supervise import FAREWELL
 
 _LOOK = 0.1
 """Wall-clock time between two looks at whether someone asked to stop, s."""
@@ -70,7 +71,10 @@ def rejoin(run: Path, name: str) -> int:
                     break
     except KeyboardInterrupt:
         process.terminate()
-        process.join()
+        process.join(FAREWELL)
+        if process.exitcode is None:
+            process.kill()
+            process.join()
     code = process.exitcode or 0
     pipe.close()
     process.close()

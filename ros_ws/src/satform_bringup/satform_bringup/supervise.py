@@ -349,9 +349,14 @@ class _Watch:
         match event["event"]:
             case "flying":
                 self.flying_since = time.monotonic()
-            case "step" | "stopped":
+            case "step":
                 self.steps = event["step"]
                 self.progress(self.steps, self.scenario.timing.steps)
+            case "stopped":
+                # By a signal, or by a service that anyone may call.
+                self.steps, self.stopped = event["step"], True
+                self.reason = self.reason or "stopped"
+                self.over_since = self.over_since or time.monotonic()
             case "finished":
                 self.finished = event
                 self.steps = event["step"]
@@ -392,7 +397,7 @@ class _Watch:
         code = entry.process.exitcode or 0
         self._forget(entry)
         if entry.name == "plant":
-            if code and self.over_since is None and not self.lost:
+            if code and self.over_since is None and not self.reason:
                 self._note_loss(entry, code)
             if self.over_since is None:
                 # It has told everyone that the flight is over, and why.
@@ -418,7 +423,8 @@ class _Watch:
             self._tell_plant(name, self._end_of(entry, code))
         if entry.name == "recorder" or not (expected or self.policy.restart):
             return
-        if self.restarts[entry.name] < MOST_RESTARTS and (self.policy.restart or self._comes_back(names)):
+        wanted = self._comes_back(names) if expected else self.policy.restart
+        if wanted and self.restarts[entry.name] < MOST_RESTARTS:
             self.restarts[entry.name] += 1
             self._start(entry.node)
 
@@ -444,10 +450,11 @@ class _Watch:
             self.lost.append(name)
 
     def _note_loss(self, entry: _Running, code: int) -> None:
-        """Remember the process whose end came first; those that end because of it are no losses."""
-        if self.lost:
+        """Remember the process whose end ends the flight; those that end because of it are no losses."""
+        if self.reason:
             return
-        self.lost.append(entry.name)
+        if entry.name not in self.lost:
+            self.lost.append(entry.name)
         self.reason = self.reason or self._end_of(entry, code)
 
     def _end_of(self, entry: _Running, code: int) -> str:

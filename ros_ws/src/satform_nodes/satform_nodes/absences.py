@@ -26,9 +26,9 @@ class Absences:
 
     def take(self, status: FormationStatus) -> None:
         """Take in a word of the plant."""
-        for name in status.lost:
+        for name in set(status.lost) & set(self._names):
             self.spells[self._names.index(name)].append((int(status.step), FOREVER))
-        for name in status.back:
+        for name in set(status.back) & set(self._names):
             own = self.spells[self._names.index(name)]
             if own and own[-1][1] == FOREVER:
                 own[-1] = (own[-1][0], int(status.step))
@@ -94,4 +94,9 @@ def _is_planned(event: Event, expected: list[Event]) -> bool:
                 type(other) is type(event) and other.satellite == event.satellite for other in expected
             )
         case _:
-            return any(isinstance(other, Rewired) for other in expected)
+            return any(
+                isinstance(event, Rewired)
+                and isinstance(other, Rewired)
+                and np.array_equal(event.graph.adjacency, other.graph.adjacency)
+                for other in expected
+            )

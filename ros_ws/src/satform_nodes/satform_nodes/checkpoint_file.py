@@ -54,7 +54,7 @@ class CheckpointFile:
         try:
             restore(satellite, self._data)
         except ValueError as error:
-            raise NodeError(f"{self._file}: {error}", EXIT_BAD_INPUT) from None
+            raise NodeError(f"{self._file}: {error}", EXIT_LOST) from None
 
     def keep(self, satellite: Satellite) -> None:
         """Write a checkpoint if one is due at the satellite's step."""

@@ -27,6 +27,9 @@ HOUSEKEEPING_PERIOD = 1.0
 LONGEST_WAIT = 0.02
 """Wall-clock time after which a wait is broken off to look at the condition and at all else, s."""
 
+LONGEST_PUT_OFF = 0.1
+"""Wall-clock time by which such a look is put off at most for the sake of a moment, s."""
+
 COLD_LOOK = 0.001
 """Wall-clock time that a look at what is not hot is granted where a moment has to be met, s."""
 
@@ -257,7 +260,8 @@ class StepExecutor(SingleThreadedExecutor):
             if now >= moment:
                 return
             # What is not hot may take a while, and the moment is not to be missed for it.
-            if now >= self._next_cold_look and moment - now > COLD_LOOK:
+            overdue = now - self._next_cold_look
+            if overdue > LONGEST_PUT_OFF or (overdue >= 0.0 and moment - now > COLD_LOOK):
                 self._look_at_cold(now)
             self._take_hot(min(LONGEST_WAIT, max(0.0, moment - time.monotonic())))
 

@@ -41,6 +41,8 @@ class FormationView:
             return False
         if len(status.adjacency) != count * count or len(status.back) != len(status.checkpoints):
             return False
+        if not {*status.lost, *status.back} <= set(self._names):
+            return False
         self.heard += 1
         if status.phase in OVER:
             self.ended = status
@@ -63,8 +65,9 @@ class FormationView:
     def _lose(self, name: str, command: Command, step: int) -> None:
         if name in self._names:
             place = self._names.index(name)
-            self.formation.lost_at[place] = step
             self.last_words[place] = command
+            # Lost again before its first command, it has no last word for this step.
+            self.formation.lost_at[place] = step if command.step + 1 == step else step - 1
 
     def speaks(self, satellite: int, step: int) -> bool:
         """Whether a satellite says something for a step: it flies, or its last words are for this step."""

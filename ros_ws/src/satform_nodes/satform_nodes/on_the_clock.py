@@ -27,6 +27,9 @@ class Clocked(Protocol):
     def stands_still(self) -> bool:
         """Whether no step is to be taken at present."""
 
+    def judge_waiting(self) -> None:
+        """End the flight when it has stood still for too long."""
+
     def tick(self) -> None:
         """Take the next step with the commands that there are."""
 
@@ -86,7 +89,9 @@ def fly_on_the_clock(plant: Clocked, executor: StepExecutor, stop: StopRequest, 
         late = time.monotonic() - due
         if len(kept.delays) < _MOST_KEPT:
             kept.delays.append(late)
-        if not plant.stands_still:
+        if plant.stands_still:
+            plant.judge_waiting()
+        else:
             plant.tick()
         if late > period:
             kept.overruns += 1

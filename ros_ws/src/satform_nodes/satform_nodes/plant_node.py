@@ -108,6 +108,7 @@ class PlantNode:
         self._ready: set[str] = set()
         # Those that could come back, with the step of their checkpoints; those that have to, at this step.
         self._returning: dict[int, int] = {}
+        self._early: dict[int, int] = {}
         self._awaited: dict[int, Back] = {}
         self._awaited_since = 0.0
         self._state_due = False
@@ -200,6 +201,11 @@ class PlantNode:
         return self.plant.step == self.scenario.timing.steps and not self._state_due
 
     @property
+    def last_step_taken(self) -> bool:
+        """Whether no step follows in which something could take effect."""
+        return self.plant.step + (not self._state_due) >= self.scenario.timing.steps
+
+    @property
     def over(self) -> bool:
         """Whether there is nothing more to be done, for whatever reason."""
         return self.finished or self.stop_asked or self.aborted is not None
@@ -236,6 +242,7 @@ class PlantNode:
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
         self.flying = True
+        self._heard_at = [time.monotonic()] * len(self.names)
         self.say_status(FormationStatus.FLYING, "")
         self._begin_step()
 
@@ -266,7 +273,7 @@ class PlantNode:
             if not any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
                 self._pending.append(Lost(index, reason))
             return
-        if index not in self._last_commands and not self.clocked:
+        if self.plant.step == 0 and not self.clocked:
             self.aborted = ([self.names[index]], f"{reason}, before its first command")
             return
         self._change([Lost(index, reason)])
@@ -301,8 +308,13 @@ class PlantNode:
             self._speakers[index].vacate(self.names[index])
             self._ready_speakers.vacate(self.names[index])
             self.report.say("loss", who=self.names[index], step=self.plant.step, reason=self.formation.reason)
+            if index in self._early:
+                self._offer(index, self._early.pop(index))
         for event in back:
             self._returning.pop(event.satellite, None)
+            # What it said before it was lost is no last word of what it says now.
+            self._last_commands.pop(event.satellite, None)
+            self._heard_at[event.satellite] = time.monotonic()
             self.report.say("return", who=self.names[event.satellite], step=self.plant.step)
         phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
         self.say_status(phase, self.formation.reason, lost, back)
@@ -324,13 +336,18 @@ class PlantNode:
         if not self.flying or name not in self.names:
             return
         index = self.names.index(name)
-        if self.formation.alive[index]:
-            return
-        self._returning[index] = int(ready.checkpoint)
+        if not self.formation.alive[index]:
+            self._offer(index, int(ready.checkpoint))
+            self._go_on()
+        elif any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
+            # It is back before its loss has taken effect.
+            self._early[index] = int(ready.checkpoint)
+
+    def _offer(self, index: int, checkpoint: int) -> None:
+        """A lost satellite could take part again, from the checkpoint of a step; -1 for its flight plan."""
+        self._returning[index] = checkpoint
         if index not in self._awaited and not self._comes_back_later(index):
-            checkpoint = int(ready.checkpoint)
             self._pending.append(Back(index, checkpoint if checkpoint >= 0 else None))
-        self._go_on()
 
     def _comes_back_later(self, index: int) -> bool:
         """Whether the scenario has a step at which a lost satellite is to take part again."""
@@ -365,8 +382,9 @@ class PlantNode:
         if any(index not in self._returning for index in self._awaited):
             return
         self._single_steps = max(0, self._single_steps - 1)
-        self._change([*self._awaited.values(), *self._pending])
+        due = [*self._awaited.values(), *self._pending]
         self._awaited, self._pending = {}, []
+        self._change(due)
         self._state_due = False
         self._publish_state()
 
@@ -380,6 +398,7 @@ class PlantNode:
         """Take steps again; the number of the first one."""
         self._paused = False
         self._single_steps = 0
+        self._heard_at = [time.monotonic()] * len(self.names)
         self.say_status(FormationStatus.FLYING, "resumed")
         step = self.plant.step
         self._go_on()
@@ -514,13 +533,18 @@ class PlantNode:
         """Whether no step is to be taken at present."""
         return self._state_due
 
+    def judge_waiting(self) -> None:
+        """End the flight when a satellite that the scenario brings back has been awaited for too long."""
+        if self._awaited and time.monotonic() - self._awaited_since > START_TIMEOUT:
+            silent = self.missing()
+            self.aborted = (silent, f"{', '.join(silent)} has not come back within {START_TIMEOUT:g} s")
+
     def tick(self) -> None:
         """Take the next step with the commands that there are: those of the step before hold on."""
         now = time.monotonic()
         for index in np.flatnonzero(self.formation.alive).tolist():
             self.misses[index] += self._commanded[index] < self.plant.step
-            heard_at = self._heard_at[index] or self._told_at
-            if now - heard_at > self.scenario.tolerated_silence:
+            if now - self._heard_at[index] > self.scenario.tolerated_silence:
                 silence = self.scenario.tolerated_silence
                 self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
         if self.aborted is None and self.plant.step < self.scenario.timing.steps:
@@ -620,12 +644,14 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     )
     scenario = scenario_of(node)
     plant = PlantNode(node, executor, scenario, settings, report)
-    if not executor.spin_until(lambda: plant.everyone_is_ready() or stop.asked, START_TIMEOUT):
+    if not executor.spin_until(
+        lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, START_TIMEOUT
+    ):
         late = plant.not_ready()
         return _abort(plant, late, f"not ready within {START_TIMEOUT:g} s: {', '.join(late)}")
     begin = time.perf_counter()
     plant.report.say("flying")
-    if not stop.asked:
+    if not (stop.asked or plant.stop_asked):
         plant.begin()
     timing: dict[str, Any] = {}
     if plant.clocked:

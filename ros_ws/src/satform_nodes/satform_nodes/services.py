@@ -8,6 +8,7 @@ from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
 from satform.consensus.graph import Graph
+from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.formation import Event, Rewired
 from satform.scenario import Scenario
 
@@ -29,6 +30,10 @@ class Conductor(Protocol):
     @property
     def paused(self) -> bool:
         """Whether steps are taken only when asked for."""
+
+    @property
+    def last_step_taken(self) -> bool:
+        """Whether no step follows in which something could take effect."""
 
     def pause(self) -> int:
         """Take no more steps; the number of the first one that is not taken."""
@@ -76,6 +81,10 @@ class FormationServices:
         return _done(reply, "stops")
 
     def _set_graph(self, request: Any, reply: Any) -> Any:
+        if not self._conductor.flying:
+            return _refused(reply, "the flight has not begun")
+        if self._conductor.last_step_taken:
+            return _refused(reply, "the last step has been taken")
         try:
             graph = wanted_graph(request.adjacency, self._conductor.scenario)
         except ValueError as error:
@@ -109,6 +118,15 @@ def wanted_graph(adjacency: Any, scenario: Scenario) -> Graph:
     if scenario.consensus.announces == "motion":
         raise ValueError("a satellite that follows a neighbour has to hear it all the time")
     new = matrix > scenario.possible_graph().adjacency
+    points = any(
+        own.attitude is not None and isinstance(own.attitude.pointing, SatellitePointingSpec)
+        for own in map(scenario.satellite, range(count))
+    )
+    if points and new.any():
+        raise ValueError(
+            "satellites that point at each other know their neighbours from the scenario: only edges that it "
+            "has at some time can be used"
+        )
     if scenario.links is not None and new.any():
         listener, speaker = (int(place) for place in np.argwhere(new)[0])
         names = [satellite.name for satellite in scenario.satellites]

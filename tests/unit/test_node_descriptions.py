@@ -1,0 +1,119 @@
+"""The README of the nodes names every parameter, topic and service that they make, and no other."""
+
+import ast
+import inspect
+import re
+from pathlib import Path
+
+from satform_msgs.srv import SetGraph
+from std_srvs.srv import Trigger
+
+from flights import shipped
+from satform.adjustments import Adjustments
+from satform_nodes import diagnostics, services, topics
+
+NODES = Path(__file__).resolve().parents[2] / "ros_ws" / "src" / "satform_nodes"
+README = (NODES / "README.md").read_text(encoding="utf-8")
+PROGRAMS = ("plant", "satellite", "group", "recorder", "display")
+
+
+def rows(heading: str) -> list[list[str]]:
+    """Cells of the table below a heading, without the table's own head."""
+    part = README.partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
+    lines = [line for line in part.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+def code(cell: str) -> str:
+    """What stands in a cell as code."""
+    found = re.match(r"`([^`]+)`", cell)
+    assert found, cell
+    return found[1]
+
+
+def declared() -> set[tuple[str, str]]:
+    """Name of each parameter that nodes declare by itself, with its default where that is written out."""
+    found: set[tuple[str, str]] = set()
+    for file in (NODES / "satform_nodes").glob("*.py"):
+        for call in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name | ast.Attribute):
+                continue
+            function = call.func.id if isinstance(call.func, ast.Name) else call.func.attr
+            if function not in ("declare_fixed", "_positive", "declare_parameter"):
+                continue
+            arguments = call.args[function != "declare_parameter" :]
+            if isinstance(arguments[0], ast.Constant):
+                default = arguments[1]
+                value = ast.literal_eval(default)
+                found.add((str(arguments[0].value), "" if value in ("", [""]) else str(value).lower()))
+    return found
+
+
+def test_every_parameter_is_described_with_its_default_and_nothing_else_is() -> None:
+    own = {(code(row[1]), row[4].lower()) for row in rows("Parameters")}
+    single = {(name, default) for name, default in own if "." not in name}
+    assert {(name, number(default)) for name, default in single} == {
+        (name, number(default)) for name, default in declared()
+    }
+
+
+def number(text: str) -> float | str:
+    """A number by its value, however it is written."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def test_every_specification_that_nodes_declare_is_described_and_nothing_else_is() -> None:
+    described = {code(row[1]).partition(".")[0] for row in rows("Parameters") if "." in code(row[1])}
+    assert described == set(Adjustments(shipped("formation_pointing"), 0).specs)
+
+
+def test_a_parameter_is_described_for_the_nodes_that_have_it_only() -> None:
+    programs = {name: (NODES / "satform_nodes" / f"{name}_node.py").read_text() for name in PROGRAMS}
+    # A group declares what its satellites have in common by the satellite's own function.
+    programs["group"] += programs["satellite"].partition("def declare_settings")[2].partition("\ndef ")[0]
+    for row in rows("Parameters"):
+        name = code(row[1])
+        if "." in name:
+            continue
+        having = {own for own, text in programs.items() if declares(text, name)}
+        assert (set(PROGRAMS) if row[0] == "all" else set(row[0].split(", "))) == having, name
+
+
+def declares(text: str, name: str) -> bool:
+    """Whether a module declares a parameter."""
+    if name == "rate":
+        return "declare_rate(" in text
+    return bool(re.search(rf'(declare_fixed|_positive)\(\s*node,\s*"{name}"', text))
+
+
+def made_topics() -> dict[str, str]:
+    """Each topic's name with its type, from the one place where they are."""
+    per_satellite = [function for _, function in inspect.getmembers(topics, inspect.isfunction)]
+    names = [function("<satellite>") for function in per_satellite]
+    names += [value for name, value in vars(topics).items() if name.isupper() and str(value).startswith("/")]
+    names.append(diagnostics.DIAGNOSTICS)
+    return {name: topics.TYPES[name.rpartition("/")[2]].__name__ for name in names}
+
+
+def test_every_topic_is_described_with_its_type_and_nothing_else_is() -> None:
+    assert {code(row[0]): code(row[1]).rpartition("/")[2] for row in rows("Topics")} == made_topics()
+
+
+def test_every_service_is_described_with_its_type_and_nothing_else_is() -> None:
+    types = {services.SET_GRAPH: SetGraph}
+    made = {
+        value: types.get(value, Trigger).__name__
+        for name, value in vars(services).items()
+        if name.isupper() and isinstance(value, str)
+    }
+    assert {code(row[0]): code(row[1]).rpartition("/")[2] for row in rows("Services")} == made
+    text = (NODES / "satform_nodes" / "services.py").read_text(encoding="utf-8")
+    assert text.count("create_service(") == len(made)
+
+
+def test_every_program_is_described() -> None:
+    described = set(re.findall(r"^\| `(\w+_node)` \|", README, flags=re.MULTILINE))
+    assert described == {f"{name}_node" for name in PROGRAMS}
