@@ -180,7 +180,7 @@ def _spans(values: Array) -> bool:
 
 
 def _envelope(values: Array) -> Array:
-    """Smallest, middle and largest of each row, shape (K, 3); not a number where nothing in the row is one."""
+    """Smallest, middle and largest of each row, shape (K, 3); NaN where a row is nothing else."""
     found: Array = np.full((len(values), 3), np.nan)
     known = ~np.all(np.isnan(values), axis=1)
     rows = values[known]
