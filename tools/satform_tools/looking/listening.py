@@ -76,7 +76,8 @@ def rate(looker: Looker, topic: str, *, count: int, as_json: bool) -> None:
     looker.node.create_subscription(
         interface(kind), name, lambda _: moments.append(time.monotonic()), quality, raw=True
     )
-    lines, last = 0, []
+    lines = 0
+    last: list[float] = []
     while _next_message(looker, name, moments, not last):
         looker.wait(lambda: False, _REPORT)
         # The interval across two lines counts, too: of what is said slowly there is no other.
