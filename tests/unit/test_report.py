@@ -244,6 +244,23 @@ def test_two_flights_that_differ_are_told_apart_number_by_number(
     assert "the first at step 123" in (tmp_path / "report.html").read_text()
 
 
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, 1e200])
+def test_a_flight_that_diverged_is_told_as_far_as_it_can_be_drawn(
+    value: float, flown: Path, tmp_path: Path
+) -> None:
+    away = tmp_path / "away"
+    away.mkdir()
+    (away / "scenario.json").write_text((flown / "scenario.json").read_text())
+    record = folders.load_record(flown / "record.npz")
+    record.position[150:, 1] = value
+    record.measured_position[150:, 1] = value
+    folders.save_record(record, away / "record.npz")
+    assert cli.main(["report", str(away), "--out", str(tmp_path)]) in (0, 1)
+    page = tmp_path / "report.html"
+    assert "From step 150 on there are positions that are not finite" in page.read_text()
+    assert np.isfinite(numbers_of(page)["box"]).all()
+
+
 def test_flights_of_other_satellites_are_compared_by_their_figures_alone(flown: Path, tmp_path: Path) -> None:
     changes = ("--set", "timing.duration=20.0")
     other = tmp_path / "ring"

@@ -6,7 +6,7 @@ import numpy as np
 
 from satform.elementwise import Array
 from satform.satellite import flight_plan
-from satform_tools.drawing import Unit
+from satform_tools.drawing import Unit, drawable
 from satform_tools.happenings import connections
 from satform_tools.kept import Kept
 
@@ -16,9 +16,6 @@ _FEWEST_MOMENTS = 60
 _MOST_LINKS = 600
 _MOST_ORBITS = 48
 _CURVE_POINTS = 145
-_FARTHEST = 1e30
-"""Positions beyond it do not fit into the page's single precision, m; nobody who flies is there."""
-
 _TRAIL = 0.25
 """Of a lap, or of the whole flight when it has none, that a satellite leaves visible behind it."""
 
@@ -74,7 +71,7 @@ def space(kept: Kept, length: Unit, clock: Unit) -> Space | None:
     """
     record = kept.record
     count = len(record.satellites)
-    position = np.where(np.abs(record.position) < _FARTHEST, record.position, np.nan)
+    position = drawable(record.position)
     known = position[~np.isnan(position).any(axis=-1)]
     if not known.size or float(np.ptp(known, axis=0).max()) < 1e-6:
         return None
