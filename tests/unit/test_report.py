@@ -16,7 +16,7 @@ from flights import shipped, shortened
 from satform.record import QUANTITIES, FlightRecord
 from satform.simulate import simulate
 from satform_tools import cli, drawing, folders, prediction
-from satform_tools.charts import charts
+from satform_tools.charts import _envelope, charts
 from satform_tools.drawing import Unit
 from satform_tools.kept import find
 from satform_tools.page import page_of
@@ -259,6 +259,13 @@ def test_a_flight_that_diverged_is_told_as_far_as_it_can_be_drawn(
     page = tmp_path / "report.html"
     assert "From step 150 on there are positions that are not finite" in page.read_text()
     assert np.isfinite(numbers_of(page)["box"]).all()
+
+
+def test_a_gap_of_all_satellites_stays_a_gap_in_their_envelope() -> None:
+    values = np.array([[1.0, 2.0, 6.0], [np.nan, np.nan, np.nan], [3.0, np.nan, 5.0]])
+    found = _envelope(values)
+    assert np.array_equal(found[[0, 2]], [[1.0, 2.0, 6.0], [3.0, 4.0, 5.0]])
+    assert np.isnan(found[1]).all()
 
 
 def test_flights_of_other_satellites_are_compared_by_their_figures_alone(flown: Path, tmp_path: Path) -> None:

@@ -154,7 +154,12 @@ def _join_trace(folder: Path) -> None:
     parts = tracing.parts(spans)
     for part in parts:
         say.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
-    if parts:
+    if not parts:
+        say.note(
+            f"{folder / tracing.FILE} opens in ui.perfetto.dev; the parts of a step are told only where every "
+            "satellite has a process of its own and said each command once"
+        )
+    else:
         total = sum(part.seconds for part in parts)
         say.note(
             f"{1e6 * total:8.0f} us  of a step, median; {folder / tracing.FILE} opens in ui.perfetto.dev"
