@@ -156,7 +156,7 @@ def _join_trace(folder: Path) -> None:
         say.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
     if not parts:
         say.note(
-            f"{folder / tracing.FILE} opens in ui.perfetto.dev; the parts of a step are told only where every "
+            f"{folder / tracing.FILE} opens in ui.perfetto.dev; parts of a step are told only where every "
             "satellite has a process of its own and said each command once"
         )
     else:

@@ -107,8 +107,8 @@ def parts(found: list[Span]) -> list[Part]:
 
     Returns:
         Medians over all steps but the first; empty when there are too few to tell, where a step has not one
-        command of each satellite (on a busy machine some are said again), and where satellites share a process, whose work on one of them cannot be
-        told from that on another.
+        command of each satellite (on a busy machine some repeat), and where satellites share a process,
+        whose work on one of them cannot be told from that on another.
     """
     plant = [span for span in found if span.process == _PLANT and span.name.endswith(_COMMAND)]
     names = {span.name for span in plant}
