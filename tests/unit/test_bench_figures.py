@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from satform_tools import benching
 from satform_tools.benchmarks.figures import Figure, compare, read, write
+from satform_tools.faults import CommandError
 
 
 def figure(name: str, *seconds: float, yardstick: float = 1.0) -> Figure:
@@ -32,6 +34,17 @@ def test_what_got_faster_is_not_called_slower() -> None:
     (change,) = compare([figure("step", 2.0, 2.1)], [figure("step", 1.0, 1.1)])
     assert change.beyond_noise
     assert not change.slower
+
+
+def test_of_what_was_measured_once_nothing_is_said() -> None:
+    (change,) = compare([figure("step", 1.0)], [figure("step", 5.0, 5.1)])
+    assert not change.beyond_noise
+
+
+def test_the_newest_history_is_never_compared_with_itself(tmp_path: Path) -> None:
+    kept = write([figure("step", 1.0, 1.1)], tmp_path)
+    with pytest.raises(CommandError, match="holds no history besides"):
+        benching.compare(kept, None, tmp_path, as_json=True)
 
 
 def test_figures_against_different_yardsticks_are_not_compared() -> None:

@@ -98,6 +98,25 @@ def test_a_run_never_touches_what_is_there_already(
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--mode", "inprocess", "--restart"], "--restart is for processes that are lost"),
+        (["--mode", "inprocess", "--group", "2"], "--group is for flights of several processes"),
+        (["--mode", "inprocess", "--measure"], "--measure is for DDS"),
+        (["--mode", "inprocess", "--without-recorder"], "--without-recorder is for DDS"),
+        (["--mode", "realtime", "--profile"], "--profile is for lockstep"),
+        (["--display", "--secure", "keys"], "--display and --secure exclude each other"),
+    ],
+)
+def test_what_cannot_be_had_together_is_a_sentence_before_anything_is_made(
+    words: list[str], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["run", "triangle", "--out", str(tmp_path / "run"), *words]) == 2
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_folder_that_cannot_be_made_is_a_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -405,6 +424,20 @@ def test_check_warns_of_more_liars_than_the_graph_bears(
         file.write_text(text.replace("kind: arc_length\n", f"{law}{liars}\n", 1))
         assert cli.main(["check", str(file)]) == 0
         assert capsys.readouterr().out.count("consensus.tolerated_liars: nothing is promised") == warned
+
+
+def test_check_warns_of_a_later_graph_that_bears_fewer_liars(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SCENARIOS / "complete_six.yaml").read_text()
+    text = text.replace("kind: arc_length\n", "kind: resilient_arc_length\n  tolerated_liars: 1\n", 1)
+    for later, warned in (("complete", 0), ("ring", 1)):
+        file = tmp_path / "complete.yaml"
+        file.write_text(f"{text}\ngraph_schedule:\n  - {{at: 60.0, graph: {{kind: {later}}}}}\n")
+        assert cli.main(["check", str(file)]) == 0
+        printed = capsys.readouterr().out
+        assert printed.count("consensus.tolerated_liars: from 60 s on: nothing is promised") == warned
+        assert printed.count("consensus.tolerated_liars") == warned
 
 
 def test_show_tells_what_is_planned_to_go_wrong(capsys: pytest.CaptureFixture[str]) -> None:

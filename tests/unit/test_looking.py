@@ -6,7 +6,10 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
@@ -18,7 +21,7 @@ from satform_bringup.domain import DomainError, hold, lock_file
 from satform_bringup.under_way import described, hold_shell_domain, runs_under_way
 from satform_tools import cli
 from satform_tools.faults import CommandError
-from satform_tools.looking import values, where
+from satform_tools.looking import looker, settings, values, watching, where
 from satform_tools.looking.frame import Frame, LinkLook, SatelliteLook, as_text
 from satform_tools.looking.listening import intervals
 from satform_tools.looking.settings import as_parameter
@@ -177,6 +180,32 @@ def test_a_parameter_is_read_as_the_type_that_it_is_declared_with() -> None:
 def test_a_parameter_of_another_type_is_refused_with_an_example(text: str) -> None:
     with pytest.raises(CommandError, match=r"has to be of the type double array, such as '\[0.1"):
         as_parameter(ParameterType.PARAMETER_DOUBLE_ARRAY, "gain", text)
+
+
+@pytest.mark.parametrize(
+    ("module", "function", "words"),
+    [(watching, "watch", ["watch"]), (settings, "change", ["params", "set", "sat1", "gain", "1.0"])],
+)
+def test_a_reader_who_has_seen_enough_ends_a_look_in_peace(
+    module: Any,
+    function: str,
+    words: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    @contextmanager
+    def looking(_domain: int, _patience: float) -> Iterator[None]:
+        yield None
+
+    def closed(*_: Any, **__: Any) -> NoReturn:
+        raise BrokenPipeError
+
+    monkeypatch.setattr(looker, "looking", looking)
+    monkeypatch.setattr(module, function, closed)
+    # The command takes the stream away; the test gives it back.
+    monkeypatch.setattr(sys, "stdout", sys.stdout)
+    assert cli.main([*words, "--domain", "7"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_the_rate_is_messages_less_one_over_the_time_between_the_first_and_the_last() -> None:

@@ -16,7 +16,7 @@ from flights import shipped, shortened
 from satform.record import QUANTITIES, FlightRecord
 from satform.simulate import simulate
 from satform_tools import cli, drawing, folders, prediction
-from satform_tools.charts import charts
+from satform_tools.charts import _envelope, charts
 from satform_tools.drawing import Unit
 from satform_tools.kept import find
 from satform_tools.page import page_of
@@ -242,6 +242,30 @@ def test_two_flights_that_differ_are_told_apart_number_by_number(
     assert unlike[0]["largest"] == pytest.approx(0.25, rel=1e-12)
     assert [entry["difference"] for entry in data["expectations"]] == [0.0]
     assert "the first at step 123" in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan, 1e200])
+def test_a_flight_that_diverged_is_told_as_far_as_it_can_be_drawn(
+    value: float, flown: Path, tmp_path: Path
+) -> None:
+    away = tmp_path / "away"
+    away.mkdir()
+    (away / "scenario.json").write_text((flown / "scenario.json").read_text())
+    record = folders.load_record(flown / "record.npz")
+    record.position[150:, 1] = value
+    record.measured_position[150:, 1] = value
+    folders.save_record(record, away / "record.npz")
+    assert cli.main(["report", str(away), "--out", str(tmp_path)]) in (0, 1)
+    page = tmp_path / "report.html"
+    assert "From step 150 on there are positions that are not finite" in page.read_text()
+    assert np.isfinite(numbers_of(page)["box"]).all()
+
+
+def test_a_gap_of_all_satellites_stays_a_gap_in_their_envelope() -> None:
+    values = np.array([[1.0, 2.0, 6.0], [np.nan, np.nan, np.nan], [3.0, np.nan, 5.0]])
+    found = _envelope(values)
+    assert np.array_equal(found[[0, 2]], [[1.0, 2.0, 6.0], [3.0, 4.0, 5.0]])
+    assert np.isnan(found[1]).all()
 
 
 def test_flights_of_other_satellites_are_compared_by_their_figures_alone(flown: Path, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from satform_tools import cli
 from satform_tools.faults import CommandError
 from satform_tools.security.documents import ANY_DOMAIN
 from satform_tools.security.keystore import make
+from satform_tools.showing import describe
 
 RING = "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}"
 """Each of the three hears the next one and is not heard back."""
@@ -71,6 +72,24 @@ def test_a_satellite_may_hear_those_whom_the_adjacency_matrix_lets_it_hear(keyst
         "sat2": {"rt/sat3/arc_length"},
         "sat3": {"rt/sat1/arc_length"},
     }
+
+
+def test_a_satellite_may_hear_whom_any_graph_of_the_schedule_lets_it_hear(tmp_path: Path) -> None:
+    scenario = shipped("triangle", RING, "graph_schedule=[{at: 100.0, graph: {kind: complete}}]")
+    make(scenario, tmp_path / "keystore", 30, ANY_DOMAIN)
+    heard = granted(tmp_path / "keystore", "sat1", "subscribe")
+    assert {"rt/sat2/arc_length", "rt/sat3/arc_length"} <= heard
+    topic = next(entry for entry in describe(scenario)["topics"] if entry["topic"] == "/sat1/arc_length")
+    assert topic["to"] == ["sat2", "sat3"]
+
+
+def test_only_the_plant_may_be_asked_to_pause_or_stop_the_formation(keystore: Path) -> None:
+    asked = "rq/formation/stopRequest"
+    hearers = {
+        node for node in ("plant", "sat1", "recorder") if asked in granted(keystore, node, "subscribe")
+    }
+    assert hearers == {"plant"}
+    assert asked in granted(keystore, "operator", "publish")
 
 
 def test_nobody_may_speak_in_anothers_name(keystore: Path) -> None:

@@ -47,6 +47,30 @@ def test_too_short_a_trace_has_no_parts() -> None:
     assert tracing.parts(flight(2)) == []
 
 
+def without(spans: list[Span], process: str) -> list[Span]:
+    return [span for span in spans if span.process != process]
+
+
+def test_satellites_that_share_a_process_have_no_parts_of_a_step() -> None:
+    assert tracing.parts(without(flight(9), "b")) == []
+
+
+def test_a_step_without_every_satellites_command_has_no_parts() -> None:
+    spans = flight(9)
+    missing = next(span for span in spans if span.begin > 3 * STEP and span.name == "/a/command")
+    assert tracing.parts([span for span in spans if span is not missing]) == []
+
+
+def test_a_torn_file_of_one_process_does_not_hide_the_others(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = json.dumps({"nodes": ["sat1"], "process": 7, "names": ["a"], "what": [0, ~0], "when": [1, 2]})
+    (tmp_path / "7.json").write_text(whole)
+    (tmp_path / "8.json").write_text(whole[:40])
+    assert tracing.spans(tmp_path) == [Span("sat1", "a", 1, 2)]
+    assert "8.json: is no whole trace" in capsys.readouterr().err
+
+
 def test_spans_within_spans_come_back_from_the_marks_of_a_process(tmp_path: Path) -> None:
     marks = {"nodes": ["sat1"], "process": 7, "names": ["outer", "inner"]}
     (tmp_path / "7.json").write_text(

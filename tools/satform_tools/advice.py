@@ -10,6 +10,7 @@ from satform.control.sliding_mode import SlidingModeSpec, gain_warnings, samplin
 from satform.dynamics.models import PerturbedDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
 from satform.elementwise import Array
+from satform.formation import planned, rewirings
 from satform.reference import SteadyMotion, steady_motion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
@@ -65,16 +66,21 @@ def _liar_warnings(scenario: Scenario) -> list[str]:
     law = scenario.consensus
     if not isinstance(law, ResilientArcLengthConsensusSpec):
         return []
-    graph = scenario.communication_graph()
-    most_heard = int(graph.adjacency.sum(axis=1).max())
+    graphs = [(0, scenario.communication_graph())]
+    graphs += [(step, event.graph) for step, event in rewirings(planned(scenario))]
+    most_heard = max(int(graph.adjacency.sum(axis=1).max()) for _, graph in graphs)
     found = [
         f"consensus: {doubt}; honest satellites may leave the interval of phases in which they began"
         for doubt in law.doubts(most_heard, scenario.timing.step)
     ]
-    promised = promise(graph, law.tolerated_liars)
-    if not (promised.local or promised.total):
-        found.append(f"consensus.tolerated_liars: {promised.sentence}")
-    return found
+    said: dict[str, str] = {}
+    for step, graph in graphs:
+        promised = promise(graph, law.tolerated_liars)
+        if not (promised.local or promised.total):
+            when = f"from {step * scenario.timing.step:g} s on: " if step else ""
+            # A schedule that goes to and fro has each graph many times.
+            said.setdefault(promised.sentence, f"consensus.tolerated_liars: {when}{promised.sentence}")
+    return [*found, *said.values()]
 
 
 def _period_warnings(scenario: Scenario) -> list[str]:

@@ -1,5 +1,6 @@
 """What `satform bench` prints and keeps: figures as tables or JSON, and how they have changed."""
 
+import statistics
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -34,7 +35,7 @@ def show(figures: Sequence[Figure], keep: Path | None, *, as_json: bool) -> None
     rows = [
         (
             figure.name,
-            f"{1e6 * sorted(figure.seconds)[len(figure.seconds) // 2]:.4g}",
+            f"{1e6 * statistics.median(figure.seconds):.4g}",
             f"{1e6 * min(figure.seconds):.4g}",
             f"{1e6 * max(figure.seconds):.4g}",
             f"{figure.ratio:.3g}",
@@ -57,7 +58,7 @@ def compare(before: Path, after: Path | None, folder: Path, *, as_json: bool) ->
 
     Args:
         before: earlier file.
-        after: later file; None for the newest in the folder.
+        after: later file; None for the newest in the folder besides the earlier one.
         folder: of the history.
         as_json: whether for a machine.
 
@@ -65,11 +66,12 @@ def compare(before: Path, after: Path | None, folder: Path, *, as_json: bool) ->
         Whether something has got slower beyond the noise.
 
     Raises:
-        CommandError: a file is no history, or there is none.
+        CommandError: a file is no history, or there is none to compare with.
     """
-    later = after or max(folder.glob("*.json"), default=None)
+    others = (path for path in folder.glob("*.json") if path.resolve() != before.resolve())
+    later = after or max(others, default=None)
     if later is None:
-        raise CommandError(f"{folder}: holds no history; `satform bench` writes one")
+        raise CommandError(f"{folder}: holds no history besides {before}; `satform bench` writes one")
     try:
         changes = history.compare(history.read(before), history.read(later))
     except ValueError as error:

@@ -180,9 +180,11 @@ def _spans(values: Array) -> bool:
 
 
 def _envelope(values: Array) -> Array:
-    """Smallest, middle and largest of each row, shape (K, 3)."""
-    known = np.where(np.all(np.isnan(values), axis=1, keepdims=True), 0.0, values)
-    found: Array = np.stack([f(known, axis=1) for f in (np.nanmin, np.nanmedian, np.nanmax)], axis=1)
+    """Smallest, middle and largest of each row, shape (K, 3); NaN where a row is nothing else."""
+    found: Array = np.full((len(values), 3), np.nan)
+    known = ~np.all(np.isnan(values), axis=1)
+    rows = values[known]
+    found[known] = np.stack([f(rows, axis=1) for f in (np.nanmin, np.nanmedian, np.nanmax)], axis=1)
     return found
 
 

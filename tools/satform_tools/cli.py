@@ -107,7 +107,7 @@ def run(
     secure: Annotated[
         Path | None,
         typer.Option(
-            metavar="KEYSTORE", help="Fly with the keys that `security` made, or not at all; lockstep only."
+            metavar="KEYSTORE", help="Fly over DDS with the keys that `security` made, or not at all."
         ),
     ] = None,
     host: Annotated[
@@ -133,7 +133,17 @@ def run(
 
     flown = catalogue.load(scenario, changes or (), seed)
     clock = rate if mode is RunMode.REALTIME else 0.0
-    manner = running.Manner(measure, group, restart, without_recorder, clock, display, host, secure, profile)
+    manner = running.Manner(
+        measure=measure,
+        group=group,
+        restart=restart,
+        without_recorder=without_recorder,
+        rate=clock,
+        display=display,
+        host=host,
+        keystore=secure,
+        profile=profile,
+    )
     outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:
         say.as_json(outcome.data())

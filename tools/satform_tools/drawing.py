@@ -61,9 +61,19 @@ class Unit:
     size: float
 
 
+_FARTHEST = 1e30
+"""Positions beyond it do not fit into a page's single precision, m; nobody who flies is there."""
+
+
 def length_unit(lengths: Array) -> Unit:
     """Kilometres where some length reaches two of them, else metres."""
-    return Unit("km", 1e3) if float(np.max(np.abs(lengths), initial=0.0)) >= 2e3 else Unit("m", 1.0)
+    known = lengths[np.isfinite(lengths)]
+    return Unit("km", 1e3) if float(np.max(np.abs(known), initial=0.0)) >= 2e3 else Unit("m", 1.0)
+
+
+def drawable(positions: Array) -> Array:
+    """Positions in m, NaN where a diverged flight is farther than any figure reaches or nowhere at all."""
+    return np.where(np.abs(positions) < _FARTHEST, positions, np.nan)
 
 
 def time_unit(duration: float) -> Unit:

@@ -8,6 +8,12 @@ from satform_tools import ros, say
 from satform_tools.faults import CommandError
 from satform_tools.outcome import Mode, Outcome
 
+_ONE_MACHINE: dict[Mode, str] = {
+    "inprocess": "a run in one process is on one machine",
+    "realtime": "on the wall clock a flight is on one machine, since clocks of several are not the same",
+}
+"""Why a flight of a mode cannot be on several hosts."""
+
 
 def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec:
     """The part of the host that this machine is said to be.
@@ -25,7 +31,7 @@ def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec
         CommandError: there is no such host, this machine is another one, or it has nothing to do.
     """
     if mode != "lockstep":
-        raise CommandError(f"--host {name} is for lockstep: a run in one process is on one machine")
+        raise CommandError(f"--host {name} is for lockstep: {_ONE_MACHINE[mode]}")
     ros.require()
     from satform_bringup import peers  # noqa: PLC0415 - in-process runs do without
     from satform_bringup.domain import DomainError  # noqa: PLC0415

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from satform.exit_codes import EXIT_BAD_INPUT
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
 
 if TYPE_CHECKING:
     from satform_tools.looking.looker import Looker
@@ -68,6 +68,7 @@ def _looking(domain: int | None, wait: float) -> Iterator["Looker"]:
         except BrokenPipeError:
             # Whoever read this has seen enough; nothing more may be written on the way out.
             sys.stdout = None
+            raise typer.Exit(EXIT_DONE) from None
 
 
 @topics.callback()

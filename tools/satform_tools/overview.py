@@ -10,7 +10,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-u
 from satform.elementwise import Array
 from satform.record import FlightRecord
 from satform.scenario import Scenario
-from satform_tools.drawing import FAINT, INK, MOST_NAMES, colours, figure, length_unit, time_unit
+from satform_tools.drawing import FAINT, INK, MOST_NAMES, colours, drawable, figure, length_unit, time_unit
 from satform_tools.panels import (
     agrees,
     draw_control,
@@ -64,7 +64,7 @@ def _draw_motion(panels: Any, scenario: Scenario, record: FlightRecord) -> None:
 
 def _draw_space(axes: Any, scenario: Scenario, record: FlightRecord) -> None:
     unit = length_unit(record.position)
-    position = record.position / unit.size
+    position = drawable(record.position) / unit.size
     lap = _last_lap(scenario, record)
     named = len(record.satellites) <= MOST_NAMES
     for column, colour in enumerate(colours(len(record.satellites))):
@@ -121,7 +121,10 @@ def _draw_links(axes: Any, scenario: Scenario, position: Array, lap: int) -> Non
 
 def _equal_axes(axes: Any, position: Array) -> None:
     """The same scale on all axes, in a quiet box."""
-    low, high = position.min(axis=(0, 1)), position.max(axis=(0, 1))
+    points = position[np.isfinite(position).all(axis=-1)]
+    # Where nobody can be drawn, the chief is left.
+    points = points if len(points) else np.zeros((1, 3))
+    low, high = points.min(axis=0), points.max(axis=0)
     middle, half = (
         0.5 * (low + high),
         # A satellite that stays where it is still needs a box around it.

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from satform.record import FlightRecord
 from satform.scenario import Scenario
-from satform_tools.drawing import FAINT, MOST_NAMES, STYLE, colours, figure, length_unit, series
+from satform_tools.drawing import FAINT, MOST_NAMES, STYLE, colours, drawable, figure, length_unit, series
 from satform_tools.overview import overview
 from satform_tools.panels import agrees, draw_control, draw_delta_v, draw_spread, draw_tracking_error
 
@@ -66,8 +66,8 @@ def orbits(scenario: Scenario, record: FlightRecord) -> Figure:
     drawn.suptitle(f"{scenario.title}", fontsize=12)
     unit = length_unit(record.position)
     stride = max(1, len(record.position) // _MOST_POINTS)
-    path = record.position[::stride] / unit.size
-    last = record.position[-1] / unit.size
+    position = drawable(record.position) / unit.size
+    path, last = position[::stride], position[-1]
     panels = drawn.subplots(1, 3)
     for axes, (across, up) in zip(panels, _VIEWS, strict=True):
         for column, colour in enumerate(colours(len(record.satellites))):

@@ -10,6 +10,7 @@ from satform.formation import Lost, Plan, planned
 from satform.record import FlightRecord
 from satform.scenario import Scenario, Timing
 from satform.simulate import simulate
+from satform_bringup import BAG_FOLDER
 from satform_tools import ros, say
 from satform_tools.faults import CommandError
 
@@ -48,7 +49,7 @@ def replay(path: Path, *, as_json: bool) -> int:
     ros.require()
     from satform_nodes.bag_reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
 
-    folder = path / "bag" if (path / "bag").is_dir() else path
+    folder = path / BAG_FOLDER if (path / BAG_FOLDER).is_dir() else path
     try:
         bag = read_bag(folder)
     except BagError as error:
@@ -58,6 +59,8 @@ def replay(path: Path, *, as_json: bool) -> int:
             f"{path}: was flown on the wall clock, whose chances are not in the bag; "
             "flights in lockstep can be flown again"
         )
+    if bag.record.steps < 1:
+        raise CommandError(f"{path}: holds no whole step; there is nothing to be flown again")
     found = compare(bag.scenario, bag.record, bag.events)
     if as_json:
         say.as_json(asdict(found))

@@ -65,12 +65,7 @@ def run(
         CommandError: the run cannot be started or kept.
     """
     manner = manner or Manner()
-    if manner.display and mode == "inprocess":
-        raise CommandError("--display shows what passes over DDS; there is nothing to show in one process")
-    if manner.keystore is not None and mode == "inprocess":
-        raise CommandError("--secure is for DDS: a run in one process says nothing on a network")
-    if manner.profile and mode == "inprocess":
-        raise CommandError("--profile is for flights of several processes; --mode inprocess is but one")
+    _require_fitting(manner, mode)
     part = None if manner.host is None else hosting.part(scenario, manner.host, mode, record=record)
     folder = folders.make(out, scenario.name)
     try:
@@ -79,14 +74,43 @@ def run(
             outcome = _in_process(scenario, folder, record=record)
         else:
             outcome = _over_dds(scenario, folder, record=record, manner=manner, host=part)
-            if manner.profile:
-                _join_trace(folder)
         if part is not None:
             outcome = hosting.told(outcome, part)
         outcome.write(folder / folders.RESULT)
+        if manner.profile:
+            _join_trace(folder)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
     return outcome
+
+
+def _require_fitting(manner: Manner, mode: Mode) -> None:
+    """Go on only if everything that is asked for can be had together.
+
+    Raises:
+        CommandError: it cannot.
+    """
+    if mode == "inprocess":
+        asked = (
+            (manner.display, "--display shows what passes over DDS; there is nothing to show in one process"),
+            (manner.keystore, "--secure is for DDS: a run in one process says nothing on a network"),
+            (manner.profile, "--profile is for flights of several processes; --mode inprocess is but one"),
+            (manner.group > 1, "--group is for flights of several processes; --mode inprocess is but one"),
+            (manner.restart, "--restart is for processes that are lost; --mode inprocess has but one"),
+            (manner.without_recorder, "--without-recorder is for DDS: in one process there is no recorder"),
+            (manner.measure, "--measure is for DDS: a run in one process exchanges no messages"),
+        )
+        for wanted, sentence in asked:
+            if wanted:
+                raise CommandError(sentence)
+    if manner.profile and mode == "realtime":
+        raise CommandError(
+            "--profile is for lockstep: on the wall clock a step waits for its moment, not for work"
+        )
+    if manner.display and manner.keystore is not None:
+        raise CommandError(
+            "--display and --secure exclude each other: a keystore has no keys for the display"
+        )
 
 
 def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
@@ -130,7 +154,12 @@ def _join_trace(folder: Path) -> None:
     parts = tracing.parts(spans)
     for part in parts:
         say.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
-    if parts:
+    if not parts:
+        say.note(
+            f"{folder / tracing.FILE} opens in ui.perfetto.dev; parts of a step are told only where every "
+            "satellite has a process of its own and said each command once"
+        )
+    else:
         total = sum(part.seconds for part in parts)
         say.note(
             f"{1e6 * total:8.0f} us  of a step, median; {folder / tracing.FILE} opens in ui.perfetto.dev"

@@ -175,7 +175,8 @@ def _topics(scenario: Scenario) -> list[dict[str, Any]]:
     """Name, speaker and listeners of each topic; the recorder, which hears all, is left out."""
     from satform_nodes import topics  # noqa: PLC0415 - needs ROS
 
-    graph = scenario.communication_graph()
+    # The topics are there for every edge that there is at some time.
+    graph = scenario.possible_graph()
     names = [satellite.name for satellite in scenario.satellites]
     announced = getattr(topics, scenario.consensus.announces)
     found = [_topic(topics.CLOCK, "plant", [])]

@@ -6,7 +6,7 @@ import numpy as np
 
 from satform.elementwise import Array
 from satform.satellite import flight_plan
-from satform_tools.drawing import Unit
+from satform_tools.drawing import Unit, drawable
 from satform_tools.happenings import connections
 from satform_tools.kept import Kept
 
@@ -42,7 +42,8 @@ class Space:
     Attributes:
         names: of the satellites.
         time: of the moments, in the page's unit, evenly spread, shape (M,).
-        position: in the chief's rotating frame, in the page's unit, shape (M, N, 3).
+        position: in the chief's rotating frame, in the page's unit, shape (M, N, 3); NaN where it was not
+            finite.
         orbits: the desired closed curve of each satellite, in order, shape (P, 3); none of no points.
         links: from the first moment on and after each change.
         trail: moments that a satellite's trail goes back.
@@ -70,7 +71,9 @@ def space(kept: Kept, length: Unit, clock: Unit) -> Space | None:
     """
     record = kept.record
     count = len(record.satellites)
-    if float(np.ptp(record.position, axis=(0, 1)).max()) < 1e-6:
+    position = drawable(record.position)
+    known = position[~np.isnan(position).any(axis=-1)]
+    if not known.size or float(np.ptp(known, axis=0).max()) < 1e-6:
         return None
     wanted = max(_FEWEST_MOMENTS, min(_MOST_MOMENTS, _MOST_POSITIONS // count))
     moments = np.unique(np.linspace(0, record.steps, min(wanted, record.steps + 1)).round().astype(np.int64))
@@ -80,13 +83,21 @@ def space(kept: Kept, length: Unit, clock: Unit) -> Space | None:
     return Space(
         names=record.satellites,
         time=record.time[moments] / clock.size,
-        position=record.position[moments] / length.size,
+        position=position[moments] / length.size,
         orbits=tuple(_orbit(kept, index, length) for index in range(count)) if count <= _MOST_ORBITS else (),
         links=links,
         trail=max(2, round(trail * len(moments))),
         triangle=count == 3 and len(links[0].pairs) == 3,
-        note=note,
+        note=" ".join(filter(None, (note, _left_out(position)))),
     )
+
+
+def _left_out(position: Array) -> str:
+    unknown = np.isnan(position).any(axis=-1)
+    if not unknown.any():
+        return ""
+    step = int(np.argwhere(unknown)[0][0])
+    return f"From step {step} on there are positions that are not finite; they are left out."
 
 
 def box(flights: list[Space]) -> list[list[float]]:

@@ -7,6 +7,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from satform_tools import say
+
 FOLDER = "trace"
 """In a run's folder: the marks of each process."""
 
@@ -48,7 +50,7 @@ class Part:
 
 
 def spans(folder: Path) -> list[Span]:
-    """Everything that the processes marked, in the order of beginnings.
+    """Everything that the processes marked, in the order of beginnings; a file that is torn is passed over.
 
     Args:
         folder: into which they wrote.
@@ -58,9 +60,12 @@ def spans(folder: Path) -> list[Span]:
     """
     found = []
     for path in sorted(folder.glob("*.json")):
-        data = json.loads(path.read_text(encoding="utf-8"))
-        nodes = data["nodes"] or [path.stem]
-        found += _spans_of(_PLANT if _PLANT in nodes else min(nodes), data)
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            nodes = data["nodes"] or [path.stem]
+            found += _spans_of(_PLANT if _PLANT in nodes else min(nodes), data)
+        except (ValueError, KeyError, TypeError, IndexError):
+            say.note(f"{path}: is no whole trace of a process and is left out")
     return sorted(found, key=lambda span: span.begin)
 
 
@@ -101,14 +106,20 @@ def parts(found: list[Span]) -> list[Part]:
         found: spans of a flight in lockstep.
 
     Returns:
-        Medians over all steps but the first; empty when there are too few to tell, and where satellites share
-        a process, whose work on one of them cannot be told from that on another.
+        Medians over all steps but the first; empty when there are too few to tell, where a step has not one
+        command of each satellite (on a busy machine some repeat), and where satellites share a process,
+        whose work on one of them cannot be told from that on another.
     """
     plant = [span for span in found if span.process == _PLANT and span.name.endswith(_COMMAND)]
-    count = len({span.name for span in plant})
-    # The last of each step's commands is the one in whose callback the plant moves on.
-    lasts = plant[count - 1 :: count] if count else []
+    names = {span.name for span in plant}
+    steps = [plant[first : first + len(names)] for first in range(0, len(plant), max(1, len(names)))]
+    # The trace may end within a step.
+    steps = [step for step in steps if len(step) == len(names)]
     acting = _by_process(found)
+    if any({span.name for span in step} != names for step in steps) or not acting.keys() >= _speakers(names):
+        return []
+    # The last of each step's commands is the one in whose callback the plant moves on.
+    lasts = [step[-1] for step in steps]
     rows = []
     for before, last in pairwise(lasts[1:]):
         row = _critical_path(before, last, acting)
@@ -116,14 +127,18 @@ def parts(found: list[Span]) -> list[Part]:
             rows.append(row)
     if len(rows) < 3:
         return []
-    names = (
+    labels = (
         "plant: takes the last command, moves all satellites, says their states",
         "on the way: last state until the slowest satellite begins",
         "satellite: acts, says its command, its phase and its tracking",
         "on the way: until the plant takes the last command",
     )
-    columns = zip(names, zip(*rows, strict=True), strict=True)
+    columns = zip(labels, zip(*rows, strict=True), strict=True)
     return [Part(name, statistics.median(values) * 1e-9) for name, values in columns]
+
+
+def _speakers(topics: set[str]) -> set[str]:
+    return {topic.split("/")[1] for topic in topics}
 
 
 def _critical_path(

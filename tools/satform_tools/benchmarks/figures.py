@@ -59,8 +59,8 @@ class Change:
         name: of what was measured.
         before: cost in yardsticks, the median.
         after: likewise, later.
-        beyond_noise: whether no repetition of one side reaches into the other's, and the medians differ by a
-            noticeable share.
+        beyond_noise: whether both sides have several repetitions, none of one side reaches into the other's,
+            and the medians differ by a noticeable share.
     """
 
     name: str
@@ -204,9 +204,11 @@ def compare(before: Sequence[Figure], after: Sequence[Figure]) -> list[Change]:
 
 
 def _change(before: Figure, after: Figure) -> Change:
+    # Of a single repetition nobody knows how noisy it is.
+    several = min(len(before.ratios), len(after.ratios)) > 1
     apart = min(after.ratios) > max(before.ratios) or max(after.ratios) < min(before.ratios)
     noticeable = abs(after.ratio / before.ratio - 1.0) > NOTICEABLE
-    return Change(before.name, before.ratio, after.ratio, apart and noticeable)
+    return Change(before.name, before.ratio, after.ratio, several and apart and noticeable)
 
 
 def _processor() -> str:

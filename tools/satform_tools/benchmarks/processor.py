@@ -22,7 +22,7 @@ class ProcessorClock:
         if not self._processes:
             self._processes = _node_processes()
         times = [_processor_time(process) for process in self._processes]
-        if None not in times:
+        if times and None not in times:
             self._looks.append((steps, sum(time for time in times if time is not None)))
 
     def per_step(self) -> float:

@@ -1,6 +1,7 @@
 """The figures of `satform bench`: each measured in turns with its yardstick."""
 
 import math
+import statistics
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -52,22 +53,28 @@ def lockstep(
         words += [f"{group} to a process"] if group > 1 else []
         words += ["recorded"] if record else []
         words += ["stock executor"] if stock else []
-        last = runs[-1]
         found.append(
             Figure(
                 ", ".join(words),
                 tuple(1.0 / run.steps_per_second for run in runs),
                 ROUND_TRIP,
                 tuple(run.round_trip for run in runs),
-                {
-                    "processes": float(last.processes),
-                    "processor_per_step": max(0.0, last.processor_per_step),
-                    "start_seconds": last.start_seconds,
-                    "memory_per_process": last.memory_per_process,
-                },
+                _details(runs),
             )
         )
     return found
+
+
+def _details(runs: Sequence[scaling.OverDds]) -> dict[str, float]:
+    """Medians over repetitions of what else is known of a flight; what is not known is left out."""
+    series = {
+        "processes": [float(run.processes) for run in runs],
+        "processor_per_step": [run.processor_per_step for run in runs],
+        "start_seconds": [run.start_seconds for run in runs],
+        "memory_per_process": [run.memory_per_process for run in runs],
+    }
+    known = {name: [value for value in values if math.isfinite(value)] for name, values in series.items()}
+    return {name: statistics.median(values) for name, values in known.items() if values}
 
 
 def satellite(scenarios: Path, repetitions: int) -> list[Figure]:

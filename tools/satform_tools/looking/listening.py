@@ -77,10 +77,14 @@ def rate(looker: Looker, topic: str, *, count: int, as_json: bool) -> None:
         interface(kind), name, lambda _: moments.append(time.monotonic()), quality, raw=True
     )
     lines = 0
-    while _next_message(looker, name, moments, lines == 0):
+    last: list[float] = []
+    while _next_message(looker, name, moments, not last):
         looker.wait(lambda: False, _REPORT)
-        found = intervals(list(moments))
+        # The interval across two lines counts, too: of what is said slowly there is no other.
+        window = [*last, *moments]
+        last = window[-1:]
         moments.clear()
+        found = intervals(window)
         if found is None:
             continue
         lines += 1
@@ -91,7 +95,7 @@ def rate(looker: Looker, topic: str, *, count: int, as_json: bool) -> None:
 
 
 def intervals(moments: list[float]) -> dict[str, float] | None:
-    """Rate in 1/s, and shortest, longest and standard deviation of the intervals in s; None for too few."""
+    """Rate in 1/s, shortest, longest and standard deviation in s, number of intervals; None for too few."""
     gaps = [later - earlier for earlier, later in itertools.pairwise(moments)]
     if not gaps or sum(gaps) <= 0.0:
         return None
@@ -102,7 +106,7 @@ def intervals(moments: list[float]) -> dict[str, float] | None:
         "shortest": min(gaps),
         "longest": max(gaps),
         "deviation": deviation,
-        "messages": len(moments),
+        "messages": len(gaps),
     }
 
 

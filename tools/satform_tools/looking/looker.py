@@ -144,11 +144,13 @@ class Looker:
         if not there.issuperset(flying):
             return False
         named = set(self.node.get_node_names())
+        # What others listen to that nobody says, a tool with a display for instance, is not the formation's.
+        own = {"plant", "recorder", *status.satellites}
         for topic, _ in self.node.get_topic_names_and_types():
             speakers = {entry.node_name for entry in self.node.get_publishers_info_by_topic(topic)}
             listeners = {entry.node_name for entry in self.node.get_subscriptions_info_by_topic(topic)}
             # An endpoint may be found before the node that it belongs to.
-            if not named >= speakers | listeners or (listeners - {self.node.get_name()} and not speakers):
+            if not named >= own & (speakers | listeners) or (own & listeners and not speakers):
                 return False
         return True
 

@@ -93,7 +93,8 @@ class Watcher:
         # Subscribed to before the present status is asked for, so that no change falls in between.
         self._status = self._newest(FormationStatus, topics.STATUS)
         self.status = looker.hear_status()
-        self._satellites = {name: self._subscribe(name) for name in self.status.satellites}
+        alive = zip(self.status.satellites, self.status.alive, strict=True)
+        self._satellites = {name: self._subscribe(name, bool(living)) for name, living in alive}
         self._steps: deque[tuple[float, int]] = deque()
         self._rare = [
             self._queue(Log, "/rosout"),
@@ -173,10 +174,13 @@ class Watcher:
 
         return self._looker.node.create_subscription(kind, topic, tell, passing(_RARE))
 
-    def _subscribe(self, name: str) -> _Satellite:
+    def _subscribe(self, name: str, alive: bool) -> _Satellite:
         # Those that share their motion share no arc length, and the other way round.
-        self._looker.wait(lambda: self._announces(name) is not None, self._looker.patience)
-        kind, topic = self._announces(name) or (ArcLength, topics.arc_length(name))
+        if alive:
+            self._looker.wait(lambda: self._announces(name) is not None, self._looker.patience)
+        announced = self._announces(name) or self._announced_by_others()
+        kind, topic = announced or (ArcLength, topics.arc_length(name))
+        topic = f"/{name}/{topic.rpartition('/')[2]}"
         return _Satellite(
             self._newest(Tracking, topics.tracking(name)),
             self._newest(Command, topics.command(name)),
@@ -188,6 +192,11 @@ class Watcher:
             if self._looker.node.count_publishers(topic):
                 return kind, topic
         return None
+
+    def _announced_by_others(self) -> tuple[Any, str] | None:
+        """What those announce who are there: the law of agreement is the same for all."""
+        found = (self._announces(name) for name in self.status.satellites)
+        return next((announced for announced in found if announced is not None), None)
 
     def _look_at_status(self) -> None:
         self._status.look()

@@ -38,7 +38,7 @@ def watch(looker: Looker, *, once: bool, as_json: bool) -> int:
         elif say.is_terminal(sys.stdout) and not as_json:
             _live(watcher)
         else:
-            _in_lines(watcher, as_json)
+            _in_lines(watcher, as_json, looker.patience)
     except KeyboardInterrupt:
         return EXIT_STOPPED
     return EXIT_DONE
@@ -56,12 +56,13 @@ def _live(watcher: Watcher) -> None:
             watcher.pause()
 
 
-def _in_lines(watcher: Watcher, as_json: bool) -> None:
-    due = 0.0
+def _in_lines(watcher: Watcher, as_json: bool, patience: float) -> None:
+    due, latest = 0.0, time.monotonic() + patience
     while True:
         over = watcher.look()
         now = time.monotonic()
-        if over or (now >= due and watcher.knows_all()):
+        # A satellite that says nothing does not keep the others from being shown.
+        if over or (now >= due and (watcher.knows_all() or now >= latest)):
             _print(watcher.frame(), as_json)
             due = now + _LINE_PERIOD
         if over:

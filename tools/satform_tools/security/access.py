@@ -62,31 +62,34 @@ def accesses(scenario: Scenario) -> list[Access]:
 
 
 def _plant(scenario: Scenario) -> Access:
-    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
+    from satform_nodes import services, topics  # noqa: PLC0415 - needs ROS
+    from satform_nodes.diagnostics import DIAGNOSTICS  # noqa: PLC0415
 
     told = [topic for index in range(len(scenario.satellites)) for topic in _told(scenario, index)]
     shown = [topic for index in range(len(scenario.satellites)) for topic in _shown(scenario, index)]
     commands = [topics.command(satellite.name) for satellite in scenario.satellites]
-    says = (topics.CLOCK, topics.STATUS, *told, *shown)
-    return _node("plant", says, (topics.READY, topics.RECORDED, *commands))
+    says = (topics.CLOCK, topics.STATUS, DIAGNOSTICS, *told, *shown)
+    offers = (services.PAUSE, services.RESUME, services.STEP, services.STOP, services.SET_GRAPH)
+    return _node("plant", says, (topics.READY, topics.RECORDED, *commands), offers)
 
 
 def _satellite(scenario: Scenario, index: int) -> Access:
     from satform_nodes import topics  # noqa: PLC0415 - needs ROS
+    from satform_nodes.diagnostics import DIAGNOSTICS  # noqa: PLC0415
 
     name = scenario.satellites[index].name
     announced = getattr(topics, scenario.consensus.announces)
-    neighbours = scenario.communication_graph().neighbours(index)
+    neighbours = scenario.possible_graph().neighbours(index)
     hears = [announced(scenario.satellites[neighbour].name) for neighbour in neighbours]
-    return _node(
-        name, (*_said(scenario, name), topics.READY), (*_told(scenario, index), topics.STATUS, *hears)
-    )
+    says = (*_said(scenario, name), topics.READY, DIAGNOSTICS)
+    return _node(name, says, (*_told(scenario, index), topics.STATUS, *hears))
 
 
 def _recorder(scenario: Scenario) -> Access:
     from satform_nodes import topics  # noqa: PLC0415 - needs ROS
+    from satform_nodes.diagnostics import DIAGNOSTICS  # noqa: PLC0415
 
-    hears = [topics.CLOCK, topics.STATUS]
+    hears = [topics.CLOCK, topics.STATUS, DIAGNOSTICS]
     for index, satellite in enumerate(scenario.satellites):
         hears += [*_told(scenario, index), *_shown(scenario, index), *_said(scenario, satellite.name)]
     return _node("recorder", (topics.READY, topics.RECORDED), tuple(hears))
@@ -98,9 +101,12 @@ def _operator(flying: list[Access]) -> Access:
     return Access(OPERATOR, _EVERYONE_SAYS, tuple(sorted(said)), (), tuple(sorted(served)))
 
 
-def _node(name: str, publishes: tuple[str, ...], subscribes: tuple[str, ...]) -> Access:
-    replies = tuple(f"/{name}/{service}" for service in _PARAMETER_SERVICES)
-    return Access(name, tuple(sorted({*publishes, *_EVERYONE_SAYS})), tuple(sorted({*subscribes})), replies)
+def _node(
+    name: str, publishes: tuple[str, ...], subscribes: tuple[str, ...], offers: tuple[str, ...] = ()
+) -> Access:
+    replies = sorted({*offers, *(f"/{name}/{service}" for service in _PARAMETER_SERVICES)})
+    said = sorted({*publishes, *_EVERYONE_SAYS})
+    return Access(name, tuple(said), tuple(sorted({*subscribes})), tuple(replies))
 
 
 def _told(scenario: Scenario, index: int) -> list[str]:

@@ -16,7 +16,7 @@ from satform.control.pointing import CircularOrbit
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.elementwise import Array, norm
 from satform.reference import Path
-from satform.scenario import Scenario
+from satform.scenario import SatelliteSpec, Scenario
 from satform.scene_shapes import (
     GREY,
     Colour,
@@ -121,9 +121,7 @@ class Scene:
         self.names = tuple(spec.name for spec in specs)
         self.interval = picture_interval(scenario, pictures_per_lap)
         self._step_length = scenario.timing.step
-        self._orbits = [
-            desired_orbit(spec.curve.build(), ORBIT_SAMPLES) for spec in specs if spec.curve is not None
-        ]
+        self._orbits = [_orbit(spec) for spec in specs]
         self._attitude_orbits = [_attitude_orbit(scenario, index) for index in range(count)]
         self._alive = [True] * count
         self._hears = scenario.communication_graph().adjacency.astype(bool)
@@ -238,6 +236,12 @@ def _lap(scenario: Scenario) -> float:
     periods = [float(Path(spec.curve.build(), np.asarray(spec.scale)).period) for spec in specs if spec.curve]
     longest = max(periods)
     return longest / abs(rate) if rate and longest else 2.0 * math.pi / scenario.orbit.rate
+
+
+def _orbit(spec: SatelliteSpec) -> Array:
+    """The desired orbit of a satellite, m, LVLH, shape (points, 3)."""
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
+    return desired_orbit(spec.curve.build(), ORBIT_SAMPLES)
 
 
 def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:

@@ -352,15 +352,8 @@ class _Watch:
             case "step":
                 self.steps = event["step"]
                 self.progress(self.steps, self.scenario.timing.steps)
-            case "stopped":
-                # By a signal, or by a service that anyone may call.
-                self.steps, self.stopped = event["step"], True
-                self.reason = self.reason or "stopped"
-                self.over_since = self.over_since or time.monotonic()
-            case "finished":
-                self.finished = event
-                self.steps = event["step"]
-                self.over_since = time.monotonic()
+            case "finished" | "stopped":
+                self._on_end(event)
             case "lost":
                 self.steps = event["step"]
                 if not self.lost:
@@ -377,6 +370,17 @@ class _Watch:
                     event["missed"] = ["the bag does not hold every message of the flight"]
             case _:
                 self._on_absence(event)
+
+    def _on_end(self, event: dict[str, Any]) -> None:
+        """The plant has taken its last step, or was stopped by a signal or a service."""
+        self.steps = event["step"]
+        self.over_since = self.over_since or time.monotonic()
+        if event["event"] == "finished":
+            self.finished = event
+            return
+        self.stopped = True
+        self.reason = self.reason or "stopped"
+        self.progress(self.steps, self.scenario.timing.steps)
 
     def _on_absence(self, event: dict[str, Any]) -> None:
         """Someone is lost or back, and the flight goes on."""

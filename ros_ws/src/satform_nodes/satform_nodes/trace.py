@@ -68,8 +68,12 @@ class Trace:
             "what": self._what[:count].tolist(),
             "when": self._when[:count].tolist(),
         }
+        path = self._folder / f"{os.getpid()}.json"
+        unfinished = path.with_suffix(".part")
         try:
-            (self._folder / f"{os.getpid()}.json").write_text(json.dumps(data), encoding="utf-8")
+            unfinished.write_text(json.dumps(data), encoding="utf-8")
+            # Whoever reads finds the whole file or none, also when this process is killed meanwhile.
+            unfinished.replace(path)
         except OSError:
             return
 
