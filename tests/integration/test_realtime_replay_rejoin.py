@@ -1,4 +1,4 @@
-"""Flights on the wall clock, recorded flights flown once more, and satellites that are brought back by hand."""
+"""Flights on the wall clock, flown once more from their bags, and satellites brought back by hand."""
 
 import json
 import os
