@@ -1,4 +1,4 @@
-"""Flights on the wall clock, recorded flights flown once more, and satellites brought back by hand."""
+"""Flights on the wall clock, flown once more from their bags, and satellites brought back by hand."""
 
 import json
 import os
@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 from flights import shipped, shortened
@@ -47,14 +48,26 @@ def test_a_flight_with_a_kill_has_the_same_bits_when_it_is_replayed(tmp_path: Pa
 def test_a_lost_satellite_that_is_started_by_hand_takes_part_again(tmp_path: Path) -> None:
     helpers: list[threading.Thread] = []
 
+    def rejoin(held: int) -> None:
+        again = tmp_path / "log" / "sat2.again1.log"
+        command = [sys.executable, "-m", "satform_tools", "rejoin", str(tmp_path), "sat2"]
+        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+            end = time.monotonic() + 60.0
+            while not again.exists() and time.monotonic() < end:
+                time.sleep(0.01)  # what is awaited is a process that another one starts
+            os.kill(held, signal.SIGCONT)
+            process.wait(120)
+
     def kill_and_rejoin(done: int, _all: int) -> None:
         if done > 300 and not helpers:
-            os.kill(processes_of(tmp_path)["sat2"], signal.SIGKILL)
-            helpers.append(threading.Thread(target=satform, args=("rejoin", str(tmp_path), "sat2")))
+            there = processes_of(tmp_path)
+            # The flight stands until the new process has been started.
+            os.kill(there["sat1"], signal.SIGSTOP)
+            os.kill(there["sat2"], signal.SIGKILL)
+            helpers.append(threading.Thread(target=rejoin, args=(there["sat1"],)))
             helpers[0].start()
 
-    scenario = shortened("triangle", 12000.0)
-    flight, bag = flown(scenario, tmp_path, kill_and_rejoin)
+    flight, bag = flown(shortened("triangle", 4000.0, "tolerated_silence=60.0"), tmp_path, kill_and_rejoin)
     helpers[0].join(30)
     assert [loss.name for loss in flight.losses] == ["sat2"]
     assert [back.name for back in flight.returns] == ["sat2"]

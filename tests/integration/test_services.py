@@ -31,6 +31,7 @@ class Operator:
     def __init__(self, node: Node, fleet: Callable[..., list], folder: Path) -> None:
         self._node, self._fleet, self.folder = node, fleet, folder
         self.running: list = []
+        self._clients: dict = {}
 
     def fly(self, scenario: Scenario, group: int = 1) -> None:
         file = self.folder / "scenario.json"
@@ -39,7 +40,8 @@ class Operator:
         self.running = self._fleet(processes(scenario, file, self.folder / "bag", group, checkpoints))
 
     def call(self, kind: type, service: str, request: object) -> object:
-        client = self._node.create_client(kind, service)
+        client = self._clients.get(service) or self._node.create_client(kind, service)
+        self._clients[service] = client
         assert client.wait_for_service(60.0), f"{service} is not there"
         future = client.call_async(request)
         rclpy.spin_until_future_complete(self._node, future, timeout_sec=60.0)
