@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
 from satform.exit_codes import EXIT_BAD_INPUT
+from satform_nodes.abreast import fly_abreast
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import FormationNode, declare_fixed
@@ -26,6 +27,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, scenario, settings, report))
+    fly_abreast(satellites, scenario)
     try:
         return fly_all(satellites, executor, stop)
     finally:

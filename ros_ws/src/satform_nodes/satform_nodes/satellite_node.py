@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rclpy.duration import Duration
@@ -56,6 +56,9 @@ from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import Layout, layout
+
+if TYPE_CHECKING:
+    from satform_nodes.abreast import Abreast
 
 _STATE = layout(RelativeState, topics.FRAME)
 _ATTITUDE = layout(AttitudeMessage, topics.FRAME)
@@ -149,6 +152,8 @@ class SatelliteNode:
         self._heard: dict[int, dict[int, tuple[float, ...]]] = {}
         self._said: deque[bytes] = deque(maxlen=2)
         self._last_command = b""
+        self._abreast: Abreast | None = None
+        self._row = 0
         self._start_afresh()
 
         for prefix in self._adjustments.specs:
@@ -290,9 +295,16 @@ class SatelliteNode:
         said = entry.admit(data, sequence, self.step if self.flying else 0, last)
         if said is None:
             return
-        step = said[2]
-        self._heard.setdefault(step, {})[neighbour] = (self._stamps.time(said[0], said[1]), *said[3:])
-        self._act_if_complete()
+        words = (self._stamps.time(said[0], said[1]), *said[3:])
+        if self._abreast is None:
+            self.hear(neighbour, said[2], words)
+            self._act_if_complete()
+        else:
+            self._abreast.hear(self._row, neighbour, said[2], words)
+
+    def hear(self, neighbour: int, step: int, words: tuple[float, ...]) -> None:
+        """Note what a neighbour said for a step: its time, then the numbers of its announcement."""
+        self._heard.setdefault(step, {})[neighbour] = words
 
     def _take_newest(self, neighbour: int, said: tuple[Any, ...] | None) -> None:
         """On the wall clock: keep what a neighbour said for the latest steps."""
@@ -306,16 +318,24 @@ class SatelliteNode:
         numbers = entry.admit(data, sequence, self.step, last)
         # Whatever the plant says is a sign that it is there.
         self.pulse += numbers is not None or entry.repeated > before
-        if numbers is not None:
-            self._state = numbers
+        if numbers is None:
+            return
+        self._state = numbers
+        if self._abreast is None:
             self._act_if_complete()
+        else:
+            self._abreast.see(self._row, numbers)
 
     def _on_attitude(self, entry: Entry, data: bytes, sequence: int) -> None:
         last = self.step if self.flying and not self._clocked else _ANY_STEP
         numbers = entry.admit(data, sequence, self.step, last)
-        if numbers is not None:
-            self._attitude = numbers
+        if numbers is None:
+            return
+        self._attitude = numbers
+        if self._abreast is None:
             self._act_if_complete()
+        else:
+            self._abreast.turn(self._row, numbers)
 
     def _on_status(self, status: FormationStatus) -> None:
         self.pulse += 1
@@ -326,6 +346,7 @@ class SatelliteNode:
         formation = self.view.formation
         if formation.number == before:
             return
+        self._part()
         for place in self.view.returns:
             if self.view.returns[place][0] == formation.step and place in self._neighbours:
                 self._entry_of(place).renew()
@@ -381,6 +402,44 @@ class SatelliteNode:
         self.satellite.rearrange(places)
         self._ears = Ears(self.scenario, np.asarray(self.index), [self._neighbours])
 
+    @property
+    def neighbours(self) -> list[int]:
+        """Places of those whom this satellite may hear, ascending."""
+        return self._neighbours
+
+    @property
+    def turns(self) -> bool:
+        """Whether the satellite has an attitude."""
+        return self._turns
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether the flight goes step by step, and not by the wall clock."""
+        return not self._clocked
+
+    def hears_all(self) -> bool:
+        """Whether the graph of the moment lets this satellite hear all whom it may ever hear."""
+        return bool(self._ears.linked(self.view.formation).all())
+
+    def fly_abreast(self, abreast: "Abreast", row: int) -> None:
+        """From now on hand over what arrives to those who act together."""
+        self._abreast, self._row = abreast, row
+
+    def fly_alone(self, satellite: Satellite | None) -> None:
+        """From now on act alone, with flight software that goes on from where the others were together."""
+        self._abreast = None
+        if satellite is not None:
+            self.satellite = satellite
+
+    def go_on(self) -> None:
+        """Act if everything for the step is there already."""
+        self._act_if_complete()
+
+    def _part(self) -> None:
+        """Something is out of the ordinary: those who acted together go on one by one."""
+        if self._abreast is not None:
+            self._abreast.part()
+
     def _act_if_complete(self) -> None:
         state = self._state
         if state is None or not self._knows(int(state[3])):
@@ -389,7 +448,7 @@ class SatelliteNode:
         if step >= self.scenario.timing.steps:
             self._state = None
             return
-        if not self.flying and not self._join(step):
+        if not self.flying and not self.join(step):
             return
         if self._clocked:
             self._act_on_the_clock(step, state)
@@ -444,7 +503,7 @@ class SatelliteNode:
                 heard.setdefault(neighbour, last_word(command, self._announces, self._stamps))
         self._heard[step] = heard
 
-    def _join(self, step: int) -> bool:
+    def join(self, step: int) -> bool:
         """Begin to fly with the first state, or come back when the plant says so."""
         returned = self.view.returns.get(self.index)
         if returned is None:
@@ -486,6 +545,35 @@ class SatelliteNode:
         self._show(seconds, nanoseconds, step, decision)
         self._tell_changes(step)
 
+    def has_acted(self, busy: float) -> None:
+        """Note that this satellite has taken its step together with others.
+
+        Args:
+            busy: its part of the processor time, s.
+        """
+        self.busy_seconds += busy
+        self._state = self._attitude = None
+        self.step += 1
+
+    def say_command(self, data: bytes) -> None:
+        """Command the thrusters; the message is kept to be said again."""
+        self._last_command = data
+        self._say_command.publish(data)
+
+    def say_announcement(self, data: bytes) -> None:
+        """Tell the listeners; the message is kept to be said again."""
+        self._said.append(data)
+        self._say_announcement.publish(data)
+
+    def say_tracking(self, data: bytes) -> None:
+        """Show how well the reference is followed."""
+        self._say_tracking.publish(data)
+
+    @property
+    def memory(self) -> CheckpointFile:
+        """Where this satellite's checkpoints are kept."""
+        return self._memory
+
     def _told(self, step: int, heard: dict[int, tuple[float, ...]], speakers: list[int]) -> Told:
         """What the links make of what the neighbours said for this step."""
         count = len(self._neighbours)
@@ -508,9 +596,7 @@ class SatelliteNode:
 
     def _announce(self, values: tuple[tuple[int, int], list[float]] | None = None) -> None:
         stamp, said = values or self._values_to_say()
-        data = self._announcement.pack(*stamp, self.step, *self._before_numbers, *said)
-        self._said.append(data)
-        self._say_announcement.publish(data)
+        self.say_announcement(self._announcement.pack(*stamp, self.step, *self._before_numbers, *said))
 
     @property
     def _before_numbers(self) -> tuple[int, ...]:
@@ -528,10 +614,11 @@ class SatelliteNode:
         stamp, said = values
         torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
         announced = (*said, *[0.0] * 6) if self._announces == "arc_length" else (0.0, 0.0, *said)
-        self._last_command = _COMMAND.pack(
-            seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque, *stamp, *announced
+        self.say_command(
+            _COMMAND.pack(
+                seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque, *stamp, *announced
+            )
         )
-        self._say_command.publish(self._last_command)
 
     def _show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
         reference, motion = decision.reference, decision.motion
@@ -557,6 +644,7 @@ class SatelliteNode:
         on_spec_change(self.node, prefix, lambda: self._adjustments.specs[prefix], accept)
 
     def _accept(self, prefix: str, spec: Spec, fields: dict[str, Any]) -> str:
+        self._part()
         self._adjustments.use(self.satellite, prefix, spec)
         for name, value in fields.items():
             numbers = list(value) if isinstance(value, list | tuple) else [float(value)]
