@@ -55,11 +55,9 @@ def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool
 
 
 class Abreast:
-    """Gathers what arrives at all satellites of a process for a step, and acts for all once it is complete."""
+    """Gathers what arrives at the satellites of a process in a step, and acts for all once it is complete."""
 
-    def __init__(
-        self, satellites: Sequence[SatelliteNode], scenario: Scenario, together: Satellite
-    ) -> None:
+    def __init__(self, satellites: Sequence[SatelliteNode], scenario: Scenario, together: Satellite) -> None:
         """Nothing has arrived yet.
 
         Args:
@@ -177,9 +175,7 @@ class Abreast:
         said = np.array(self._heard[step & 1], dtype=np.float64).reshape(count, self._width, -1)
         if not self._width:
             said = np.zeros((count, 0, len(self._silence)))
-        heard = self._ears.told(
-            step, said[..., 1:], said[..., 0], self._fresh, self._nodes[0].view.formation
-        )
+        heard = self._ears.told(step, said[..., 1:], said[..., 0], self._fresh, self._nodes[0].view.formation)
         attitude = None
         if self._turns:
             turned = np.array([own[3:12] for own in self._attitudes if own is not None])

@@ -12,6 +12,13 @@ from satform_nodes.parameters import FormationNode, declare_fixed
 from satform_nodes.report import Report
 from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings, fly_all
 
+MOST_WITH_SERVICES = 32
+"""Satellites in a process whose parameters can be read and set from outside.
+
+Every endpoint that a process makes has it tell all others of all its endpoints anew, and these services are
+more than half of them: above this number nodes go without, so that a large formation starts at all.
+"""
+
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Make a node for each satellite of the group, and fly them on one executor."""
@@ -23,7 +30,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         raise NodeError(sentence, EXIT_BAD_INPUT)
     satellites = []
     for name in names:
-        own = FormationNode(name)
+        own = FormationNode(name, log_topic=False, services=len(names) <= MOST_WITH_SERVICES)
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, scenario, settings, report))

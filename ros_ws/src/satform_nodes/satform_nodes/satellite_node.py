@@ -43,7 +43,7 @@ from satform_nodes.diagnostics import Condition, Health, flight_condition
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
-from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
+from satform_nodes.lifetime import NodeError, StopRequest, patience, run, scenario_of
 from satform_nodes.on_the_clock import Ages, processor_seconds
 from satform_nodes.parameters import (
     FormationNode,
@@ -295,7 +295,7 @@ class SatelliteNode:
         said = entry.admit(data, sequence, self.step if self.flying else 0, last)
         if said is None:
             return
-        words = (self._stamps.time(said[0], said[1]), *said[3:])
+        words = self._words(said)
         if self._abreast is None:
             self.hear(neighbour, said[2], words)
             self._act_if_complete()
@@ -310,7 +310,11 @@ class SatelliteNode:
         """On the wall clock: keep what a neighbour said for the latest steps."""
         if said is not None:
             own = self._newest.setdefault(neighbour, deque(maxlen=3))
-            own.append((said[2], (self._stamps.time(said[0], said[1]), *said[3:])))
+            own.append((said[2], self._words(said)))
+
+    def _words(self, said: tuple[Any, ...]) -> tuple[float, ...]:
+        """Time and numbers of an announcement, from all that its message holds."""
+        return (self._stamps.time(said[0], said[1]), *said[-WIDTH[self._announces] :])
 
     def _on_state(self, entry: Entry, data: bytes, sequence: int) -> None:
         before = entry.repeated
@@ -704,14 +708,15 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         NodeError: the others are not there, or no longer heard.
     """
     names = ", ".join(satellite.name for satellite in satellites)
+    longest = patience(len(satellites[0].scenario.satellites))
 
     def over() -> bool:
         return stop.asked or all(satellite.view.ended for satellite in satellites)
 
     if not executor.spin_until(
-        lambda: all(satellite.matched() for satellite in satellites) or over(), PATIENCE
+        lambda: all(satellite.matched() for satellite in satellites) or over(), longest
     ):
-        sentence = f"{names}: neighbours and plant have not been found within {PATIENCE:g} s"
+        sentence = f"{names}: neighbours and plant have not been found within {longest:g} s"
         raise NodeError(sentence, EXIT_LOST)
     for satellite in satellites:
         satellite.say_ready()
@@ -728,9 +733,9 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         return sum(satellite.pulse for satellite in satellites)
 
     # The first state comes when the last of all nodes is ready; the next ones soon or never.
-    patience = 2.0 * satellites[0].scenario.tolerated_silence
-    in_time = executor.spin_while(lambda: not begun(), PATIENCE, progress=pulse)
-    in_time = in_time and executor.spin_while(lambda: not over(), patience, say_again, pulse)
+    silence = 2.0 * satellites[0].scenario.tolerated_silence
+    in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
+    in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
     _say_farewell(satellites, in_time=in_time)
     return EXIT_STOPPED if stop.asked else EXIT_DONE
 
