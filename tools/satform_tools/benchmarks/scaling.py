@@ -67,9 +67,15 @@ class InProcess:
     steps_per_second: float
 
 
-def ring(count: int, steps: int) -> Scenario:
-    """A formation of any size: sliding mode, consensus and a harmonic disturbance, as in `triangle`."""
-    graph = "none" if count < 3 else "ring"
+def ring(count: int, steps: int, graph: str = "ring") -> Scenario:
+    """A formation of any size: sliding mode, consensus and a harmonic disturbance, as in `triangle`.
+
+    Args:
+        count: satellites.
+        steps: length of the flight.
+        graph: kind of the communication graph with its fields, as in a scenario; none below 3 satellites.
+    """
+    graph = "none" if count < 3 else graph
     satellites = "".join(
         f"  - {{name: s{index}, arc_length: {1000.0 * (index * 7 % count)}}}\n" for index in range(count)
     )
