@@ -125,14 +125,17 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
         job = Job(layout, ros, environment)
         if clean:
             remove_workspace(layout)
-        if clean or not venv_fits(layout, ros):
+        anew = clean or not venv_fits(layout, ros)
+        if anew:
             _renew_venv(job)
         # Sources saved while they are built make the stamp unfit at the next start, not now.
         fresh = finished(layout, ros)
         if fresh:
             return fresh
         stamp = build_workspace(job)
-        _keep_bytecode(job, stamp)
+        if anew:
+            # Later changes are to our own few modules, which are soon compiled.
+            _keep_bytecode(job, stamp)
         return stamp
 
 
