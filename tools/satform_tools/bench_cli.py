@@ -117,9 +117,12 @@ def scaling(
     from satform_tools import scaling_page
 
     with _flying():
-        found = scaling_page.measure(satellites or scaling_page.COUNTS, steps)
-    if write:
-        scaling_page.write(found)
+        found = []
+        for row in scaling_page.measure(satellites or scaling_page.COUNTS, steps):
+            found.append(row)
+            if write:
+                # After each: the large ones take long, and someone may lose patience.
+                scaling_page.write(found)
 
 
 @app.command()

@@ -1,6 +1,6 @@
 """The table and the figure of docs/scaling.md: what grows with the number of satellites."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,14 +73,13 @@ class Row:
         )
 
 
-def measure(counts: Sequence[int], steps: int) -> list[Row]:
+def measure(counts: Sequence[int], steps: int) -> Iterator[Row]:
     """Fly formations of each size on each graph, as processes and as groups, and print each as it is done.
 
     Args:
         counts: satellites of each.
         steps: of each flight; those of many satellites fly fewer, so that it ends.
     """
-    found = []
     for count in counts:
         groups = {-(-count // PROCESSES_OF_GROUPS), *([1] if count <= MOST_PROCESSES else [])}
         for words, graph in GRAPHS.items():
@@ -89,8 +88,7 @@ def measure(counts: Sequence[int], steps: int) -> list[Row]:
             for group in sorted(groups):
                 row = _measured(count, group, words, ring(count, steps if count < 100 else 20, graph))
                 say.line("  ".join(row.cells()))
-                found.append(row)
-    return found
+                yield row
 
 
 def _measured(count: int, group: int, words: str, scenario: Scenario) -> Row:
@@ -132,7 +130,6 @@ def write(rows: Sequence[Row]) -> None:
     picture = "![Processor time of a step and start by number of satellites](scaling.png)"
     _PAGE.write_text(f"{before}{begin}\n{chr(10).join(table)}\n\n{picture}\n{end}{after}", encoding="utf-8")
     _draw(rows)
-    say.line(f"written: {_PAGE}, {_FIGURE}")
 
 
 def _draw(rows: Sequence[Row]) -> None:

@@ -108,6 +108,7 @@ def over_dds(
 
     Raises:
         RuntimeError: a process was lost.
+        KeyboardInterrupt: it was stopped by a signal, which is meant for the measuring as well.
     """
     from satform_bringup.supervise import fly  # noqa: PLC0415
     from satform_nodes.executor import STOCK  # noqa: PLC0415
@@ -124,7 +125,9 @@ def over_dds(
             group=group,
             environment={STOCK: "1"} if stock else None,
         )
-        if flight.lost or flight.stopped:
+        if flight.stopped:
+            raise KeyboardInterrupt
+        if flight.lost:
             raise RuntimeError(f"{count} satellites: {flight.reason}")
     return OverDds(
         satellites=count,
