@@ -157,3 +157,22 @@ def test_a_pickled_object_is_never_opened(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="no checkpoint"):
         restore(Satellite.of(scenario_with(MEMORIES["lqr"]), 0), buffer.getvalue())
     assert not (tmp_path / "sprung").exists()
+
+
+@pytest.mark.parametrize("step", [1, 15])
+@pytest.mark.parametrize("kind", ["filter", *sorted(MEMORIES)])
+def test_a_satellite_that_leaves_a_stack_flies_on_with_the_same_bits(kind: str, step: int) -> None:
+    scenario = with_filter() if kind == "filter" else scenario_with(MEMORIES[kind])
+    others, motions = moments(80)[40:], moments(40)
+    nobody = Told.whole(np.zeros((2, 0, 2)), np.zeros((2, 0)))
+    together = Satellite.together(scenario, [0, 0])
+    for own, other in zip(motions[:step], others[:step], strict=True):
+        position, velocity = (own.position, other.position), (own.velocity, other.velocity)
+        together.act(Motion(np.stack(position), np.stack(velocity)), nobody)
+
+    single = Satellite.of(scenario, 0)
+    flown(single, motions[:step])
+    leaver = together.alone(0, single.plan, 0)
+
+    restore(Satellite.of(scenario, 0), save(leaver))
+    np.testing.assert_array_equal(flown(leaver, motions[step:]), flown(single, motions[step:]))

@@ -125,10 +125,35 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
         job = Job(layout, ros, environment)
         if clean:
             remove_workspace(layout)
-        if clean or not venv_fits(layout, ros):
+        anew = clean or not venv_fits(layout, ros)
+        if anew:
             _renew_venv(job)
         # Sources saved while they are built make the stamp unfit at the next start, not now.
-        return finished(layout, ros) or build_workspace(job)
+        fresh = finished(layout, ros)
+        if fresh:
+            return fresh
+        stamp = build_workspace(job)
+        if anew:
+            # Later changes are to our own few modules, which are soon compiled.
+            _keep_bytecode(job, stamp)
+        return stamp
+
+
+def _keep_bytecode(job: Job, stamp: dict[str, Any]) -> None:
+    """Compile what nodes and command line import, once: without that every process would do it again.
+
+    pip and uv leave that to the first import, which keeps nothing where `PYTHONDONTWRITEBYTECODE` is set or
+    another user has made the environment. Nothing depends on its success.
+    """
+    from satform_setup.processes import Progress, run_logged  # noqa: PLC0415 - later starts do without
+
+    variables = applied(stamp["variables"], shell_variables(job.ros, job.environment))
+    variables.pop("PYTHONDONTWRITEBYTECODE", None)
+    modules = "satform_nodes.everything, satform_bringup.supervise, satform_tools.cli, satform_tools.running"
+    command = [str(job.layout.python), "-P", "-c", f"import {modules}"]
+    progress = Progress("compiling what is imported (a few seconds)")
+    run_logged(job, command, variables, progress, job.layout.root)
+    progress.end()
 
 
 def _take(lock: BinaryIO) -> None:

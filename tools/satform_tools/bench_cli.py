@@ -102,6 +102,30 @@ def lockstep(
 
 
 @app.command()
+def scaling(
+    satellites: Counts = None,
+    steps: Annotated[int, typer.Option(min=10, help="Steps of each flight.")] = 100,
+    write: Annotated[
+        bool, typer.Option("--write", help="Put table and figure into docs/scaling.md of this checkout.")
+    ] = False,
+) -> None:
+    """How speed, memory and start grow with the number of satellites, as processes and as groups.
+
+    3, 8, 16, 32, 64, 128, 256 and 1000 satellites on a ring and on a random graph of degree 4. What does not
+    fly is a line of the table too.
+    """
+    from satform_tools import scaling_page
+
+    with _flying():
+        found = []
+        for row in scaling_page.measure(satellites or scaling_page.COUNTS, steps):
+            found.append(row)
+            if write:
+                # After each: the large ones take long, and someone may lose patience.
+                scaling_page.write(found)
+
+
+@app.command()
 def satellite(times: Times = 3, keep: Keep = None, json: Json = False) -> None:
     """One satellite's own step under each control law: processor time without any message."""
     from satform_tools import benching, catalogue

@@ -67,9 +67,15 @@ class InProcess:
     steps_per_second: float
 
 
-def ring(count: int, steps: int) -> Scenario:
-    """A formation of any size: sliding mode, consensus and a harmonic disturbance, as in `triangle`."""
-    graph = "none" if count < 3 else "ring"
+def ring(count: int, steps: int, graph: str = "ring") -> Scenario:
+    """A formation of any size: sliding mode, consensus and a harmonic disturbance, as in `triangle`.
+
+    Args:
+        count: satellites.
+        steps: length of the flight.
+        graph: kind of the communication graph with its fields, as in a scenario; none below 3 satellites.
+    """
+    graph = "none" if count < 3 else graph
     satellites = "".join(
         f"  - {{name: s{index}, arc_length: {1000.0 * (index * 7 % count)}}}\n" for index in range(count)
     )
@@ -102,6 +108,7 @@ def over_dds(
 
     Raises:
         RuntimeError: a process was lost.
+        KeyboardInterrupt: it was stopped by a signal, which is meant for the measuring as well.
     """
     from satform_bringup.supervise import fly  # noqa: PLC0415
     from satform_nodes.executor import STOCK  # noqa: PLC0415
@@ -118,7 +125,9 @@ def over_dds(
             group=group,
             environment={STOCK: "1"} if stock else None,
         )
-        if flight.lost or flight.stopped:
+        if flight.stopped:
+            raise KeyboardInterrupt
+        if flight.lost:
             raise RuntimeError(f"{count} satellites: {flight.reason}")
     return OverDds(
         satellites=count,

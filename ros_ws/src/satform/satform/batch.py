@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -36,6 +36,28 @@ def stack(items: Sequence[T]) -> T:
         values = [getattr(item, field.name) for item in items]
         stacked[field.name] = _stack_values(values, f"{type(first).__name__}.{field.name}")
     return dataclasses.replace(first, **stacked)
+
+
+def item(stacked: T, row: int) -> T:
+    """What one satellite has of a stack: the inverse of `stack` for one place.
+
+    Args:
+        stacked: dataclass, tuple or array whose arrays carry a leading satellite axis.
+        row: place of the satellite on that axis.
+
+    Returns:
+        The same with every array's row; what is no array belongs to all and is passed on.
+    """
+    picked: Any = stacked
+    if dataclasses.is_dataclass(stacked) and not isinstance(stacked, type):
+        parts = {field.name: item(getattr(stacked, field.name), row) for field in dataclasses.fields(stacked)}
+        picked = dataclasses.replace(stacked, **parts)
+    elif isinstance(stacked, tuple):
+        picked = tuple(item(part, row) for part in stacked)
+    elif isinstance(stacked, np.ndarray):
+        # A copy: the row would keep the whole stack alive.
+        picked = stacked[row].copy()
+    return cast(T, picked)
 
 
 def _stack_values(values: list[Any], name: str) -> Any:

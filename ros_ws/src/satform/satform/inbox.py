@@ -84,6 +84,10 @@ class Inbox:
         weight: Array = np.where(old, 0.0, self.known)
         return weight
 
+    def first(self, count: int) -> "Inbox":
+        """The inbox for the first so many possible neighbours alone."""
+        return Inbox(self.values[..., :count, :], self.stamp[..., :count], self.known[..., :count])
+
     def rearranged(self, places: list[int | None]) -> "Inbox":
         """The inbox of one satellite for another list of possible neighbours.
 

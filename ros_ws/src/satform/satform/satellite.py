@@ -137,6 +137,19 @@ class Satellite:
         neighbours = max(len(graph.neighbours(index)) for index in indices)
         return cls(batch.stack([flight_plan(scenario, index) for index in indices]), neighbours)
 
+    def alone(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
+        """One of several satellites flown as one, to go on by itself with the same bits.
+
+        Args:
+            row: its place among them.
+            plan: its own.
+            neighbours: how many others it may hear at some time.
+        """
+        single = Satellite(plan, neighbours)
+        state = batch.item(self.state, row)
+        single.state = replace(state, inbox=state.inbox.first(neighbours))
+        return single
+
     def announce(self) -> AnyAnnouncement:
         """What the neighbours may hear in the coming step."""
         return self.state.announcement

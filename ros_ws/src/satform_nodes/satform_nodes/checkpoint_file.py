@@ -56,9 +56,13 @@ class CheckpointFile:
         except ValueError as error:
             raise NodeError(f"{self._file}: {error}", EXIT_LOST) from None
 
+    def due(self, step: int) -> bool:
+        """Whether a checkpoint is to be written before a step."""
+        return self._file is not None and step % self._every == 0
+
     def keep(self, satellite: Satellite) -> None:
         """Write a checkpoint if one is due at the satellite's step."""
-        if self._file is None or satellite.state.step % self._every:
+        if self._file is None or not self.due(satellite.state.step):
             return
         new = self._file.with_suffix(".new")
         try:

@@ -22,7 +22,7 @@ from satform.scenario import Scenario
 from satform.scene import Scene
 from satform_nodes import topics
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
+from satform_nodes.lifetime import NodeError, StopRequest, patience, run, scenario_of
 from satform_nodes.parameters import declare_fixed
 from satform_nodes.pictures import PictureMessages
 from satform_nodes.report import Report
@@ -91,14 +91,19 @@ class DisplayNode:
             types["status"], topics.STATUS, self._on_status, topics.LATCHED
         )
 
-    def begin(self, executor: StepExecutor, stop: StopRequest) -> None:
+    def begin(self, executor: StepExecutor, stop: StopRequest, longest: float) -> None:
         """Wait for the formation to appear.
+
+        Args:
+            executor: does the waiting.
+            stop: ends it early.
+            longest: wall-clock time after which to give up, s.
 
         Raises:
             NodeError: there is none.
         """
-        if not executor.spin_until(lambda: self.seen_anything or stop.asked, PATIENCE):
-            raise NodeError(f"nothing to show within {PATIENCE:g} s: no formation is heard", EXIT_LOST)
+        if not executor.spin_until(lambda: self.seen_anything or stop.asked, longest):
+            raise NodeError(f"nothing to show within {longest:g} s: no formation is heard", EXIT_LOST)
         self.node.destroy_subscription(self._history)
 
     def show_if_due(self) -> None:
@@ -200,15 +205,16 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) 
     declare_fixed(node, "scenario", "", "path of the scenario file")
     scenario = scenario_of(node)
     display = DisplayNode(node, executor, scenario)
-    display.begin(executor, stop)
+    first = patience(len(scenario.satellites))
+    display.begin(executor, stop, first)
 
     def flying() -> bool:
         display.show_if_due()
         return display.ended is None and not stop.asked
 
-    patience = max(PATIENCE, 2.0 * scenario.tolerated_silence)
-    if not executor.spin_at_leisure(flying, patience, lambda _leisure: stop.pause(_GLANCE)):
-        raise NodeError(f"nothing to show for {patience:g} s: the formation is silent", EXIT_LOST)
+    longest = max(first, 2.0 * scenario.tolerated_silence)
+    if not executor.spin_at_leisure(flying, longest, lambda _leisure: stop.pause(_GLANCE)):
+        raise NodeError(f"nothing to show for {longest:g} s: the formation is silent", EXIT_LOST)
     executor.spin_while(lambda: not stop.asked, _LAST_SIGHT)
     display.show_last()
     return EXIT_STOPPED if stop.asked else EXIT_DONE

@@ -125,6 +125,7 @@ class StepExecutor(SingleThreadedExecutor):
         self._stock = STOCK in os.environ
         self._handed_out = 0
         self._taker = Taker()
+        self._names: list[str] = []
         self._hot: list[_Ear] = []
         self._ears: dict[int, _Ear] = {}
         self._chores: list[Callable[[], None]] = []
@@ -134,6 +135,11 @@ class StepExecutor(SingleThreadedExecutor):
         self._cold_wait_set: Any = None
         self._next_housekeeping = 0.0
         self._next_cold_look = 0.0
+
+    def add_node(self, node: Node) -> bool:
+        """Have a node's work done here; its name is kept, since the node may go before this does."""
+        self._names.append(node.get_name())
+        return bool(super().add_node(node))
 
     def add_chore(self, chore: Callable[[], None]) -> None:
         """Have something done at every look at what is not hot, some fifty times a second."""
@@ -193,7 +199,7 @@ class StepExecutor(SingleThreadedExecutor):
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
         """End, and leave what was traced where it was asked for."""
-        self.trace.write([node.get_name() for node in self.get_nodes()])
+        self.trace.write(self._names)
         return bool(super().shutdown(timeout_sec))
 
     def _take_subscription(self, sub: Any) -> Any:

@@ -5,11 +5,19 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
 from satform.exit_codes import EXIT_BAD_INPUT
+from satform_nodes.abreast import fly_abreast
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import FormationNode, declare_fixed
 from satform_nodes.report import Report
 from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings, fly_all
+
+MOST_WITH_SERVICES = 32
+"""Satellites in a process whose parameters can be read and set from outside.
+
+Every endpoint that a process makes has it tell all others of all its endpoints anew, and these services are
+more than half of them: above this number nodes go without, so that a large formation starts at all.
+"""
 
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
@@ -22,10 +30,11 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         raise NodeError(sentence, EXIT_BAD_INPUT)
     satellites = []
     for name in names:
-        own = FormationNode(name)
+        own = FormationNode(name, log_topic=False, services=len(names) <= MOST_WITH_SERVICES)
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, scenario, settings, report))
+    fly_abreast(satellites, scenario)
     try:
         return fly_all(satellites, executor, stop)
     finally:

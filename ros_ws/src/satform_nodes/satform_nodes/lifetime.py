@@ -19,12 +19,18 @@ from satform_nodes.executor import StepExecutor
 from satform_nodes.parameters import FormationNode
 from satform_nodes.report import Report
 
-START_TIMEOUT = 60.0
-"""Wall-clock time within which all nodes of a formation have to find each other, s."""
+
+def start_timeout(satellites: int) -> float:
+    """Wall-clock time within which all nodes of a formation have to find each other, s.
+
+    Every node learns of every other one, so that large formations take longer.
+    """
+    return 60.0 + satellites
 
 
-PATIENCE = 1.5 * START_TIMEOUT
-"""Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
+def patience(satellites: int) -> float:
+    """Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
+    return 1.5 * start_timeout(satellites)
 
 
 _ACKNOWLEDGED = Duration(seconds=0.1)

@@ -20,9 +20,20 @@ class FormationNode(Node):
     rclpy drops the reason that a callback gives for accepting a change; here it reaches the caller.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, *, log_topic: bool = True, services: bool = True) -> None:
+        """A node.
+
+        Args:
+            name: of the node.
+            log_topic: whether what it logs is told on `/rosout` too.
+            services: whether its parameters can be read and set from outside.
+        """
         self.sentence = ""
-        super().__init__(name)
+        # With them goes the service that describes message types.
+        bare = [] if services else [Parameter("start_type_description_service", value=False)]
+        super().__init__(
+            name, enable_rosout=log_topic, start_parameter_services=services, parameter_overrides=bare
+        )
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Change parameters together; the result's reason is what the change's acceptor said."""

@@ -22,7 +22,7 @@ from satform_nodes import topics
 from satform_nodes.diagnostics import Condition, Health, flight_condition
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import START_TIMEOUT, NodeError, StopRequest, run, scenario_of, see_off
+from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of, see_off, start_timeout
 from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
 from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
@@ -97,6 +97,7 @@ class PlantNode:
         self.late = [0] * len(self.names)
         self._commanded = [-1] * len(self.names)
         self._heard_at = [0.0] * len(self.names)
+        self.start_timeout = start_timeout(len(self.names))
         self._settings = settings
         self._plan = planned(scenario)
         self._pending: list[Event] = []
@@ -437,7 +438,7 @@ class PlantNode:
         for said in self.report.heard():
             if said["event"] == "lost":
                 self.lose([said["who"]], said["reason"])
-        waits = self._awaited and time.monotonic() - self._awaited_since < START_TIMEOUT
+        waits = self._awaited and time.monotonic() - self._awaited_since < self.start_timeout
         if (self._paused and self._state_due) or waits:
             self._pulse += 1
             now = time.monotonic()
@@ -535,9 +536,9 @@ class PlantNode:
 
     def judge_waiting(self) -> None:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
-        if self._awaited and time.monotonic() - self._awaited_since > START_TIMEOUT:
+        if self._awaited and time.monotonic() - self._awaited_since > self.start_timeout:
             silent = self.missing()
-            self.aborted = (silent, f"{', '.join(silent)} has not come back within {START_TIMEOUT:g} s")
+            self.aborted = (silent, f"{', '.join(silent)} has not come back within {self.start_timeout:g} s")
 
     def tick(self) -> None:
         """Take the next step with the commands that there are: those of the step before hold on."""
@@ -645,10 +646,10 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     scenario = scenario_of(node)
     plant = PlantNode(node, executor, scenario, settings, report)
     if not executor.spin_until(
-        lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, START_TIMEOUT
+        lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, plant.start_timeout
     ):
         late = plant.not_ready()
-        return _abort(plant, late, f"not ready within {START_TIMEOUT:g} s: {', '.join(late)}")
+        return _abort(plant, late, f"not ready within {plant.start_timeout:g} s: {', '.join(late)}")
     begin = time.perf_counter()
     plant.report.say("flying")
     if not (stop.asked or plant.stop_asked):
@@ -688,7 +689,8 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
         silent = plant.missing()
         reason = f"no answer within {silence:g} s from {', '.join(silent)}"
         if plant.waits_for_return:
-            plant.aborted = (silent, f"{', '.join(silent)} has not come back within {START_TIMEOUT:g} s")
+            late = f"{', '.join(silent)} has not come back within {plant.start_timeout:g} s"
+            plant.aborted = (silent, late)
         else:
             plant.lose(silent, reason)
 

@@ -25,7 +25,7 @@ from satform_nodes.diagnostics import DIAGNOSTICS, Condition, Health, flight_con
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
-from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of
+from satform_nodes.lifetime import NodeError, StopRequest, patience, run, scenario_of
 from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
@@ -337,7 +337,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         )
     recorder = RecorderNode(node, executor, scenario, Path(folder), report, clocked)
     try:
-        _record(recorder, executor, stop, max(PATIENCE, 2.0 * scenario.tolerated_silence))
+        _record(recorder, executor, stop, scenario)
     except OSError as error:
         raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_LOST) from None
     finally:
@@ -350,18 +350,20 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     return EXIT_STOPPED if stop.asked else EXIT_DONE
 
 
-def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, patience: float) -> None:
+def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, scenario: Scenario) -> None:
     """Write until the flight is over or a stop is asked for; the bag is closed in any case."""
+    first = patience(len(scenario.satellites))
+    longest = max(first, 2.0 * scenario.tolerated_silence)
     try:
-        if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, PATIENCE):
-            raise NodeError(f"the recorder has not found all topics within {PATIENCE:g} s", EXIT_LOST)
+        if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, first):
+            raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)
         recorder.say_ready()
         recorder.report.say("ready", node="recorder")
         heard = executor.spin_at_leisure(
-            lambda: recorder.ended is None and not stop.asked, patience, stop.pause
+            lambda: recorder.ended is None and not stop.asked, longest, stop.pause
         )
         if not heard:
-            sentence = f"nothing to record for {patience:g} s: the plant is silent"
+            sentence = f"nothing to record for {longest:g} s: the plant is silent"
             recorder.report.say("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
             raise NodeError(sentence, EXIT_LOST)
         # What was said in the last steps may still be on its way, or be sent once more.

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from satform_msgs.msg import Attitude as AttitudeMessage
@@ -42,7 +42,7 @@ from satform_nodes.diagnostics import Condition, Health, flight_condition
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
-from satform_nodes.lifetime import PATIENCE, NodeError, StopRequest, run, scenario_of, see_off
+from satform_nodes.lifetime import NodeError, StopRequest, patience, run, scenario_of, see_off
 from satform_nodes.on_the_clock import Ages, processor_seconds
 from satform_nodes.parameters import (
     FormationNode,
@@ -56,6 +56,9 @@ from satform_nodes.report import Report
 from satform_nodes.speakers import Speakers, decoded
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import Layout, layout
+
+if TYPE_CHECKING:
+    from satform_nodes.abreast import Abreast
 
 _STATE = layout(RelativeState, topics.FRAME)
 _ATTITUDE = layout(AttitudeMessage, topics.FRAME)
@@ -149,6 +152,8 @@ class SatelliteNode:
         self._heard: dict[int, dict[int, tuple[float, ...]]] = {}
         self._said: deque[bytes] = deque(maxlen=2)
         self._last_command = b""
+        self._abreast: Abreast | None = None
+        self._row = 0
         self._start_afresh()
 
         for prefix in self._adjustments.specs:
@@ -299,15 +304,26 @@ class SatelliteNode:
         said = entry.admit(data, self.step if self.flying else 0, last)
         if said is None:
             return
-        step = said[2]
-        self._heard.setdefault(step, {})[neighbour] = (self._stamps.time(said[0], said[1]), *said[3:])
-        self._act_if_complete()
+        words = self._words(said)
+        if self._abreast is None:
+            self.hear(neighbour, said[2], words)
+            self._act_if_complete()
+        else:
+            self._abreast.hear(self._row, neighbour, said[2], words)
+
+    def hear(self, neighbour: int, step: int, words: tuple[float, ...]) -> None:
+        """Note what a neighbour said for a step: its time, then the numbers of its announcement."""
+        self._heard.setdefault(step, {})[neighbour] = words
 
     def _take_newest(self, neighbour: int, said: tuple[Any, ...] | None) -> None:
         """On the wall clock: keep what a neighbour said for the latest steps."""
         if said is not None:
             own = self._newest.setdefault(neighbour, deque(maxlen=3))
-            own.append((said[2], (self._stamps.time(said[0], said[1]), *said[3:])))
+            own.append((said[2], self._words(said)))
+
+    def _words(self, said: tuple[Any, ...]) -> tuple[float, ...]:
+        """Time and numbers of an announcement, from all that its message holds."""
+        return (self._stamps.time(said[0], said[1]), *said[-WIDTH[self._announces] :])
 
     def _on_state(self, entry: Entry, data: bytes, _name: str) -> None:
         before = entry.repeated
@@ -315,16 +331,24 @@ class SatelliteNode:
         numbers = entry.admit(data, self.step, last)
         # Whatever the plant says is a sign that it is there.
         self.pulse += numbers is not None or entry.repeated > before
-        if numbers is not None:
-            self._state = numbers
+        if numbers is None:
+            return
+        self._state = numbers
+        if self._abreast is None:
             self._act_if_complete()
+        else:
+            self._abreast.see(self._row, numbers)
 
     def _on_attitude(self, entry: Entry, data: bytes, _name: str) -> None:
         last = self.step if self.flying and not self._clocked else _ANY_STEP
         numbers = entry.admit(data, self.step, last)
-        if numbers is not None:
-            self._attitude = numbers
+        if numbers is None:
+            return
+        self._attitude = numbers
+        if self._abreast is None:
             self._act_if_complete()
+        else:
+            self._abreast.turn(self._row, numbers)
 
     def _on_status(self, data: bytes, _name: str) -> None:
         status = decoded(data, FormationStatus, topics.STATUS, self.refusals)
@@ -338,6 +362,7 @@ class SatelliteNode:
         formation = self.view.formation
         if formation.number == before:
             return
+        self._part()
         for place, speakers in self._writers.items():
             if not formation.alive[place]:
                 speakers.vacate(self._names[place])
@@ -395,6 +420,44 @@ class SatelliteNode:
         self.satellite.rearrange(places)
         self._ears = Ears(self.scenario, np.asarray(self.index), [self._neighbours])
 
+    @property
+    def neighbours(self) -> list[int]:
+        """Places of those whom this satellite may hear, ascending."""
+        return self._neighbours
+
+    @property
+    def turns(self) -> bool:
+        """Whether the satellite has an attitude."""
+        return self._turns
+
+    @property
+    def lockstep(self) -> bool:
+        """Whether the flight goes step by step, and not by the wall clock."""
+        return not self._clocked
+
+    def hears_all(self) -> bool:
+        """Whether the graph of the moment lets this satellite hear all whom it may ever hear."""
+        return bool(self._ears.linked(self.view.formation).all())
+
+    def fly_abreast(self, abreast: "Abreast", row: int) -> None:
+        """From now on hand over what arrives to those who act together."""
+        self._abreast, self._row = abreast, row
+
+    def fly_alone(self, satellite: Satellite | None) -> None:
+        """From now on act alone, with flight software that goes on from where the others were together."""
+        self._abreast = None
+        if satellite is not None:
+            self.satellite = satellite
+
+    def go_on(self) -> None:
+        """Act if everything for the step is there already."""
+        self._act_if_complete()
+
+    def _part(self) -> None:
+        """Something is out of the ordinary: those who acted together go on one by one."""
+        if self._abreast is not None:
+            self._abreast.part()
+
     def _act_if_complete(self) -> None:
         state = self._state
         if state is None or not self._knows(int(state[3])):
@@ -403,7 +466,7 @@ class SatelliteNode:
         if step >= self.scenario.timing.steps:
             self._state = None
             return
-        if not self.flying and not self._join(step):
+        if not self.flying and not self.join(step):
             return
         if self._clocked:
             self._act_on_the_clock(step, state)
@@ -458,7 +521,7 @@ class SatelliteNode:
                 heard.setdefault(neighbour, last_word(command, self._announces, self._stamps))
         self._heard[step] = heard
 
-    def _join(self, step: int) -> bool:
+    def join(self, step: int) -> bool:
         """Begin to fly with the first state, or come back when the plant says so."""
         returned = self.view.returns.get(self.index)
         if returned is None:
@@ -500,6 +563,35 @@ class SatelliteNode:
         self._show(seconds, nanoseconds, step, decision)
         self._tell_changes(step)
 
+    def has_acted(self, busy: float) -> None:
+        """Note that this satellite has taken its step together with others.
+
+        Args:
+            busy: its part of the processor time, s.
+        """
+        self.busy_seconds += busy
+        self._state = self._attitude = None
+        self.step += 1
+
+    def say_command(self, data: bytes) -> None:
+        """Command the thrusters; the message is kept to be said again."""
+        self._last_command = data
+        self._say_command.publish(data)
+
+    def say_announcement(self, data: bytes) -> None:
+        """Tell the listeners; the message is kept to be said again."""
+        self._said.append(data)
+        self._say_announcement.publish(data)
+
+    def say_tracking(self, data: bytes) -> None:
+        """Show how well the reference is followed."""
+        self._say_tracking.publish(data)
+
+    @property
+    def memory(self) -> CheckpointFile:
+        """Where this satellite's checkpoints are kept."""
+        return self._memory
+
     def _told(self, step: int, heard: dict[int, tuple[float, ...]], speakers: list[int]) -> Told:
         """What the links make of what the neighbours said for this step."""
         count = len(self._neighbours)
@@ -522,9 +614,7 @@ class SatelliteNode:
 
     def _announce(self, values: tuple[tuple[int, int], list[float]] | None = None) -> None:
         stamp, said = values or self._values_to_say()
-        data = self._announcement.pack(*stamp, self.step, *self._before_numbers, *said)
-        self._said.append(data)
-        self._say_announcement.publish(data)
+        self.say_announcement(self._announcement.pack(*stamp, self.step, *self._before_numbers, *said))
 
     @property
     def _before_numbers(self) -> tuple[int, ...]:
@@ -542,10 +632,11 @@ class SatelliteNode:
         stamp, said = values
         torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
         announced = (*said, *[0.0] * 6) if self._announces == "arc_length" else (0.0, 0.0, *said)
-        self._last_command = _COMMAND.pack(
-            seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque, *stamp, *announced
+        self.say_command(
+            _COMMAND.pack(
+                seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque, *stamp, *announced
+            )
         )
-        self._say_command.publish(self._last_command)
 
     def _show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
         reference, motion = decision.reference, decision.motion
@@ -571,6 +662,7 @@ class SatelliteNode:
         on_spec_change(self.node, prefix, lambda: self._adjustments.specs[prefix], accept)
 
     def _accept(self, prefix: str, spec: Spec, fields: dict[str, Any]) -> str:
+        self._part()
         self._adjustments.use(self.satellite, prefix, spec)
         for name, value in fields.items():
             numbers = list(value) if isinstance(value, list | tuple) else [float(value)]
@@ -630,14 +722,15 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         NodeError: the others are not there, or no longer heard.
     """
     names = ", ".join(satellite.name for satellite in satellites)
+    longest = patience(len(satellites[0].scenario.satellites))
 
     def over() -> bool:
         return stop.asked or all(satellite.view.ended for satellite in satellites)
 
     if not executor.spin_until(
-        lambda: all(satellite.matched() for satellite in satellites) or over(), PATIENCE
+        lambda: all(satellite.matched() for satellite in satellites) or over(), longest
     ):
-        sentence = f"{names}: neighbours and plant have not been found within {PATIENCE:g} s"
+        sentence = f"{names}: neighbours and plant have not been found within {longest:g} s"
         raise NodeError(sentence, EXIT_LOST)
     for satellite in satellites:
         satellite.say_ready()
@@ -654,9 +747,9 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         return sum(satellite.pulse for satellite in satellites)
 
     # The first state comes when the last of all nodes is ready; the next ones soon or never.
-    patience = 2.0 * satellites[0].scenario.tolerated_silence
-    in_time = executor.spin_while(lambda: not begun(), PATIENCE, progress=pulse)
-    in_time = in_time and executor.spin_while(lambda: not over(), patience, say_again, pulse)
+    silence = 2.0 * satellites[0].scenario.tolerated_silence
+    in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
+    in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
     _say_farewell(satellites, in_time=in_time)
     return EXIT_STOPPED if stop.asked else EXIT_DONE
 
