@@ -430,6 +430,13 @@ def test_a_whole_number_of_thousands_of_digits_is_a_sentence() -> None:
     assert [(problem.field, problem.sentence[:14]) for problem in found] == [("seed", "found Infinity")]
 
 
+def test_half_a_character_is_no_text_and_a_whole_one_written_as_two_halves_is() -> None:
+    (name,) = [found for found in problems(TRIANGLE.replace("name: sat1", r'name: "\ud800"')) if found.line]
+    assert "\N{REPLACEMENT CHARACTER}" in name.sentence
+    whole = TRIANGLE.replace("title: ", r'title: "\ud83d\ude80"  # ', 1)
+    assert parse_scenario(whole).title == "\N{ROCKET}"
+
+
 def test_no_more_problems_are_said_than_anybody_reads() -> None:
     found = problems("".join(f"field{number}: 1\n" for number in range(1000)))
     assert len(found) == 201

@@ -189,17 +189,24 @@ def _found(value: Any) -> str:
 def _plain(node: Any) -> Any:
     """The YAML tree without its layout: dicts, lists, strings, plain numbers."""
     if isinstance(node, Mapping):
-        return {str(key): _plain(value) for key, value in node.items()}
+        return {_text(str(key)): _plain(value) for key, value in node.items()}
     if isinstance(node, list | tuple | set):
         return [_plain(value) for value in node]
     if isinstance(node, bool) or node is None:
         return node
     if isinstance(node, int) and abs(node) > _LARGEST_INTEGER:
         return float(node) if abs(node) < 10**300 else math.copysign(math.inf, 1 if node > 0 else -1)
-    for plain in (int, float, str):
+    for plain in (int, float):
         if isinstance(node, plain):
             return plain(node)
-    return str(node)
+    return _text(str(node))
+
+
+def _text(text: str) -> str:
+    r"""Text that can be written down: escapes such as \ud800 stand for halves of a character only."""
+    if text.isascii():
+        return text
+    return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
 def _apply_changes(data: Any, changes: Iterable[str]) -> dict[FieldPath, str]:
