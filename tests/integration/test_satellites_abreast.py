@@ -27,6 +27,7 @@ def flown_in_one_process(scenario: Scenario, out: Path) -> list[str]:
     ("name", "steps"),
     [
         ("star_six", 100),  # with different numbers of neighbours
+        ("approach_gssap", 20),  # that hear nobody
         ("formation_pointing", 40),  # with attitudes
         ("directed_triangle", 100),  # that tell their motion, under a law with a memory
     ],

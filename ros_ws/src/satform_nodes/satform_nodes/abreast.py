@@ -172,9 +172,9 @@ class Abreast:
         assert first is not None  # noqa: S101 - everything has arrived
         told = np.array([state[4:10] for state in self._states if state is not None])
         motion = Motion(told[:, :3], told[:, 3:])
-        said = np.array(self._heard[step & 1], dtype=np.float64).reshape(count, self._width, -1)
-        if not self._width:
-            said = np.zeros((count, 0, len(self._silence)))
+        said = np.array(self._heard[step & 1], dtype=np.float64).reshape(
+            count, self._width, len(self._silence)
+        )
         heard = self._ears.told(step, said[..., 1:], said[..., 0], self._fresh, self._nodes[0].view.formation)
         attitude = None
         if self._turns:

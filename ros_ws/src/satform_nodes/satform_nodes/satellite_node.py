@@ -596,9 +596,8 @@ class SatelliteNode:
         """What the links make of what the neighbours said for this step."""
         count = len(self._neighbours)
         if len(speakers) == count:
-            said = np.array([heard[neighbour] for neighbour in self._neighbours]).reshape(count, -1)
-            if count == 0:
-                said = np.zeros((0, 1 + WIDTH[self._announces]))
+            width = 1 + WIDTH[self._announces]
+            said = np.array([heard[neighbour] for neighbour in self._neighbours]).reshape(count, width)
             return self._ears.told(step, said[:, 1:], said[:, 0], np.ones(count), self.view.formation)
         said, fresh = np.zeros((count, 1 + WIDTH[self._announces])), np.zeros(count)
         for place, neighbour in enumerate(self._neighbours):
