@@ -415,6 +415,10 @@ class _Watch:
             self._note_loss(entry, code)
             self._end_flight()
             return
+        if "plant" in self.lost:
+            # Those that notice that the plant is silent end because of it.
+            self._end_flight()
+            return
         satellites = entry.node.parameters.get("satellites")
         names = satellites if isinstance(satellites, list) else [entry.name]
         # A satellite says so before the scenario has it killed.
