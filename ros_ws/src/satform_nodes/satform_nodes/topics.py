@@ -34,8 +34,8 @@ FASTEST = 1e5
 NEAR = 1e3
 """Distance by which a place may jump beside that, m."""
 
-RECORDER_WINDOW = 256
-"""Steps by which the plant may be ahead of the recorder; queues hold eight times as many messages."""
+RECORDER_WINDOW = 1024
+"""Steps by which the plant may be ahead of the recorder; queues hold sixteen times as many messages."""
 
 
 def state(satellite: str) -> str:
@@ -116,7 +116,7 @@ TYPES = {
 
 STEPPED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
-    depth=8 * RECORDER_WINDOW,
+    depth=16 * RECORDER_WINDOW,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
