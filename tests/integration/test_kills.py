@@ -146,10 +146,6 @@ def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tm
     assert not read_bag(tmp_path / "bag").complete
 
 
-@pytest.mark.xfail(
-    reason="what a satellite still says between going on and being told that it is lost may reach the bag",
-    strict=False,
-)
 def test_a_satellite_that_stood_still_for_too_long_is_fenced_when_it_goes_on(tmp_path: Path) -> None:
     scenario = shortened("triangle", 3000.0, "tolerated_silence=1.0")
     stopped: list[int] = []

@@ -92,7 +92,7 @@ def _recorder(scenario: Scenario) -> Access:
     hears = [topics.CLOCK, topics.STATUS, DIAGNOSTICS]
     for index, satellite in enumerate(scenario.satellites):
         hears += [*_told(scenario, index), *_shown(scenario, index), *_said(scenario, satellite.name)]
-    return _node("recorder", (topics.READY, topics.RECORDED), tuple(hears))
+    return _node("recorder", (topics.READY, topics.RECORDED, DIAGNOSTICS), tuple(hears))
 
 
 def _operator(flying: list[Access]) -> Access:

@@ -369,12 +369,18 @@ def _blank(table: Table, rows: NDArray[np.bool_]) -> None:
 def _with_silence(
     table: Table, whose: tuple[str, str], spells: list[tuple[int, int]], contents: _Contents
 ) -> Table:
-    """A satellite's messages with a row for each step in which it was absent."""
+    """A satellite's messages with a row for each step in which it was absent.
+
+    What it says in such a step counts for nothing: a process that was held still and goes on does not
+    know yet that it has been given up.
+    """
     kind, name = whose
     form = layout(topics.TYPES["command"], topics.FRAME)
     commands = np.frombuffer(b"".join(contents.messages.get(topics.command(name), [])), dtype=form.dtype)
     for begin, end in spells:
         command = commands[commands["step"] == begin - 1]
+        silent_from = begin + 1 if kind in ANNOUNCEMENTS else begin
+        table = table[(table["step"] < silent_from) | (table["step"] >= end)]
         first = begin - 1 if kind == "tracking" else begin
         until = min(end, len(contents.messages.get(topics.CLOCK, [])) - (kind not in ANNOUNCEMENTS))
         present = set(table["step"].tolist())

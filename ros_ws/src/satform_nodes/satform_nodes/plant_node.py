@@ -164,7 +164,7 @@ class PlantNode:
                 Command,
                 topics.command(name),
                 partial(self._on_command, index),
-                topics.NEWEST if self.clocked else topics.STEPPED,
+                topics.NEWEST if self.clocked else topics.STEPPED_READER,
                 self._speakers[index],
             )
             for index, name in enumerate(self.names)
@@ -187,7 +187,7 @@ class PlantNode:
         if self.recorded:
             speakers = Speakers(node, topics.RECORDED, watching, self.refusals)
             progress = executor.subscribe(
-                node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED, speakers
+                node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED_READER, speakers
             )
             self._company.speaks(progress, watching)
 
@@ -485,8 +485,10 @@ class PlantNode:
         self._say_status.publish(self._status)
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
-        # What the plant said last would be lost with it.
-        if not see_off((self._say_status, *self._say_state, self._say_clock), self._present, _FAREWELL):
+        # What the plant said last would be lost with it; what a recorder has is not on its way any more.
+        recorded = phase == FormationStatus.FINISHED and self.recorded
+        said_in_steps = [] if recorded else [*self._say_state, self._say_clock]
+        if not see_off((self._say_status, *said_in_steps), self._present, _FAREWELL):
             self.node.get_logger().warning("not everyone has heard how the flight ended")
 
     def _present(self) -> bool:

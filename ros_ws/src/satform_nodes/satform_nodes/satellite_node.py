@@ -133,7 +133,7 @@ class SatelliteNode:
         self.view = FormationView(scenario)
         self._settings = settings
         self._clocked = settings.rate > 0.0
-        self._profile = topics.NEWEST if self._clocked else topics.STEPPED
+        self._profile = topics.NEWEST if self._clocked else topics.STEPPED_READER
         self._ages = Ages()
         self._skipped = 0
         self._newest: dict[int, deque[tuple[int, tuple[float, ...]]]] = {}
@@ -245,8 +245,14 @@ class SatelliteNode:
         self._say_ready.publish(Ready(node=name, step=self.step, checkpoint=self._memory.step))
 
     def see_off(self) -> None:
-        """Stay until what was said last has arrived, for a bounded time: it would be lost with this node."""
-        see_off(self._spoken, self._heard_out, _FAREWELL)
+        """Stay until what was said last has arrived, for a bounded time: it would be lost with this node.
+
+        In lockstep a flight is finished when the plant has every command and the recorder has every step,
+        so that only changes may still be on their way.
+        """
+        ended = self.view.ended
+        finished = ended is not None and ended.phase == FormationStatus.FINISHED and not self._clocked
+        see_off((self._say_change,) if finished else self._spoken, self._heard_out, _FAREWELL)
 
     def _heard_out(self) -> bool:
         """Whether the plant or the recorder still listens to this satellite."""

@@ -34,8 +34,8 @@ FASTEST = 1e5
 NEAR = 1e3
 """Distance by which a place may jump beside that, m."""
 
-RECORDER_WINDOW = 1024
-"""Steps by which the plant may be ahead of the recorder; queues hold sixteen times as many messages."""
+RECORDER_WINDOW = 256
+"""Steps by which the plant may be ahead of the recorder."""
 
 
 def state(satellite: str) -> str:
@@ -116,12 +116,23 @@ TYPES = {
 
 STEPPED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
-    depth=16 * RECORDER_WINDOW,
+    depth=2 * RECORDER_WINDOW,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
-"""A message a step. Nothing is lost: no reader falls behind by more than the depth, since the plant
-waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`."""
+"""A message a step, as it is written. Nothing is lost: no reader falls behind by more than the depth, since
+the plant waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`. No more is
+kept than that: until a killed reader is given up, a writer holds for it what it has not acknowledged, and
+a reader that comes anew is led past all of that first, which takes longer the more there is."""
+
+STEPPED_READER = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=64 * RECORDER_WINDOW,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.VOLATILE,
+)
+"""For those who need each of them: room for a stranger's flood on top, which would push out what is not
+taken yet."""
 
 NEWEST = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
