@@ -6,7 +6,7 @@ import pytest
 
 from flights import shortened
 from satform.simulate import simulate
-from satform_bringup import discovery
+from satform_bringup import discovery, middleware
 from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import read_bag
 
@@ -18,7 +18,7 @@ def test_a_flight_through_shared_memory_alone_has_the_bits_of_the_in_process_run
     monkeypatch.delenv(discovery.RANGE, raising=False)
     scenario = shortened("triangle", 50.0)
     flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
-    assert (tmp_path / discovery.PROFILE_FILE).is_file()
+    assert middleware.SHARED_MEMORY_ALONE in (tmp_path / middleware.FILE).read_text()
     assert not flight.lost, flight.reason
     assert flight.bag is not None
     bag = read_bag(flight.bag)

@@ -5,7 +5,7 @@ import io
 import json
 import random
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,13 @@ from mcap.records import Channel, Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 from mcap_ros2.decoder import DecoderFactory
+from rclpy.serialization import serialize_message
 from rosbags.highlevel import AnyReader
+from rosgraph_msgs.msg import Clock
+from satform_msgs.msg import Command, FormationStatus
 
 from flights import shortened
+from satform.formation import Lost, Plan
 from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform.simulate import simulate
@@ -30,6 +34,7 @@ from satform_nodes.definitions import definition, type_name
 from satform_nodes.recorder_node import _profile_text
 from satform_nodes.stamps import NANOSECONDS, Stamps
 from satform_nodes.wire import layout
+from satform_tools.replaying import compare
 
 STEPS = 400
 VERSIONS = {"satform": "0.1.0", "numpy": "2.4"}
@@ -78,7 +83,14 @@ def messages_of(record: FlightRecord) -> Messages:
             yield "tracking", name, k, vectors(**tracking)
 
 
-def write(folder: Path, scenario: Scenario, messages: Messages, *, close: bool = True) -> BagWriter:
+def write(
+    folder: Path,
+    scenario: Scenario,
+    messages: Messages,
+    *,
+    close: bool = True,
+    statuses: Sequence[FormationStatus] = (),
+) -> BagWriter:
     """Write a bag as the recorder does, without any node."""
     writer = BagWriter(folder, scenario, VERSIONS)
     stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
@@ -96,6 +108,18 @@ def write(folder: Path, scenario: Scenario, messages: Messages, *, close: bool =
         data = form.pack(seconds, nanoseconds, step, *(numbers[field] for field in form.fields[3:]))
         topic = getattr(topics, kind)(name)
         writer.write(channels[topic], seconds * NANOSECONDS + nanoseconds, data, step)
+    for kind, topic in (("clock", topics.CLOCK), ("status", topics.STATUS)) if statuses else ():
+        message_type = topics.TYPES[kind]
+        channels[topic] = writer.add_topic(topic, type_name(message_type), definition(message_type), PROFILE)
+    for step in range(scenario.timing.steps + 1) if statuses else ():
+        seconds, nanoseconds = stamps.at(step)
+        clock = Clock()
+        clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
+        writer.write(
+            channels[topics.CLOCK], seconds * NANOSECONDS + nanoseconds, serialize_message(clock), step
+        )
+    for status in statuses:
+        writer.write(channels[topics.STATUS], 0, serialize_message(status), status.step)
     if close:
         writer.close()
     return writer
@@ -346,6 +370,43 @@ def test_a_gap_in_the_steps_is_named(tmp_path: Path, scenario: Scenario, record:
     write(tmp_path / "bag", scenario, gap)
     with pytest.raises(BagError, match=r"/sat3/tracking has step 42 where step 41 was to follow"):
         read_bag(tmp_path / "bag")
+
+
+def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
+    tmp_path: Path, scenario: Scenario
+) -> None:
+    events: Plan = {200: [Lost(1, "killed")]}
+    flown = simulate(scenario, events=events)
+    own = {"arc_length", "command", "tracking"}
+    heard = (
+        message
+        for message in messages_of(flown)
+        if not (message[0] in own and message[1] == "sat2" and message[2] >= 150)
+    )
+    last_word = Command(
+        step=199,
+        announced_arc_length=float(flown.arc_length[200, 1]),
+        announced_rate=float(flown.rate[200, 1]),
+    )
+    everyone = [satellite.name for satellite in scenario.satellites]
+    status = FormationStatus(
+        step=200,
+        number=1,
+        satellites=everyone,
+        alive=[True, False, True],
+        adjacency=scenario.communication_graph().adjacency.astype(np.uint8).ravel().tolist(),
+        lost=["sat2"],
+        last_words=[last_word],
+        reason="killed",
+    )
+    write(tmp_path / "bag", scenario, heard, statuses=[status])
+    bag = read_bag(tmp_path / "bag")
+    assert np.isnan(bag.record.acceleration[150:200, 1]).all()
+    assert (bag.record.acceleration[200:, 1] == 0.0).all()
+    assert np.isnan(bag.record.sliding_variable[150:, 1]).all()
+    assert np.isnan(bag.record.arc_length[150:200, 1]).all()
+    assert bag.record.arc_length[200, 1] == flown.arc_length[200, 1]
+    assert compare(bag.scenario, bag.record, bag.events).differences == ()
 
 
 def test_a_message_that_is_there_twice_is_named(

@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from satform.exit_codes import EXIT_DONE, EXIT_MISSED
 from satform.formation import Lost, Plan, planned
@@ -14,7 +15,12 @@ from satform_bringup import BAG_FOLDER
 from satform_tools import ros, say
 from satform_tools.faults import CommandError
 
-_SHOWN = (
+_SAID = (
+    "acceleration",
+    "given_acceleration",
+    "wheel_torque",
+    "arc_length",
+    "rate",
     "reference_position",
     "reference_velocity",
     "reference_acceleration",
@@ -22,7 +28,7 @@ _SHOWN = (
     "believed_position_error",
     "believed_velocity_error",
 )
-"""Quantities that only the satellite itself shows, after its command: the last may be lost with it."""
+"""Quantities that are in the bag because the satellite itself said them: the last may be lost with it."""
 
 
 @dataclass(frozen=True)
@@ -96,15 +102,24 @@ def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
 
 
 def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenario, events: Plan) -> None:
-    """Leave out what lost satellites did not live to show of their last step."""
+    """Leave out what lost satellites had said at last and nobody recorded: it was lost with them."""
+    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
+
     for plan in (planned(scenario), events):
         for step, found in plan.items():
             for event in found:
                 if isinstance(event, Lost) and 0 < step <= record.steps:
-                    for name in _SHOWN:
-                        shown = getattr(record, name)[step - 1, event.satellite]
-                        if np.isnan(shown).all():
-                            getattr(again, name)[step - 1, event.satellite] = shown
+                    last = slice(max(0, step - topics.STEPPED.depth), step)
+                    for name in _SAID:
+                        again_said, said = getattr(again, name), getattr(record, name)
+                        _forget(again_said[last, event.satellite], said[last, event.satellite])
+
+
+def _forget(again: NDArray[np.float64], recorded: NDArray[np.float64]) -> None:
+    """Leave out the steps of which nothing is recorded."""
+    if recorded.size:
+        nothing = np.isnan(recorded.reshape(len(recorded), -1)).all(axis=1)
+        again[nothing] = recorded[nothing]
 
 
 def _print(found: Replay, scenario: Scenario) -> None:

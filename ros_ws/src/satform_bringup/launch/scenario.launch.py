@@ -14,7 +14,7 @@ from launch_ros.actions import Node
 
 from satform.faults import SatelliteLostSpec
 from satform.scenario import Scenario, load_scenario
-from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery
 from satform_bringup.processes import NodeProcess, processes
 from satform_bringup.supervise import FAREWELL
 from satform_bringup.under_way import hold_shell_domain
@@ -86,7 +86,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
     started = processes(
         scenario, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
     )
-    return [_node(process, scenario) for process in started]
+    environment = discovery.variables(len(started), len(scenario.satellites), out)
+    return [_node(process, scenario, environment) for process in started]
 
 
 def _rate(text: str) -> float:
@@ -99,7 +100,7 @@ def _rate(text: str) -> float:
     return rate
 
 
-def _node(process: NodeProcess, scenario: Scenario) -> Node:
+def _node(process: NodeProcess, scenario: Scenario, environment: dict[str, str]) -> Node:
     """The process as an action.
 
     Name and parameters are on its command line, where they are quoted already; launch would write the
@@ -112,15 +113,16 @@ def _node(process: NodeProcess, scenario: Scenario) -> Node:
         exec_name=process.name,
         arguments=process.arguments(),
         output="screen",
+        additional_env=environment,
         # As long as `satform run` gives them: a bag is to be closed before anyone is killed.
         sigterm_timeout=str(FAREWELL),
         sigkill_timeout=str(FAREWELL),
-        on_exit=None if process.optional else partial(_end_all_if_lost, process, scenario),
+        on_exit=None if process.optional else partial(_end_all_if_lost, process, scenario, environment),
     )
 
 
 def _end_all_if_lost(
-    process: NodeProcess, scenario: Scenario, event: Any, context: LaunchContext
+    process: NodeProcess, scenario: Scenario, environment: dict[str, str], event: Any, context: LaunchContext
 ) -> Shutdown | list[Node] | None:
     """Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all.
 
@@ -134,7 +136,9 @@ def _end_all_if_lost(
         if isinstance(fault, SatelliteLostSpec) and fault.satellite == process.name
     ]
     if own and event.returncode == -signal.SIGKILL:
-        return [_node(process, scenario)] if any(fault.back is not None for fault in own) else None
+        return (
+            [_node(process, scenario, environment)] if any(fault.back is not None for fault in own) else None
+        )
     return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
 
 

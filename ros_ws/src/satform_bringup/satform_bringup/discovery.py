@@ -10,52 +10,32 @@ Smaller runs keep the range LOCALHOST, in which `ros2 topic echo` finds them wit
 import os
 from pathlib import Path
 
+from satform_bringup import middleware
+
 MOST_ON_LOOPBACK = 28
 """Processes that find each other in the range LOCALHOST, with a few to spare for those who look in."""
 
 MOST = 100
 """Participants that Fast DDS finds ports for in one domain on one machine."""
 
-PROFILE_FILE = "discovery.xml"
-"""In a run's folder, where a run is too large for LOCALHOST: give it to whoever wants to look in."""
-
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-PROFILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
-
-_SHARED_MEMORY_ALONE = """\
-<?xml version="1.0" encoding="UTF-8"?>
-<!-- Participants find each other and talk through shared memory alone, on this machine. -->
-<profiles xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
-  <transport_descriptors>
-    <transport_descriptor>
-      <transport_id>shared_memory</transport_id>
-      <type>SHM</type>
-    </transport_descriptor>
-  </transport_descriptors>
-  <participant profile_name="this_machine" is_default_profile="true">
-    <rtps>
-      <userTransports><transport_id>shared_memory</transport_id></userTransports>
-      <useBuiltinTransports>false</useBuiltinTransports>
-    </rtps>
-  </participant>
-</profiles>
-"""
+"""Environment variable by which a ROS 2 process is told how far to look."""
 
 
 class DiscoveryError(RuntimeError):
     """There are more processes than can find each other; the message says what to do."""
 
 
-def variables(processes: int, folder: Path) -> dict[str, str]:
-    """What a run's processes need in their environment in order to find each other.
+def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
+    """What a run's processes need in their environment in order to find each other, and to miss nothing.
 
     Args:
         processes: of the run.
-        folder: existing folder of the run; a large run's profile is written there.
+        satellites: of the formation.
+        folder: existing folder of the run; gets the middleware's settings.
 
     Returns:
-        Environment variables; none where the range LOCALHOST does, or where the environment already says how
-        processes are to find each other.
+        Environment variables; what the environment already says is left as it is.
 
     Raises:
         DiscoveryError: there are too many.
@@ -66,12 +46,11 @@ def variables(processes: int, folder: Path) -> dict[str, str]:
             f"{processes} processes are more than the {MOST} that find each other on one machine; "
             f"let satellites share processes with --group {_group_for(processes)} or more"
         )
-    told = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or PROFILE in os.environ
+    period = middleware.heartbeat(satellites)
+    told = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or middleware.is_told()
     if processes <= MOST_ON_LOOPBACK or told:
-        return {}
-    profile = folder.absolute() / PROFILE_FILE
-    profile.write_text(_SHARED_MEMORY_ALONE, encoding="utf-8")
-    return {RANGE: "SYSTEM_DEFAULT", PROFILE: str(profile)}
+        return middleware.tell(folder, period)
+    return {RANGE: "SYSTEM_DEFAULT"} | middleware.tell(folder, period, middleware.SHARED_MEMORY_ALONE)
 
 
 def _group_for(processes: int) -> int:

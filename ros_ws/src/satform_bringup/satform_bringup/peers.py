@@ -11,6 +11,7 @@ from typing import Any
 
 from satform.scenario import Scenario
 from satform.scenario.hosts import HostSpec
+from satform_bringup import middleware
 from satform_bringup.domain import own_domain
 
 FIRST_SHARED, LAST_SHARED = 215, 232
@@ -22,34 +23,8 @@ Their ports lie above those that Linux gives to outgoing connections.
 _PARTICIPANTS = 32
 """Processes that the middleware looks for at each address."""
 
-
-PROFILE = "between_hosts.xml"
-"""In a run's folder: settings of the middleware for messages that may be lost on their way."""
-
-_PROFILE_VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
-"""Under the first name newer versions of the middleware look for it, under the second all of them."""
-
-# In lockstep a lost message has no successor by which its loss would show, only the writer's next
-# heartbeat; by default that comes after 3 s. The announcements bridge losses while hosts look for each other.
-_PROFILE_TEXT = """<?xml version="1.0" encoding="UTF-8"?>
-<profiles xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
-  <participant profile_name="between_hosts" is_default_profile="true">
-    <rtps>
-      <builtin>
-        <discovery_config>
-          <initialAnnouncements><count>50</count><period><nanosec>100000000</nanosec></period></initialAnnouncements>
-          <leaseAnnouncement><sec>1</sec></leaseAnnouncement>
-        </discovery_config>
-      </builtin>
-    </rtps>
-  </participant>
-  <data_writer profile_name="between_hosts" is_default_profile="true">
-    <times>
-      <heartbeatPeriod><sec>0</sec><nanosec>20000000</nanosec></heartbeatPeriod>
-    </times>
-  </data_writer>
-</profiles>
-"""
+HEARTBEAT = 0.02
+"""Period of the writers' heartbeats where messages may be lost on their way, s."""
 
 
 class PeerError(RuntimeError):
@@ -148,12 +123,7 @@ def variables(scenario: Scenario, host: HostSpec | None, folder: Path) -> dict[s
         return {}
     others = [other.address for other in scenario.hosts if other.name != host.name]
     asked_for = [address for address in os.environ.get("ROS_STATIC_PEERS", "").split(";") if address]
-    settings = {}
-    if not any(os.environ.get(name) for name in _PROFILE_VARIABLES):
-        profile = folder / PROFILE
-        profile.write_text(_PROFILE_TEXT, encoding="utf-8")
-        settings = dict.fromkeys(_PROFILE_VARIABLES, str(profile))
-    return settings | {
+    return middleware.tell(folder, HEARTBEAT, middleware.PATIENT_ANNOUNCEMENTS) | {
         # The local machine and the static peers, and nobody else: SUBNET would add multicast, OFF drops
         # the peers too, SYSTEM_DEFAULT does not look at them.
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",

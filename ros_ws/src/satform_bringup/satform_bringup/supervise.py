@@ -186,7 +186,10 @@ def fly(
         display=display,
         host=host,
     )
-    found = discovery.variables(len(nodes), out) if host is None else variables(scenario, host, out)
+    if host is None:
+        found = discovery.variables(len(nodes), len(scenario.satellites), out)
+    else:
+        found = variables(scenario, host, out)
     given = {**found, **(environment or {})}
     if keystore is not None:
         nodes, given = security.secured(nodes), given | security.variables(keystore)

@@ -2,7 +2,7 @@
 
 import struct
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
-from satform_msgs.msg import FormationStatus, ParameterChange
+from satform_msgs.msg import Command, FormationStatus, ParameterChange
 
 from satform.attitude_figures import FIGURES, attitude_figures
 from satform.consensus.arc_length import Announces
@@ -220,14 +220,18 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
     satellites = [scenario.satellite(index) for index in range(len(names))]
 
     absences = Absences(scenario)
+    last_words: dict[tuple[str, int], Command] = {}
     for status in _statuses(contents, file):
         absences.take(status)
+        for name, command in zip(status.lost, status.last_words, strict=False):
+            if command.step + 1 == status.step:
+                last_words[name, status.step] = command
 
     def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
         """Each satellite's table of one kind of message, or of another kind where it has none of these."""
         chosen = [kind if wanted(satellite) else instead for satellite in satellites]
         return [
-            _table(contents, (kind, index), getattr(topics, kind)(names[index]), absences, file)
+            _table(contents, (kind, index), getattr(topics, kind)(names[index]), absences, last_words, file)
             for index, kind in enumerate(chosen)
         ]
 
@@ -314,7 +318,14 @@ def _attitudes(
     return found
 
 
-def _table(contents: _Contents, whose: tuple[str, int], topic: str, absences: Absences, file: Path) -> Table:
+def _table(
+    contents: _Contents,
+    whose: tuple[str, int],
+    topic: str,
+    absences: Absences,
+    last_words: Mapping[tuple[str, int], Command],
+    file: Path,
+) -> Table:
     """All messages of a topic as one structured array, with steps 0, 1, 2, ... without a gap.
 
     A satellite that was absent commanded nothing, and what else it would have said is not a number.
@@ -324,6 +335,7 @@ def _table(contents: _Contents, whose: tuple[str, int], topic: str, absences: Ab
         whose: kind of the topic, and place of the satellite it is about.
         topic: its name.
         absences: when satellites did not take part.
+        last_words: what lost satellites had commanded last, by name and the step in which they were lost.
         file: for the sentences.
     """
     kind, satellite = whose
@@ -336,7 +348,8 @@ def _table(contents: _Contents, whose: tuple[str, int], topic: str, absences: Ab
         table = _held(table, kind, len(contents.messages.get(topics.CLOCK, [])))
     elif kind in SAID_BY_SATELLITE:
         name = topic.strip("/").partition("/")[0]
-        table = _with_silence(table, (kind, name), absences.spells[satellite], contents)
+        states = len(contents.messages.get(topics.CLOCK, []))
+        table = _with_silence(table, (kind, name), absences.spells[satellite], last_words, states)
     gaps = np.flatnonzero(table["step"] != np.arange(len(table), dtype=np.uint64))
     if gaps.size:
         found = int(table["step"][gaps[0]])
@@ -367,40 +380,41 @@ def _blank(table: Table, rows: NDArray[np.bool_]) -> None:
 
 
 def _with_silence(
-    table: Table, whose: tuple[str, str], spells: list[tuple[int, int]], contents: _Contents
+    table: Table,
+    whose: tuple[str, str],
+    spells: list[tuple[int, int]],
+    last_words: Mapping[tuple[str, int], Command],
+    states: int,
 ) -> Table:
     """A satellite's messages with a row for each step in which it was absent.
 
     What it says in such a step counts for nothing: a process that was held still and goes on does not
-    know yet that it has been given up.
+    know yet that it has been given up. What it had said shortly before may have been lost with it on the
+    way to the recorder, and is not a number.
     """
     kind, name = whose
-    form = layout(topics.TYPES["command"], topics.FRAME)
-    commands = np.frombuffer(b"".join(contents.messages.get(topics.command(name), [])), dtype=form.dtype)
     for begin, end in spells:
-        command = commands[commands["step"] == begin - 1]
         silent_from = begin + 1 if kind in ANNOUNCEMENTS else begin
         table = table[(table["step"] < silent_from) | (table["step"] >= end)]
-        first = begin - 1 if kind == "tracking" else begin
-        until = min(end, len(contents.messages.get(topics.CLOCK, [])) - (kind not in ANNOUNCEMENTS))
+        first = max(0, begin - topics.STEPPED.depth)
+        until = min(end, states - (kind not in ANNOUNCEMENTS))
         present = set(table["step"].tolist())
         missing = [step for step in range(first, until) if step not in present]
         silence = np.zeros(len(missing), dtype=table.dtype)
-        if kind != "command":
-            _blank(silence, np.ones(len(silence), dtype=np.bool_))
         silence["step"] = missing
-        if kind in ANNOUNCEMENTS and begin in missing:
-            _fill_in(silence[missing.index(begin) : missing.index(begin) + 1], command)
+        # Who is absent commands nothing.
+        _blank(silence, (silence["step"] < begin) | (kind != "command"))
+        if kind in ANNOUNCEMENTS and begin in missing and (name, begin) in last_words:
+            _fill_in(silence, missing.index(begin), last_words[name, begin])
         table = np.concatenate([table, silence])
         table = table[np.argsort(table["step"], kind="stable")]
     return table
 
 
-def _fill_in(row: Table, command: Table) -> None:
+def _fill_in(table: Table, row: int, command: Command) -> None:
     """What a satellite had announced for the step in which it was lost, from its last command."""
-    if not len(command):
-        return
-    for name in row.dtype.names or ():
-        source = f"announced_{name}"
-        if source in (command.dtype.names or ()):
-            row[name] = command[source]
+    for name in table.dtype.names or ():
+        source, _, axis = f"announced_{name}".partition(".")
+        if hasattr(command, source):
+            value = getattr(command, source)
+            table[name][row] = getattr(value, axis) if axis else value
