@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from ament_index_python.packages import get_package_prefix
 
-from satform_bringup import PACKAGE
+from satform_bringup import PACKAGE, nursery
 from satform_bringup.domain import on_domain, own_domain
 from satform_bringup.processes import NodeProcess
 
@@ -74,12 +74,64 @@ def start_run(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
         process.wait()
 
 
+class Born:
+    """A node's process from the nursery, to be handled as one of `subprocess`."""
+
+    def __init__(self, node: NodeProcess, domain: int, folder: Path) -> None:
+        self._process, self._pipe = nursery.start(
+            node.executable, node.arguments(), domain, folder / f"{node.name}.log"
+        )
+
+    def send_signal(self, number: int) -> None:
+        if self._process.is_alive():
+            os.kill(self._process.pid, number)
+
+    def terminate(self) -> None:
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self) -> None:
+        self.send_signal(signal.SIGKILL)
+
+    def wait(self, timeout: float | None = None) -> int:
+        self._process.join(timeout)
+        if self._process.exitcode is None:
+            raise subprocess.TimeoutExpired(self._process.name, timeout)
+        return self._process.exitcode
+
+
+Fleet = list[Born] | list[subprocess.Popen[bytes]]
+
+
+def end(fleet: Fleet) -> None:
+    for process in fleet:
+        process.terminate()
+    for process in fleet:
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
 @pytest.fixture
-def fleet(tmp_path: Path) -> Iterator[Callable[[list[NodeProcess]], list[subprocess.Popen[bytes]]]]:
-    """Starts node processes as they are, without anyone to watch them; ends them after the test."""
+def fleet(tmp_path: Path, domain: int) -> Iterator[Callable[[list[NodeProcess]], Fleet]]:
+    """Starts node processes without anyone to watch them; ends them after the test."""
+    started: list[Born] = []
+
+    def start(nodes: list[NodeProcess]) -> Fleet:
+        started.extend(Born(node, domain, tmp_path) for node in nodes)
+        return started
+
+    yield start
+    end(started)
+
+
+@pytest.fixture
+def installed_fleet(tmp_path: Path) -> Iterator[Callable[[list[NodeProcess]], Fleet]]:
+    """As `fleet`, from the installed executables, as `ros2 run` and a launch file start them."""
     started: list[subprocess.Popen[bytes]] = []
 
-    def start(nodes: list[NodeProcess]) -> list[subprocess.Popen[bytes]]:
+    def start(nodes: list[NodeProcess]) -> Fleet:
         folder = Path(get_package_prefix(PACKAGE)) / "lib" / PACKAGE
         for node in nodes:
             with (tmp_path / f"{node.name}.log").open("wb") as log:
@@ -88,11 +140,4 @@ def fleet(tmp_path: Path) -> Iterator[Callable[[list[NodeProcess]], list[subproc
         return started
 
     yield start
-    for process in started:
-        process.terminate()
-    for process in started:
-        try:
-            process.wait(10)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+    end(started)

@@ -52,8 +52,10 @@ def test_a_recorder_ended_by_a_signal_leaves_a_bag_that_opens(
     assert whole.differences(read.record) == []
 
 
-def test_a_closed_bag_opens_without_the_workspace(fleet: Callable[..., list], tmp_path: Path) -> None:
-    running, bag = recorder_alone(fleet, tmp_path)
+def test_a_closed_bag_opens_without_the_workspace(
+    installed_fleet: Callable[..., list], tmp_path: Path
+) -> None:
+    running, bag = recorder_alone(installed_fleet, tmp_path)
     wait_for_bytes(bag / "bag_0.mcap", 500_000)
     running[-1].send_signal(signal.SIGINT)
     running[-1].wait(20)
@@ -89,7 +91,7 @@ def test_a_lost_satellite_is_named_and_the_others_fly_on_as_one_process_does(tmp
 
 
 def test_a_silent_plant_is_named_and_not_those_who_notice(tmp_path: Path) -> None:
-    scenario = shortened("triangle", 12000.0)
+    scenario = shortened("triangle", 12000.0, "tolerated_silence=3.0")
     held: list[int] = []
 
     def hold_the_plant(done: int, _all: int) -> None:

@@ -101,7 +101,7 @@ def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: st
 
 
 def test_with_restart_a_killed_satellite_comes_back_from_its_checkpoint(tmp_path: Path) -> None:
-    scenario = shortened("triangle", 6000.0, "checkpoint_period=20.0")
+    scenario = shortened("triangle", 3000.0, "checkpoint_period=20.0")
     flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 300, "sat2"), restart=True)
     assert flight.lost == ("sat2",)
     (loss,), (back,) = flight.losses, flight.returns

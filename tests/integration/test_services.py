@@ -22,7 +22,7 @@ from satform_bringup.processes import processes
 from satform_nodes import services
 from satform_nodes.bag_reader import Bag, read_bag
 
-STEPS = 4000
+STEPS = 2000
 
 
 class Operator:
