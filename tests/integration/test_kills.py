@@ -5,6 +5,7 @@ import os
 import random
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -50,6 +51,39 @@ def test_a_kill_at_any_moment_costs_the_killed_and_nothing_else(seed: int, tmp_p
     assert f"step {loss.step}" not in loss.reason or loss.step > 0
     assert bag.complete
     assert_flies_again(bag)
+
+
+@pytest.mark.parametrize("seed", range(repetitions(3)))
+def test_a_kill_at_any_time_of_a_short_flight_is_on_record_or_without_effect(
+    seed: int, tmp_path: Path
+) -> None:
+    # Over in a second: the kill meets the start, the flight, its last step, or those who are leaving.
+    draw = random.Random(seed)
+    wait, name = draw.uniform(0.2, 1.6), draw.choice(["plant", "recorder", "sat1", "sat2", "sat3"])
+    scenario = shortened("triangle", 100.0)
+    hit: list[str] = []
+
+    def kill() -> None:
+        process = processes_of(tmp_path).get(name)
+        if process is not None:
+            os.kill(process, signal.SIGKILL)
+            hit.append(name)
+
+    timer = threading.Timer(wait, kill)
+    timer.start()
+    try:
+        flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
+    finally:
+        timer.cancel()
+        timer.join()
+    assert processes_of(tmp_path) == {}
+    if flight.steps < scenario.timing.steps:
+        assert set(hit) & set(flight.lost), flight
+        assert name in flight.reason
+    elif name.startswith("sat"):
+        bag = read_bag(tmp_path / "bag")
+        assert bag.complete
+        assert_flies_again(bag)
 
 
 def test_two_killed_at_once_are_both_named_and_the_third_flies_on(tmp_path: Path) -> None:
