@@ -195,14 +195,18 @@ class Formation:
         """The formation at the start of a scenario."""
         return cls(scenario.communication_graph(), np.ones(len(scenario.satellites), dtype=np.bool_))
 
-    def apply(self, events: Iterable[Event], step: int, names: Sequence[str]) -> bool:
-        """Change at a step; whether anything changed.
+    def apply(self, events: Iterable[Event], step: int, names: Sequence[str]) -> list[Event]:
+        """Change at a step.
 
         Args:
-            events: that take effect at this step.
+            events: that are due at this step, in order.
             step: its number.
             names: of the satellites, for the reason.
+
+        Returns:
+            Those that changed something: who is lost is not lost again, and who flies does not return.
         """
+        changes: list[Event] = []
         reasons: list[str] = []
         for event in events:
             match event:
@@ -217,12 +221,13 @@ class Formation:
                     self.graph = event.graph
                     reasons.append(event.reason)
                 case _:
-                    pass
-        if reasons:
+                    continue
+            changes.append(event)
+        if changes:
             self.number += 1
             self.step = step
             self.reason = "; ".join(reasons)
-        return bool(reasons)
+        return changes
 
     @property
     def connectivity(self) -> float:

@@ -15,7 +15,8 @@ from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, Ready, Recorded, RelativeState
 
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
-from satform.formation import Back, Event, Formation, Lost, planned
+from satform.formation import Event
+from satform.muster import Change, Muster
 from satform.plant import Plant
 from satform.scenario import Scenario
 from satform_nodes import topics
@@ -40,6 +41,9 @@ _PROPULSION = layout(Propulsion, topics.FRAME)
 
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
+
+_NOTHING = Change((), ())
+"""No change of the formation."""
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
@@ -83,7 +87,7 @@ class PlantNode:
         self.scenario = scenario
         self.report = report
         self.plant = Plant(scenario)
-        self.formation = Formation.of(scenario)
+        self.muster = Muster(scenario, ["recorder"] if recorded else [], lockstep=not self.clocked)
         self.recorded = recorded
         self.recorded_step = 0
         self.refusals = Refusals()
@@ -91,7 +95,7 @@ class PlantNode:
         self.flying = False
         self.aborted: tuple[list[str], str] | None = None
         self.stop_asked = False
-        self.names = [satellite.name for satellite in scenario.satellites]
+        self.names = self.muster.names
         # On the wall clock: commands that missed their step, and those that came at all but late.
         self.misses = [0] * len(self.names)
         self.late = [0] * len(self.names)
@@ -99,20 +103,11 @@ class PlantNode:
         self._heard_at = [0.0] * len(self.names)
         self.start_timeout = start_timeout(len(self.names))
         self._settings = settings
-        self._plan = planned(scenario)
-        self._pending: list[Event] = []
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         # Acceleration and wheel torque of each satellite, and the messages they came in.
         self._commands = np.zeros((len(self.names), 6))
         self._last_commands: dict[int, bytes] = {}
-        self._answered: set[int] = set()
-        self._ready: set[str] = set()
-        # Those that could come back, with the step of their checkpoints; those that have to, at this step.
-        self._returning: dict[int, int] = {}
-        self._early: dict[int, int] = {}
-        self._awaited: dict[int, Back] = {}
         self._awaited_since = 0.0
-        self._state_due = False
         self._paused = False
         self._single_steps = 0
         self._pulse = 0
@@ -170,7 +165,6 @@ class PlantNode:
             for index, name in enumerate(self.names)
         ]
         watching = ["recorder"] if self.recorded else []
-        self._everyone = {*self.names, *watching}
         self._company = Company(node)
         for name, publisher, subscription in zip(self.names, self._say_state, subscriptions, strict=True):
             self._company.listens(publisher, [name, *watching])
@@ -183,7 +177,7 @@ class PlantNode:
             self._say_clock,
         ):
             self._company.listens(publisher, watching)
-        self._company.listens(self._say_status, self._everyone)
+        self._company.listens(self._say_status, self.muster.everyone)
         if self.recorded:
             speakers = Speakers(node, topics.RECORDED, watching, self.refusals)
             progress = executor.subscribe(
@@ -199,12 +193,12 @@ class PlantNode:
     @property
     def flown(self) -> bool:
         """Whether the last step has been taken."""
-        return self.plant.step == self.scenario.timing.steps and not self._state_due
+        return self.muster.over
 
     @property
     def last_step_taken(self) -> bool:
         """Whether no step follows in which something could take effect."""
-        return self.plant.step + (not self._state_due) >= self.scenario.timing.steps
+        return self.muster.last_step_taken
 
     @property
     def over(self) -> bool:
@@ -213,32 +207,27 @@ class PlantNode:
 
     def progress(self) -> tuple[int, ...]:
         """What changes as long as the flight goes on."""
-        return (self.plant.step, len(self._answered), self.recorded_step, self.formation.number, self._pulse)
+        muster = self.muster
+        return (muster.step, len(muster.answered), self.recorded_step, muster.formation.number, self._pulse)
 
     def everyone_is_ready(self) -> bool:
         """Whether all nodes have said that they are ready, and are there seen from this side."""
-        return self._everyone <= self._ready and self._company.complete()
+        return not self.muster.unready and self._company.complete()
 
     def not_ready(self) -> list[str]:
         """Who has not yet said that it can fly."""
-        return sorted(self._everyone - self._ready) or ["the plant, which does not see everyone"]
+        return self.muster.unready or ["the plant, which does not see everyone"]
 
     @property
     def waits_for_return(self) -> bool:
         """Whether a satellite is awaited that the scenario brings back at this step."""
-        return bool(self._awaited)
+        return bool(self.muster.awaited)
 
     def missing(self) -> list[str]:
         """Who keeps the step from going on."""
-        if self._awaited:
-            return [self.names[index] for index in self._awaited]
-        if self._state_due or self.plant.step == self.scenario.timing.steps:
-            return ["recorder"]
-        return [self.names[index] for index in self._unanswered()]
-
-    def _unanswered(self) -> list[int]:
-        alive = np.flatnonzero(self.formation.alive).tolist()
-        return [index for index in alive if index not in self._answered]
+        muster = self.muster
+        satellites = muster.awaited or not (muster.open or muster.over)
+        return muster.missing if satellites else ["recorder"]
 
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
@@ -264,27 +253,10 @@ class PlantNode:
         self._advance_if_complete()
 
     def _lose(self, index: int, reason: str) -> None:
-        if not self.formation.alive[index]:
-            # It may have been about to come back.
-            self._returning.pop(index, None)
-            self._pending = [event for event in self._pending if event != self._return_of(index)]
-            return
-        if index in self._answered:
-            # It has had its part in this step; from the next one on it is lost.
-            if not any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
-                self._pending.append(Lost(index, reason))
-            return
-        if self.plant.step == 0 and not self.clocked:
-            self.aborted = ([self.names[index]], f"{reason}, before its first command")
-            return
-        self._change([Lost(index, reason)])
-        if not self.formation.alive.any():
-            self.aborted = ([self.names[index]], f"{reason}; no satellite is left")
-
-    def _return_of(self, index: int) -> Event | None:
-        """The return of a satellite that is to happen at the next step; None when there is none."""
-        own = [event for event in self._pending if isinstance(event, Back) and event.satellite == index]
-        return own[0] if own else None
+        loss = self.muster.lose(index, reason)
+        self._tell_change(loss.change)
+        if loss.end:
+            self.aborted = ([self.names[index]], loss.end)
 
     def _lose_recorder(self, reason: str) -> None:
         if not self.recorded:
@@ -297,34 +269,28 @@ class PlantNode:
         self.report.say("loss", who="recorder", step=self.plant.step, reason=reason)
         self._go_on()
 
-    def _change(self, events: Sequence[Event]) -> None:
-        """Change the formation at the present step, and tell everyone."""
-        if not self.formation.apply(events, self.plant.step, self.names):
+    def _tell_change(self, change: Change | None) -> None:
+        """Tell everyone that the formation is another one from the present step on."""
+        if change is None:
             return
-        lost = [event.satellite for event in events if isinstance(event, Lost)]
-        back = [event for event in events if isinstance(event, Back)]
-        for index in lost:
+        formation, step = self.muster.formation, self.muster.step
+        for index in change.lost:
             self._commands[index] = 0.0
-            self._answered.discard(index)
             self._speakers[index].vacate(self.names[index])
             self._ready_speakers.vacate(self.names[index])
-            self.report.say("loss", who=self.names[index], step=self.plant.step, reason=self.formation.reason)
-            if index in self._early:
-                self._offer(index, self._early.pop(index))
-        for event in back:
-            self._returning.pop(event.satellite, None)
+            self.report.say("loss", who=self.names[index], step=step, reason=formation.reason)
+        for event in change.back:
             # What it said before it was lost is no last word of what it says now.
             self._last_commands.pop(event.satellite, None)
             self._heard_at[event.satellite] = time.monotonic()
-            self.report.say("return", who=self.names[event.satellite], step=self.plant.step)
+            self.report.say("return", who=self.names[event.satellite], step=step)
         phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
-        self.say_status(phase, self.formation.reason, lost, back)
+        self.say_status(phase, formation.reason, change)
         self._health.changed()
 
     def rewire(self, event: Event) -> int:
         """Take up an event for the next step; the step's number."""
-        self._pending.append(event)
-        return self.plant.step if self._state_due else self.plant.step + 1
+        return self.muster.take_up(event)
 
     def _on_ready(self, data: bytes, name: str) -> None:
         ready = decoded(data, Ready, topics.READY, self.refusals)
@@ -333,67 +299,39 @@ class PlantNode:
         if ready.node.rpartition("/")[2] != name:
             self.refusals.note(topics.READY, f"{name} speaks for another node")
             return
-        self._ready.add(name)
-        if not self.flying or name not in self.names:
-            return
-        index = self.names.index(name)
-        if not self.formation.alive[index]:
-            self._offer(index, int(ready.checkpoint))
+        self.muster.is_ready(name)
+        if self.flying and name in self.names:
+            self.muster.offer(self.names.index(name), int(ready.checkpoint))
             self._go_on()
-        elif any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
-            # It is back before its loss has taken effect.
-            self._early[index] = int(ready.checkpoint)
-
-    def _offer(self, index: int, checkpoint: int) -> None:
-        """A lost satellite could take part again, from the checkpoint of a step; -1 for its flight plan."""
-        self._returning[index] = checkpoint
-        if index not in self._awaited and not self._comes_back_later(index):
-            self._pending.append(Back(index, checkpoint if checkpoint >= 0 else None))
-
-    def _comes_back_later(self, index: int) -> bool:
-        """Whether the scenario has a step at which a lost satellite is to take part again."""
-        return any(
-            isinstance(event, Back) and event.satellite == index
-            for step, events in self._plan.items()
-            for event in events
-            if step > self.plant.step
-        )
 
     # Steps
 
     def _begin_step(self) -> None:
         """Let happen what is due at this step, and publish its states when nothing stands against it."""
-        events = self._plan.get(self.plant.step, [])
-        self._change([event for event in events if not isinstance(event, Back)])
-        returns = [event for event in events if isinstance(event, Back)]
-        self._awaited = {event.satellite: event for event in returns}
+        self._tell_change(self.muster.begin(self.plant.step))
         self._awaited_since = time.monotonic()
-        self._state_due = True
         self._go_on()
 
     def _go_on(self) -> None:
         """Publish the states that are due, unless someone has to be waited for."""
-        if not self._state_due:
+        if not self.muster.open:
             return
         behind = self.plant.step - self.recorded_step
         if self.recorded and not self.clocked and behind > topics.RECORDER_WINDOW:
             return
         if self._paused and not self._single_steps:
             return
-        if any(index not in self._returning for index in self._awaited):
+        if not self.muster.assembled:
             return
         self._single_steps = max(0, self._single_steps - 1)
-        due = [*self._awaited.values(), *self._pending]
-        self._awaited, self._pending = {}, []
-        self._change(due)
-        self._state_due = False
+        self._tell_change(self.muster.close())
         self._publish_state()
 
     def pause(self) -> int:
         """Take no more steps; the number of the first one that is not taken."""
         self._paused = True
         self.say_status(FormationStatus.PAUSED, "paused")
-        return self.plant.step if self._state_due else self.plant.step + 1
+        return self.muster.next_step
 
     def resume(self) -> int:
         """Take steps again; the number of the first one."""
@@ -407,7 +345,7 @@ class PlantNode:
 
     def single_step(self) -> int:
         """Take one step and pause again; the number of the step that is taken."""
-        step = self.plant.step if self._state_due else self.plant.step + 1
+        step = self.muster.next_step
         if not self._paused:
             self.pause()
         self._single_steps += 1
@@ -421,12 +359,11 @@ class PlantNode:
 
     def say_again(self) -> None:
         """Repeat what was said last: the step does not go on, and somebody may not have heard it."""
-        if self._state_due or self.plant.step == self.scenario.timing.steps:
-            self._say_status.publish(self._status)
-            return
         # Who has not heard of a change of the formation cannot answer.
         self._say_status.publish(self._status)
-        for index in self._unanswered():
+        if self.muster.open or self.muster.over:
+            return
+        for index in self.muster.unanswered:
             for publisher, data in zip(self._speakers_to(index), self._said.get(index, []), strict=False):
                 publisher.publish(data)
 
@@ -438,8 +375,8 @@ class PlantNode:
         for said in self.report.heard():
             if said["event"] == "lost":
                 self.lose([said["who"]], said["reason"])
-        waits = self._awaited and time.monotonic() - self._awaited_since < self.start_timeout
-        if (self._paused and self._state_due) or waits:
+        waits = self.muster.awaited and time.monotonic() - self._awaited_since < self.start_timeout
+        if (self._paused and self.muster.open) or waits:
             self._pulse += 1
             now = time.monotonic()
             if now >= self._next_sign:
@@ -451,19 +388,14 @@ class PlantNode:
         now = time.monotonic()
         rate = (self.plant.step - self._told_step) / max(now - self._told_at, 1e-9)
         self._told_step, self._told_at = self.plant.step, now
-        lost = {
-            self.names[index]: self.plant.step - step
-            for index, step in self.formation.lost_at.items()
-            if not self.formation.alive[index]
-        }
+        lost_at = self.muster.formation.lost_at
+        lost = {self.names[index]: self.plant.step - lost_at[index] for index in self.muster.lost}
         refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
         return flight_condition(step=self.plant.step, step_rate=rate, refused=refused, silent=lost)
 
-    def say_status(
-        self, phase: int, reason: str, lost: Sequence[int] = (), back: Sequence[Back] = ()
-    ) -> None:
+    def say_status(self, phase: int, reason: str, change: Change = _NOTHING) -> None:
         """Tell everyone in what phase the formation is, from which step, and why."""
-        formation = self.formation
+        formation = self.muster.formation
         self._status = FormationStatus(
             step=self.plant.step,
             number=formation.number,
@@ -473,10 +405,10 @@ class PlantNode:
             alive=formation.alive.tolist(),
             adjacency=formation.graph.adjacency.astype(np.uint8).ravel().tolist(),
             algebraic_connectivity=float(formation.connectivity),
-            lost=[self.names[index] for index in lost],
-            last_words=[self._last_word(index) for index in lost],
-            back=[self.names[event.satellite] for event in back],
-            checkpoints=[-1 if event.checkpoint is None else event.checkpoint for event in back],
+            lost=[self.names[index] for index in change.lost],
+            last_words=[self._last_word(index) for index in change.lost],
+            back=[self.names[event.satellite] for event in change.back],
+            checkpoints=[-1 if event.checkpoint is None else event.checkpoint for event in change.back],
             reason=reason,
         )
         seconds, nanoseconds = self._stamps.at(self.plant.step)
@@ -494,8 +426,8 @@ class PlantNode:
     def _present(self) -> bool:
         """Whether someone of those who are not lost still listens."""
         listening = {other.node_name for other in self.node.get_subscriptions_info_by_topic(topics.STATUS)}
-        lost = {self.names[index] for index in np.flatnonzero(~self.formation.alive)}
-        return bool(listening & (self._everyone - lost))
+        lost = {self.names[index] for index in self.muster.lost}
+        return bool(listening & (self.muster.everyone - lost))
 
     def _last_word(self, index: int) -> Command:
         data = self._last_commands.get(index)
@@ -510,19 +442,19 @@ class PlantNode:
         self._go_on()
 
     def _on_command(self, index: int, data: bytes, _name: str) -> None:
-        if not self.formation.alive[index]:
+        muster, step = self.muster, self.plant.step
+        if not muster.formation.alive[index]:
             return
-        step = self.plant.step
         first = self._commanded[index] + 1 if self.clocked else step
         numbers = self._entries[index].admit(data, first, step)
-        if numbers is None or index in self._answered or self._state_due:
+        if numbers is None or index in muster.answered or muster.open:
             return
         if self.clocked:
             self._note_time(index, int(numbers[2]))
         self._commands[index] = numbers[_ACCELERATION_AND_TORQUE]
         self._last_commands[index] = data
         if numbers[2] == step:
-            self._answered.add(index)
+            muster.answer(index)
         self._advance_if_complete()
 
     def _note_time(self, index: int, step: int) -> None:
@@ -534,18 +466,18 @@ class PlantNode:
     @property
     def stands_still(self) -> bool:
         """Whether no step is to be taken at present."""
-        return self._state_due
+        return self.muster.open
 
     def judge_waiting(self) -> None:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
-        if self._awaited and time.monotonic() - self._awaited_since > self.start_timeout:
+        if self.muster.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
             silent = self.missing()
             self.aborted = (silent, f"{', '.join(silent)} has not come back within {self.start_timeout:g} s")
 
     def tick(self) -> None:
         """Take the next step with the commands that there are: those of the step before hold on."""
         now = time.monotonic()
-        for index in np.flatnonzero(self.formation.alive).tolist():
+        for index in self.muster.flying:
             self.misses[index] += self._commanded[index] < self.plant.step
             if now - self._heard_at[index] > self.scenario.tolerated_silence:
                 silence = self.scenario.tolerated_silence
@@ -554,7 +486,7 @@ class PlantNode:
             self._advance()
 
     def _advance_if_complete(self) -> None:
-        if self.clocked or self._state_due or not self.flying or self.aborted or self._unanswered():
+        if self.clocked or self.muster.open or not self.flying or self.aborted or not self.muster.complete:
             return
         if self.plant.step < self.scenario.timing.steps:
             self._advance()
@@ -564,7 +496,6 @@ class PlantNode:
         begin = time.thread_time()
         self.plant.advance(self._commands[:, :3], self._commands[:, 3:])
         self.busy_seconds += time.thread_time() - begin
-        self._answered.clear()
         self._publish_propulsion()
         self._begin_step()
         now = time.monotonic()
@@ -595,7 +526,7 @@ class PlantNode:
             )
 
     def _publish_state(self) -> None:
-        step, number = self.plant.step, self.formation.number
+        step, number = self.plant.step, self.muster.formation.number
         seconds, nanoseconds = self._stamps.at(step)
         told, moments = self.plant.measured(), self.plant.measured_steps()
         for index, (publisher, moment, position, velocity) in enumerate(

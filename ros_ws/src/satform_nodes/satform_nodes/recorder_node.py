@@ -237,7 +237,12 @@ class RecorderNode:
 
         speaker = "plant" if satellite < 0 else self._names[satellite]
         subscription = executor.subscribe(
-            self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED_READER, self._only(topic, speaker)
+            self.node,
+            topics.TYPES[kind],
+            topic,
+            _on_message,
+            topics.STEPPED_READER,
+            self._only(topic, speaker),
         )
         self._company.speaks(subscription, [speaker])
 
