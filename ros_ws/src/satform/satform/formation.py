@@ -166,6 +166,22 @@ def rewirings(plan: Plan) -> list[tuple[int, Rewired]]:
     return [(step, event) for step in sorted(plan) for event in plan[step] if isinstance(event, Rewired)]
 
 
+def falls(plan: Plan, satellite: int, step: int) -> bool:
+    """Whether a satellite is planned to be lost at a step."""
+    events = plan.get(step, [])
+    return any(isinstance(event, Lost) and event.satellite == satellite for event in events)
+
+
+def returns(plan: Plan, satellite: int, since: int) -> bool:
+    """Whether a satellite is planned to take part again at a step or a later one."""
+    return any(
+        isinstance(event, Back) and event.satellite == satellite
+        for step, events in plan.items()
+        for event in events
+        if step >= since
+    )
+
+
 def loses(plan: Plan) -> bool:
     """Whether a satellite is lost in it, or changed by itself, so that satellites cannot fly as one."""
     return any(isinstance(event, Lost | Back | Adjusted) for events in plan.values() for event in events)

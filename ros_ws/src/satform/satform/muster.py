@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from satform.formation import Back, Event, Formation, Lost, planned
+from satform.formation import Back, Event, Formation, Lost, planned, returns
 
 if TYPE_CHECKING:
     from satform.scenario.model import Scenario
@@ -230,22 +230,15 @@ class Muster:
 
     def _forget_return(self, satellite: int) -> None:
         self._returning.pop(satellite, None)
-        self._pending = [event for event in self._pending if not _returns(event, satellite)]
+        self._pending = [
+            event for event in self._pending if not (isinstance(event, Back) and event.satellite == satellite)
+        ]
 
     def _take_back(self, satellite: int, checkpoint: int) -> None:
         self._forget_return(satellite)
         self._returning[satellite] = checkpoint
-        if satellite not in self.awaited and not self._comes_back_later(satellite):
+        if satellite not in self.awaited and not returns(self._plan, satellite, self.step + 1):
             self._pending.append(Back(satellite, checkpoint if checkpoint >= 0 else None))
-
-    def _comes_back_later(self, satellite: int) -> bool:
-        """Whether the scenario has a step at which a lost satellite is to take part again."""
-        return any(
-            _returns(event, satellite)
-            for step, events in self._plan.items()
-            for event in events
-            if step > self.step
-        )
 
     def _apply(self, events: Sequence[Event]) -> Change | None:
         """Change the formation at the present step."""
@@ -262,8 +255,3 @@ class Muster:
         for event in back:
             self._returning.pop(event.satellite, None)
         return Change(lost, back)
-
-
-def _returns(event: Event, satellite: int) -> bool:
-    """Whether an event is the return of a satellite."""
-    return isinstance(event, Back) and event.satellite == satellite

@@ -2,7 +2,7 @@
 
 import resource
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -70,12 +70,14 @@ class Promptness:
         late: of each satellite, commands that came at all but late.
     """
 
-    def __init__(self, satellites: int) -> None:
+    def __init__(self, satellites: int, clock: Callable[[], float] = time.monotonic) -> None:
         """Nobody has commanded yet.
 
         Args:
             satellites: how many there are.
+            clock: wall clock, s.
         """
+        self._clock = clock
         self.misses = [0] * satellites
         self.late = [0] * satellites
         self._commanded = [-1] * satellites
@@ -83,11 +85,11 @@ class Promptness:
 
     def begin(self) -> None:
         """Count everyone's silence from now on."""
-        self._heard_at = [time.monotonic()] * len(self._heard_at)
+        self._heard_at = [self._clock()] * len(self._heard_at)
 
     def heard(self, satellite: int) -> None:
         """A satellite has given a sign of life."""
-        self._heard_at[satellite] = time.monotonic()
+        self._heard_at[satellite] = self._clock()
 
     def first_due(self, satellite: int) -> int:
         """The first step for which a satellite has not commanded yet."""
@@ -116,7 +118,7 @@ class Promptness:
         Returns:
             Those that have been silent for longer.
         """
-        now, silent = time.monotonic(), []
+        now, silent = self._clock(), []
         for satellite in satellites:
             self.misses[satellite] += self._commanded[satellite] < step
             if now - self._heard_at[satellite] > tolerated:

@@ -16,7 +16,7 @@ from satform.muster import Change, Muster
 from satform.plant import Plant
 from satform.scenario import Scenario
 from satform_nodes import topics
-from satform_nodes.diagnostics import Condition, Health, flight_condition
+from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of, start_timeout
@@ -83,7 +83,7 @@ class PlantNode:
         self._pulse = 0
         self._next_sign = 0.0
         self._next_progress = 0.0
-        self._told_step, self._told_at = 0, time.monotonic()
+        self._course = Course(self.refusals)
 
         self._voice = PlantVoice(node, scenario, self.plant)
         self.ears = PlantEars(
@@ -294,13 +294,9 @@ class PlantNode:
                 self._voice.repeat_status()
 
     def _condition(self) -> Condition:
-        now = time.monotonic()
-        rate = (self.plant.step - self._told_step) / max(now - self._told_at, 1e-9)
-        self._told_step, self._told_at = self.plant.step, now
         lost_at = self.muster.formation.lost_at
         lost = {self.names[index]: self.plant.step - lost_at[index] for index in self.muster.lost}
-        refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
-        return flight_condition(step=self.plant.step, step_rate=rate, refused=refused, silent=lost)
+        return self._course.condition(self.plant.step, lost)
 
     def say_status(self, phase: int, reason: str) -> None:
         """Tell everyone in what phase the formation is, from which step, and why."""

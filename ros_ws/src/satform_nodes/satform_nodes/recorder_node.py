@@ -1,7 +1,6 @@
 """The node that keeps the flight: every message of every step, written as it passes."""
 
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -21,7 +20,7 @@ from satform_nodes import topics
 from satform_nodes.absences import Absences
 from satform_nodes.bag_writer import BagWriter
 from satform_nodes.definitions import definition, type_name
-from satform_nodes.diagnostics import DIAGNOSTICS, Condition, Health, flight_condition
+from satform_nodes.diagnostics import DIAGNOSTICS, Condition, Course, Health
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
@@ -91,6 +90,7 @@ class RecorderNode:
         self.report = report
         self.missed: list[str] = []
         self.refusals = Refusals()
+        self._course = Course(self.refusals)
         self.view = FormationView(scenario)
         self._absences = Absences(scenario)
         self._clocked = clocked
@@ -148,7 +148,6 @@ class RecorderNode:
         )
         self._now = (0, 0)
         self._health = Health(node, "recorder: bag", "recorder", self._condition)
-        self._told_step, self._told_at = 0, time.monotonic()
 
     @property
     def ended(self) -> FormationStatus | None:
@@ -157,11 +156,7 @@ class RecorderNode:
 
     def _condition(self) -> Condition:
         """How the recording is."""
-        now, step = time.monotonic(), max(0, self.recorded_step)
-        rate = (step - self._told_step) / max(now - self._told_at, 1e-9)
-        self._told_step, self._told_at = step, now
-        refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
-        return flight_condition(step=step, step_rate=rate, refused=refused, silent={})
+        return self._course.condition(max(0, self.recorded_step), {})
 
     def _expected(self) -> list[_Channel]:
         """Topics on which someone speaks at every step at present; on the wall clock only the plant does."""
