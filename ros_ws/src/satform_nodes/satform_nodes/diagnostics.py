@@ -9,9 +9,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from satform import channels
 from satform_nodes.entry import Refusals
 
-DIAGNOSTICS = "/diagnostics"
+DIAGNOSTICS = channels.DIAGNOSTICS
 """The topic on which everything that has a health tells it (REP 107)."""
 
 PERIOD = 1.0

@@ -1,6 +1,6 @@
 """What the plant hears: commands, who can fly, and how far the recorder is."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
@@ -8,6 +8,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, Ready, Recorded
 
+from satform.channels import RECORDER, Channel
 from satform.muster import Change, Muster
 from satform_nodes import topics
 from satform_nodes.entry import Entry, Refusals
@@ -37,6 +38,7 @@ class PlantEars:
         self,
         node: Node,
         executor: StepExecutor,
+        heard: Iterable[Channel],
         muster: Muster,
         refusals: Refusals,
         on_command: Callable[[], None],
@@ -49,6 +51,7 @@ class PlantEars:
         Args:
             node: of the plant.
             executor: hands out the messages.
+            heard: the topics to which the plant listens.
             muster: is told who has commanded, and knows whose command is due.
             refusals: where messages that are not believed are counted.
             on_command: called after each command that counts.
@@ -67,22 +70,24 @@ class PlantEars:
         self._on_offer = on_ready
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
-        self._ready_speakers = Speakers(node, topics.READY, [*names, "recorder"], refusals)
+        speakers = {channel.topic: channel.speakers for channel in heard}
+        self._ready_speakers = Speakers(node, topics.READY, speakers[topics.READY], refusals)
         executor.subscribe(
             node, Ready, topics.READY, self._on_ready, topics.LATCHED_READER, self._ready_speakers
         )
-        self._speakers = [Speakers(node, topics.command(name), [name], refusals) for name in names]
-        self._entries = [Entry(topics.command(name), _COMMAND, refusals) for name in names]
+        commands = [topics.command(name) for name in names]
+        self._speakers = [Speakers(node, topic, speakers[topic], refusals) for topic in commands]
+        self._entries = [Entry(topic, _COMMAND, refusals) for topic in commands]
         self._subscriptions = [
             executor.subscribe(
                 node,
                 Command,
-                topics.command(name),
+                topic,
                 partial(self._on_command, index),
                 topics.NEWEST if clocked else topics.STEPPED_READER,
                 self._speakers[index],
             )
-            for index, name in enumerate(names)
+            for index, topic in enumerate(commands)
         ]
 
     def expect_speakers(self, company: Company) -> None:
@@ -106,11 +111,11 @@ class PlantEars:
             self.recorded_step = max(self.recorded_step, min(numbers[2], self._muster.step))
             on_recorded()
 
-        speakers = Speakers(self._node, topics.RECORDED, ["recorder"], self._refusals)
+        speakers = Speakers(self._node, topics.RECORDED, [RECORDER], self._refusals)
         progress = self._executor.subscribe(
             self._node, Recorded, topics.RECORDED, note, topics.STEPPED_READER, speakers
         )
-        company.speaks(progress, ["recorder"])
+        company.speaks(progress, [RECORDER])
 
     def take(self, change: Change) -> None:
         """Go by the commands of those who fly from now on, and by nobody else's."""

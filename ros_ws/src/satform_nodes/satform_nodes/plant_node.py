@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
+from satform.channels import PLANT, RECORDER, channels, heard_by, said_by
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.formation import Event
 from satform.muster import Change, Muster
@@ -67,7 +68,7 @@ class PlantNode:
         self.scenario = scenario
         self.report = report
         self.plant = Plant(scenario)
-        self.muster = Muster(scenario, ["recorder"] if recorded else [], lockstep=not self.clocked)
+        self.muster = Muster(scenario, [RECORDER] if recorded else [], lockstep=not self.clocked)
         self.recorded = recorded
         self.refusals = Refusals()
         self.busy_seconds = 0.0
@@ -85,10 +86,12 @@ class PlantNode:
         self._next_progress = 0.0
         self._course = Course(self.refusals)
 
-        self._voice = PlantVoice(node, scenario, self.plant)
+        table = channels(scenario)
+        self._voice = PlantVoice(node, scenario, self.plant, said_by(PLANT, table))
         self.ears = PlantEars(
             node,
             executor,
+            heard_by(PLANT, table),
             self.muster,
             self.refusals,
             self._advance_if_complete,
@@ -99,7 +102,7 @@ class PlantNode:
         self.ears.expect_speakers(self._company)
         if recorded:
             self.ears.hear_recorder(self._company, self._go_on)
-        self._voice.expect_listeners(self._company, self.muster.everyone, recorded=recorded)
+        self._voice.expect_listeners(self._company, recorded=recorded)
         self._health = Health(node, "plant: formation", "plant", self._condition)
         self._services = FormationServices(node, self)
         executor.add_chore(self._chore)
@@ -152,7 +155,7 @@ class PlantNode:
         """Who keeps the step from going on."""
         muster = self.muster
         satellites = muster.awaited or not (muster.open or muster.over)
-        return muster.missing if satellites else ["recorder"]
+        return muster.missing if satellites else [RECORDER]
 
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
@@ -171,7 +174,7 @@ class PlantNode:
             reason: in words, for everyone.
         """
         for name in names:
-            if name == "recorder":
+            if name == RECORDER:
                 self._lose_recorder(reason)
             elif name in self.names:
                 self._lose(self.names.index(name), reason)
@@ -187,11 +190,11 @@ class PlantNode:
         if not self.recorded:
             return
         if self._settings.recorder_needed:
-            self.aborted = (["recorder"], reason)
+            self.aborted = ([RECORDER], reason)
             return
         self.recorded = False
         self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
-        self.report.say("loss", who="recorder", step=self.plant.step, reason=reason)
+        self.report.say("loss", who=RECORDER, step=self.plant.step, reason=reason)
         self._go_on()
 
     def _tell_change(self, change: Change | None) -> None:

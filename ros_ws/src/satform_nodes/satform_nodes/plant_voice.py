@@ -8,6 +8,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, RelativeState
 
+from satform.channels import Channel, topic_name
 from satform.formation import Formation
 from satform.muster import Change
 from satform.plant import Plant
@@ -32,13 +33,14 @@ _FAREWELL = 5.0
 class PlantVoice:
     """The plant's publishers, and its words as bytes."""
 
-    def __init__(self, node: Node, scenario: Scenario, plant: Plant) -> None:
+    def __init__(self, node: Node, scenario: Scenario, plant: Plant, said: Iterable[Channel]) -> None:
         """Nothing has been said yet.
 
         Args:
             node: of the plant.
             scenario: what is flown.
             plant: whose states are told.
+            said: the topics on which the plant speaks.
         """
         self._node = node
         self._plant = plant
@@ -48,43 +50,35 @@ class PlantVoice:
         # What each satellite was told at this step, to be said again.
         self._said: dict[int, list[bytes]] = {}
         self._status = FormationStatus()
-        self._say_clock = node.create_publisher(Clock, topics.CLOCK, topics.STEPPED)
-        self._say_status = node.create_publisher(FormationStatus, topics.STATUS, topics.LATCHED)
-        self._say_state = [
-            node.create_publisher(RelativeState, topics.state(name), topics.STEPPED) for name in self._names
-        ]
-        self._say_attitude = {
-            index: node.create_publisher(Attitude, topics.attitude(name), topics.STEPPED)
-            for index, name in enumerate(self._names)
-            if scenario.satellite(index).attitude is not None
+        # Diagnostics are told by the node's health.
+        self._channels = [channel for channel in said if channel.kind != "diagnostics"]
+        publishers = self._publishers = {
+            channel.topic: node.create_publisher(
+                topics.TYPES[channel.kind], channel.topic, topics.BY_RHYTHM[channel.rhythm]
+            )
+            for channel in self._channels
         }
-        self._say_truth = {
-            index: node.create_publisher(RelativeState, topics.truth(name), topics.STEPPED)
-            for index, name in enumerate(self._names)
-            if scenario.satellite(index).sensor is not None
-        }
-        self._say_propulsion = [
-            node.create_publisher(Propulsion, topics.propulsion(name), topics.STEPPED)
-            for index, name in enumerate(self._names)
-            if scenario.satellite(index).thruster is not None
-        ]
 
-    def expect_listeners(self, company: Company, everyone: Collection[str], *, recorded: bool) -> None:
+        def of_satellites(kind: str) -> dict[int, Any]:
+            """The publishers of a kind by the satellites' places."""
+            named = {index: topic_name(kind, name) for index, name in enumerate(self._names)}
+            return {index: publishers[own] for index, own in named.items() if own in publishers}
+
+        self._say_clock, self._say_status = publishers[topics.CLOCK], publishers[topics.STATUS]
+        self._say_state = list(of_satellites("state").values())
+        self._say_attitude = of_satellites("attitude")
+        self._say_truth = of_satellites("truth")
+        self._say_propulsion = list(of_satellites("propulsion").values())
+
+    def expect_listeners(self, company: Company, *, recorded: bool) -> None:
         """Have those waited for that are to hear the plant.
 
         Args:
             company: waits.
-            everyone: who is told how the formation is.
-            recorded: whether a recorder hears all that the plant says.
+            recorded: whether a recorder hears it too.
         """
-        watching = ["recorder"] if recorded else []
-        for name, publisher in zip(self._names, self._say_state, strict=True):
-            company.listens(publisher, [name, *watching])
-        for index, publisher in self._say_attitude.items():
-            company.listens(publisher, [self._names[index], *watching])
-        for publisher in (*self._say_truth.values(), *self._say_propulsion, self._say_clock):
-            company.listens(publisher, watching)
-        company.listens(self._say_status, everyone)
+        for channel in self._channels:
+            company.listens(self._publishers[channel.topic], channel.listeners_in(recorded=recorded))
 
     # At each step
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from satform_msgs.msg import Attitude, FormationStatus, RelativeState
 
+from satform.channels import PLANT, heard_by, satellite_channels, topic_name
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.entry import Entry, Refusals
@@ -77,22 +78,22 @@ class SatelliteEars:
         self._speakers: dict[int, Speakers] = {}
         own = scenario.satellite(index)
         jump = topics.FASTEST * scenario.timing.step + topics.NEAR
-        topic = topics.state(own.name)
-        entry = Entry(topic, _STATE, refusals, _PLACE, jump)
-        self._hear(RelativeState, topic, partial(hearer.state, entry), "plant")
-        if own.attitude is not None:
-            topic = topics.attitude(own.name)
-            entry = Entry(topic, _ATTITUDE, refusals)
-            self._hear(Attitude, topic, partial(hearer.attitude, entry), "plant")
+        for channel in heard_by(own.name, satellite_channels(scenario, index)):
+            if channel.kind == "state":
+                entry = Entry(channel.topic, _STATE, refusals, _PLACE, jump)
+                self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT)
+            else:
+                entry = Entry(channel.topic, _ATTITUDE, refusals)
+                self._hear(Attitude, channel.topic, partial(hearer.attitude, entry), PLANT)
         for neighbour in scenario.possible_graph().neighbours(index):
             self.listen_to(neighbour)
         # Made last: whoever sees this subscription has seen all others of this satellite.
-        self._hear(FormationStatus, topics.STATUS, hearer.status, "plant", topics.LATCHED_READER)
+        self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, topics.LATCHED_READER)
 
     def listen_to(self, neighbour: int) -> None:
         """Hear what a neighbour announces from now on."""
         speaker = self._names[neighbour]
-        topic = getattr(topics, self._announces)(speaker)
+        topic = topic_name(self._announces, speaker)
         entry = Entry(topic, self._announcement, self._refusals)
         callback = partial(self._hearer.announcement, neighbour, entry)
         self._speakers[neighbour] = self._hear(topics.TYPES[self._announces], topic, callback, speaker)

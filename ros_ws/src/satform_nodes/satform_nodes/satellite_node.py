@@ -136,8 +136,7 @@ class SatelliteNode:
         self._ears = SatelliteEars(
             node, executor, scenario, self.index, self.refusals, hearer, clocked=self.clocked
         )
-        listeners = [names[listener] for listener in scenario.possible_graph().listeners(self.index)]
-        self.voice.expect_listeners(self._ears.company, listeners, recorded=settings.recorded)
+        self.voice.expect_listeners(self._ears.company, recorded=settings.recorded)
         self._health = Health(node, f"{name}: flight software", name, self._condition)
 
     def _make_software(self) -> None:

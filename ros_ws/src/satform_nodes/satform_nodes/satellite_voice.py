@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from satform_msgs.msg import Command, ParameterChange, Ready, Tracking
 
 from satform.announcements import AnyAnnouncement, numbers
+from satform.channels import PLANT, RECORDER, formation_channels, said_by, satellite_channels
 from satform.faults import Faults
 from satform.satellite import Decision
 from satform.scenario import Scenario
@@ -53,30 +54,33 @@ class SatelliteVoice:
         self._in_phase = announces == "arc_length"
         # What an announcement carries between its step and its numbers.
         self._before_numbers = (0,) if announces == "motion" else ()
-        kind, topic_of = topics.TYPES[announces], getattr(topics, announces)
-        self._announcement = layout(kind, topics.FRAME)
-        self._say_announcement = node.create_publisher(kind, topic_of(name), topics.STEPPED)
-        self._say_command = node.create_publisher(Command, topics.command(name), topics.STEPPED)
-        self._say_tracking = node.create_publisher(Tracking, topics.tracking(name), topics.STEPPED)
-        self._say_change = node.create_publisher(
-            ParameterChange, topics.parameter_changes(name), topics.LATCHED
-        )
-        self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
+        self._announcement = layout(topics.TYPES[announces], topics.FRAME)
+        table = [*satellite_channels(scenario, index), *formation_channels(scenario)]
+        self._channels = {channel.kind: channel for channel in said_by(name, table)}
+        self._publishers = {
+            kind: node.create_publisher(
+                topics.TYPES[kind], self._channels[kind].topic, topics.BY_RHYTHM[self._channels[kind].rhythm]
+            )
+            for kind in (announces, "command", "tracking", "parameter_changes", "ready")
+        }
+        self._say_announcement = self._publishers[announces]
+        self._say_command = self._publishers["command"]
+        self._say_tracking = self._publishers["tracking"]
+        self._say_change = self._publishers["parameter_changes"]
+        self._say_ready = self._publishers["ready"]
         self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
 
-    def expect_listeners(self, company: Company, listeners: Sequence[str], *, recorded: bool) -> None:
+    def expect_listeners(self, company: Company, *, recorded: bool) -> None:
         """Have those waited for that are to hear this satellite.
 
         Args:
             company: waits.
-            listeners: satellites that may hear it at some time.
-            recorded: whether a recorder hears all that it says.
+            recorded: whether a recorder hears it too.
         """
-        watching = ["recorder"] if recorded else []
-        company.listens(self._say_ready, ["plant"])
-        company.listens(self._say_command, ["plant", *watching])
-        company.listens(self._say_tracking, watching)
-        company.listens(self._say_announcement, [*listeners, *watching])
+        for kind, publisher in self._publishers.items():
+            # What has changed is kept for those who come later.
+            if kind != "parameter_changes":
+                company.listens(publisher, self._channels[kind].listeners_in(recorded=recorded))
 
     # At each step
 
@@ -180,4 +184,4 @@ class SatelliteVoice:
     def _heard_out(self) -> bool:
         """Whether the plant or the recorder still listens to this satellite."""
         others = self._node.get_subscriptions_info_by_topic(topics.command(self._name))
-        return bool({"plant", "recorder"} & {other.node_name for other in others})
+        return bool({PLANT, RECORDER} & {other.node_name for other in others})

@@ -1,4 +1,4 @@
-"""Every topic's name, type and quality of service, in one place."""
+"""Every topic's type and quality of service, in one place; who says what to whom is in `satform.channels`."""
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
@@ -19,13 +19,15 @@ from satform_msgs.msg import (
 )
 from visualization_msgs.msg import MarkerArray
 
+from satform import channels
+
 FRAME = "lvlh"
 """The chief's rotating frame: x radial outward, y along-track, z orbit normal."""
 
-CLOCK = "/clock"
-STATUS = "/formation/status"
-READY = "/formation/ready"
-RECORDED = "/formation/recorded"
+CLOCK = channels.CLOCK
+STATUS = channels.STATUS
+READY = channels.READY
+RECORDED = channels.RECORDED
 MARKERS = "/formation/markers"
 
 FASTEST = 1e5
@@ -40,57 +42,57 @@ RECORDER_WINDOW = 256
 
 def state(satellite: str) -> str:
     """Topic on which the plant tells a satellite its own state, as its sensor gives it."""
-    return f"/{satellite}/state"
+    return channels.topic_name("state", satellite)
 
 
 def attitude(satellite: str) -> str:
     """Topic on which the plant tells a satellite with attitude how it is turned."""
-    return f"/{satellite}/attitude"
+    return channels.topic_name("attitude", satellite)
 
 
 def truth(satellite: str) -> str:
     """Topic on which the plant shows where a satellite with a sensor really is."""
-    return f"/{satellite}/truth"
+    return channels.topic_name("truth", satellite)
 
 
 def propulsion(satellite: str) -> str:
     """Topic on which the plant shows what a satellite's thrusters made of its commands."""
-    return f"/{satellite}/propulsion"
+    return channels.topic_name("propulsion", satellite)
 
 
 def arc_length(satellite: str) -> str:
     """Topic on which a satellite tells its neighbours its phase."""
-    return f"/{satellite}/arc_length"
+    return channels.topic_name("arc_length", satellite)
 
 
 def motion(satellite: str) -> str:
     """Topic on which a satellite tells its listeners where it is, where they share their motion."""
-    return f"/{satellite}/motion"
+    return channels.topic_name("motion", satellite)
 
 
 def command(satellite: str) -> str:
     """Topic on which a satellite commands its thrusters."""
-    return f"/{satellite}/command"
+    return channels.topic_name("command", satellite)
 
 
 def tracking(satellite: str) -> str:
     """Topic on which a satellite shows how well it follows its reference."""
-    return f"/{satellite}/tracking"
+    return channels.topic_name("tracking", satellite)
 
 
 def parameter_changes(satellite: str) -> str:
     """Topic on which a satellite says which gains changed at which step."""
-    return f"/{satellite}/parameter_changes"
+    return channels.topic_name("parameter_changes", satellite)
 
 
 def pose(satellite: str) -> str:
     """Topic on which the display shows where a satellite is and how it is turned."""
-    return f"/{satellite}/pose"
+    return channels.topic_name("pose", satellite)
 
 
 def path(satellite: str) -> str:
     """Topic on which the display shows where a satellite has been."""
-    return f"/{satellite}/path"
+    return channels.topic_name("path", satellite)
 
 
 TYPES = {
@@ -157,6 +159,9 @@ LATCHED_READER = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """The other end of it, with room: what is written by strangers in a burst is not to displace the rest."""
+
+BY_RHYTHM = {"states": STEPPED, "steps": STEPPED, "now and then": LATCHED}
+"""How plant and satellites say something, by the rhythm in which they do."""
 
 SEEN = QoSProfile(depth=10)
 """For whoever looks on: reliable, and what is missed is missed."""
