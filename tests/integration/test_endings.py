@@ -13,6 +13,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from flights import shortened
+from flown import processes_of
 from satform.record import FlightRecord
 from satform.simulate import simulate
 from satform_bringup.processes import processes
@@ -146,16 +147,3 @@ def differences(again: FlightRecord, recorded: FlightRecord, lost: int, satellit
         if np.isnan(shown_last).any():
             getattr(again, name)[lost - 1, satellite] = shown_last
     return again.differences(recorded)
-
-
-def processes_of(folder: Path) -> dict[str, int]:
-    """Numbers of the processes that print into a run's logs, by the log's name."""
-    found = {}
-    for descriptor in Path("/proc").glob("[0-9]*/fd/1"):
-        try:
-            target = descriptor.readlink()
-        except OSError:
-            continue
-        if target.is_relative_to(folder / "log"):
-            found[target.stem] = int(descriptor.parts[2])
-    return found

@@ -1,5 +1,7 @@
 """Every topic's type and quality of service, in one place; who says what to whom is in `satform.channels`."""
 
+from functools import partial
+
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
@@ -116,48 +118,34 @@ TYPES = {
 }
 """Message type of each topic by the last part of its name."""
 
-STEPPED = QoSProfile(
+_PASSING = partial(
+    QoSProfile,
     history=HistoryPolicy.KEEP_LAST,
-    depth=2 * RECORDER_WINDOW,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
+"""For those who are there when something is said."""
+
+_KEPT = partial(_PASSING, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""For those who come later as well."""
+
+STEPPED = _PASSING(depth=2 * RECORDER_WINDOW)
 """A message a step, as it is written. Nothing is lost: no reader falls behind by more than the depth, since
 the plant waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`. No more is
 kept than that: until a killed reader is given up, a writer holds for it what it has not acknowledged, and
 a reader that comes anew is led past all of that first, which takes longer the more there is."""
 
-STEPPED_READER = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=64 * RECORDER_WINDOW,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-)
+STEPPED_READER = _PASSING(depth=64 * RECORDER_WINDOW)
 """For those who need each of them: room for a stranger's flood on top, which would push out what is not
 taken yet."""
 
-NEWEST = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-)
+NEWEST = _PASSING(depth=1)
 """For those who read on the wall clock: what is out of date by the time it can be read is left out."""
 
-LATCHED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=64,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+LATCHED = _KEPT(depth=64)
 """Said now and then, and still heard by those who come later."""
 
-LATCHED_READER = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=2048,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+LATCHED_READER = _KEPT(depth=2048)
 """The other end of it, with room: what is written by strangers in a burst is not to displace the rest."""
 
 BY_RHYTHM = {"states": STEPPED, "steps": STEPPED, "now and then": LATCHED}
@@ -166,18 +154,8 @@ BY_RHYTHM = {"states": STEPPED, "steps": STEPPED, "now and then": LATCHED}
 SEEN = QoSProfile(depth=10)
 """For whoever looks on: reliable, and what is missed is missed."""
 
-GLANCED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.BEST_EFFORT,
-    durability=DurabilityPolicy.VOLATILE,
-)
+GLANCED = _PASSING(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For one who only looks on: the newest message, if it comes. No writer ever waits for such a reader."""
 
-PICTURE = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+PICTURE = _KEPT(depth=1)
 """The newest picture, also for those who come later."""
