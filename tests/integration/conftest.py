@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+import rclpy
 from ament_index_python.packages import get_package_prefix
+from rclpy.node import Node
 
 from satform_bringup import PACKAGE, nursery
 from satform_bringup.domain import on_domain, own_domain
@@ -20,6 +22,16 @@ def domain() -> Iterator[int]:
     """A DDS domain that no other test and no other run on this machine uses."""
     with own_domain() as number, on_domain(number):
         yield number
+
+
+@pytest.fixture
+def observer() -> Iterator[Node]:
+    """A node that looks on."""
+    rclpy.init()
+    node = Node("observer")
+    yield node
+    node.destroy_node()
+    rclpy.shutdown()
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -27,15 +27,6 @@ from satform_nodes.stamps import Stamps
 
 KILOMETRES = 1e-3
 """Length in the display's messages of one metre, unless it is told otherwise."""
-
-
-@pytest.fixture
-def observer() -> Iterator[Node]:
-    rclpy.init()
-    node = Node("observer")
-    yield node
-    node.destroy_node()
-    rclpy.shutdown()
 
 
 def hear(observer: Node, kind: str, topic: str) -> list[Any]:

@@ -13,7 +13,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from flights import shortened
-from flown import assert_flies_again
+from flown import assert_flies_again, processes_of
 from satform.simulate import simulate
 from satform_bringup.processes import processes
 from satform_bringup.supervise import fly
@@ -137,16 +137,3 @@ def test_nobody_flies_on_when_the_one_who_started_it_is_killed(
     while processes_of(folder):
         assert time.monotonic() < end, f"still flying: {processes_of(folder)}"
         time.sleep(0.05)  # what is awaited is the end of processes that are not this one's children
-
-
-def processes_of(folder: Path) -> dict[str, int]:
-    """Numbers of the processes that print into a run's logs, by the log's name."""
-    found = {}
-    for descriptor in Path("/proc").glob("[0-9]*/fd/1"):
-        try:
-            target = descriptor.readlink()
-        except OSError:
-            continue
-        if target.is_relative_to(folder / "log"):
-            found[target.stem] = int(descriptor.parts[2])
-    return found

@@ -25,15 +25,6 @@ def four_satellites(graph: str) -> Scenario:
     return shortened("triangle", 3600.0, f"graph={graph}", f"satellites=[{satellites}]")
 
 
-@pytest.fixture
-def observer() -> Node:
-    rclpy.init()
-    node = Node("observer")
-    yield node
-    node.destroy_node()
-    rclpy.shutdown()
-
-
 def listeners(observer: Node, scenario: Scenario) -> np.ndarray:
     """Adjacency as seen on the network: entry i, j is 1 when satellite i subscribes to what j announces."""
     topic_of = getattr(topics, scenario.consensus.announces)

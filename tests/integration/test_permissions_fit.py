@@ -1,25 +1,15 @@
 """Signed permissions fit the nodes as they fly: nothing that they need is denied, nothing more is allowed."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 import rclpy
 from rclpy.node import Node
 
 from flights import shortened
 from satform_bringup.processes import processes
 from satform_tools.security.access import Access, accesses
-
-
-@pytest.fixture
-def observer() -> Iterator[Node]:
-    rclpy.init()
-    node = Node("observer")
-    yield node
-    node.destroy_node()
-    rclpy.shutdown()
 
 
 def seen(observer: Node, node: str) -> Access:

@@ -11,11 +11,13 @@ from satform_nodes.diagnostics import (
     PERIOD,
     SHORTEST,
     Condition,
+    Course,
     Health,
     Level,
     flight_condition,
     status,
 )
+from satform_nodes.entry import Refusals
 
 
 class Clock:
@@ -191,6 +193,17 @@ def test_silent_neighbours_are_named_with_their_steps_of_silence() -> None:
     assert (condition.level, condition.message) == (Level.WARN, "nothing heard from sat2, sat3")
     assert condition.values["silent neighbours"] == "sat2, sat3"
     assert condition.values["steps of silence: sat3"] == 4
+
+
+def test_a_part_tells_how_fast_it_has_been_since_it_last_told() -> None:
+    refusals, moments = Refusals(), iter([10.0, 12.0, 12.5])
+    course = Course(refusals, lambda: next(moments))
+    assert course.condition(200, {}).values["steps per second"] == 100.0
+    refusals.note("/sat1/command", "not finite")
+    later = course.condition(210, {"sat2": 4})
+    assert later.values["steps per second"] == 20.0
+    assert later.values["refused messages: /sat1/command: not finite"] == 1
+    assert later.message == "nothing heard from sat2"
 
 
 def test_an_end_that_was_not_wanted_is_an_error_whatever_else_there_is() -> None:

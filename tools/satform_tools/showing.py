@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from satform.channels import channels
 from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
@@ -173,32 +174,15 @@ def _processes(scenario: Scenario) -> list[dict[str, Any]]:
 
 def _topics(scenario: Scenario) -> list[dict[str, Any]]:
     """Name, speaker and listeners of each topic; the recorder, which hears all, is left out."""
-    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
-
-    # The topics are there for every edge that there is at some time.
-    graph = scenario.possible_graph()
-    names = [satellite.name for satellite in scenario.satellites]
-    announced = getattr(topics, scenario.consensus.announces)
-    found = [_topic(topics.CLOCK, "plant", [])]
-    for index, name in enumerate(names):
-        found += [
-            _topic(topics.state(name), "plant", [name]),
-            _topic(announced(name), name, [names[listener] for listener in graph.listeners(index)]),
-            _topic(topics.command(name), name, ["plant"]),
-            _topic(topics.tracking(name), name, []),
-            _topic(topics.parameter_changes(name), name, []),
-        ]
-        if scenario.satellite(index).attitude is not None:
-            found.append(_topic(topics.attitude(name), "plant", [name]))
-        if scenario.satellite(index).sensor is not None:
-            found.append(_topic(topics.truth(name), "plant", []))
-        if scenario.satellite(index).thruster is not None:
-            found.append(_topic(topics.propulsion(name), "plant", []))
-    return [*found, _topic(topics.STATUS, "plant", names), _topic(topics.READY, "each", ["plant"])]
-
-
-def _topic(name: str, speaker: str, listeners: list[str]) -> dict[str, Any]:
-    return {"topic": name, "from": speaker, "to": listeners}
+    return [
+        {
+            "topic": channel.topic,
+            "from": "each" if channel.kind == "ready" else channel.speakers[0],
+            "to": list(channel.listeners_in(recorded=False)),
+        }
+        for channel in channels(scenario)
+        if channel.kind not in ("recorded", "diagnostics")
+    ]
 
 
 def _print_sources(scenario: Scenario) -> None:

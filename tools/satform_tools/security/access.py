@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from satform.channels import PLANT, RECORDER, channels
 from satform.scenario import Scenario
 from satform_bringup.security import ENCLAVES
 
@@ -56,43 +57,19 @@ def accesses(scenario: Scenario) -> list[Access]:
     Returns:
         Plant, satellites in their order, recorder, operator.
     """
-    satellites = [_satellite(scenario, index) for index in range(len(scenario.satellites))]
-    flying = [_plant(scenario), *satellites, _recorder(scenario)]
-    return [*flying, _operator(flying)]
+    from satform_nodes import services  # noqa: PLC0415 - needs ROS
 
-
-def _plant(scenario: Scenario) -> Access:
-    from satform_nodes import services, topics  # noqa: PLC0415 - needs ROS
-    from satform_nodes.diagnostics import DIAGNOSTICS  # noqa: PLC0415
-
-    told = [topic for index in range(len(scenario.satellites)) for topic in _told(scenario, index)]
-    shown = [topic for index in range(len(scenario.satellites)) for topic in _shown(scenario, index)]
-    commands = [topics.command(satellite.name) for satellite in scenario.satellites]
-    says = (topics.CLOCK, topics.STATUS, DIAGNOSTICS, *told, *shown)
     offers = (services.PAUSE, services.RESUME, services.STEP, services.STOP, services.SET_GRAPH)
-    return _node("plant", says, (topics.READY, topics.RECORDED, *commands), offers)
-
-
-def _satellite(scenario: Scenario, index: int) -> Access:
-    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
-    from satform_nodes.diagnostics import DIAGNOSTICS  # noqa: PLC0415
-
-    name = scenario.satellites[index].name
-    announced = getattr(topics, scenario.consensus.announces)
-    neighbours = scenario.possible_graph().neighbours(index)
-    hears = [announced(scenario.satellites[neighbour].name) for neighbour in neighbours]
-    says = (*_said(scenario, name), topics.READY, DIAGNOSTICS)
-    return _node(name, says, (*_told(scenario, index), topics.STATUS, *hears))
-
-
-def _recorder(scenario: Scenario) -> Access:
-    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
-    from satform_nodes.diagnostics import DIAGNOSTICS  # noqa: PLC0415
-
-    hears = [topics.CLOCK, topics.STATUS, DIAGNOSTICS]
-    for index, satellite in enumerate(scenario.satellites):
-        hears += [*_told(scenario, index), *_shown(scenario, index), *_said(scenario, satellite.name)]
-    return _node("recorder", (topics.READY, topics.RECORDED, DIAGNOSTICS), tuple(hears))
+    names = [PLANT, *(satellite.name for satellite in scenario.satellites), RECORDER]
+    says: dict[str, list[str]] = {name: [] for name in names}
+    hears: dict[str, list[str]] = {name: [] for name in names}
+    for channel in channels(scenario):
+        for name in channel.speakers:
+            says[name].append(channel.topic)
+        for name in channel.listeners:
+            hears[name].append(channel.topic)
+    flying = [_node(name, says[name], hears[name], offers if name == PLANT else ()) for name in names]
+    return [*flying, _operator(flying)]
 
 
 def _operator(flying: list[Access]) -> Access:
@@ -101,36 +78,7 @@ def _operator(flying: list[Access]) -> Access:
     return Access(OPERATOR, _EVERYONE_SAYS, tuple(sorted(said)), (), tuple(sorted(served)))
 
 
-def _node(
-    name: str, publishes: tuple[str, ...], subscribes: tuple[str, ...], offers: tuple[str, ...] = ()
-) -> Access:
+def _node(name: str, publishes: list[str], subscribes: list[str], offers: tuple[str, ...]) -> Access:
     replies = sorted({*offers, *(f"/{name}/{service}" for service in _PARAMETER_SERVICES)})
     said = sorted({*publishes, *_EVERYONE_SAYS})
     return Access(name, tuple(said), tuple(sorted({*subscribes})), tuple(replies))
-
-
-def _told(scenario: Scenario, index: int) -> list[str]:
-    """What the plant tells one satellite."""
-    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
-
-    spec = scenario.satellite(index)
-    turned = [topics.attitude(spec.name)] if spec.attitude is not None else []
-    return [topics.state(spec.name), *turned]
-
-
-def _shown(scenario: Scenario, index: int) -> list[str]:
-    """What the plant shows of one satellite to the recorder, and not to the satellite."""
-    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
-
-    spec = scenario.satellite(index)
-    truth = [topics.truth(spec.name)] if spec.sensor is not None else []
-    propulsion = [topics.propulsion(spec.name)] if spec.thruster is not None else []
-    return [*truth, *propulsion]
-
-
-def _said(scenario: Scenario, name: str) -> list[str]:
-    """What a satellite says."""
-    from satform_nodes import topics  # noqa: PLC0415 - needs ROS
-
-    announced = getattr(topics, scenario.consensus.announces)
-    return [announced(name), topics.command(name), topics.tracking(name), topics.parameter_changes(name)]

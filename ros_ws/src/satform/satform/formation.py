@@ -166,6 +166,22 @@ def rewirings(plan: Plan) -> list[tuple[int, Rewired]]:
     return [(step, event) for step in sorted(plan) for event in plan[step] if isinstance(event, Rewired)]
 
 
+def falls(plan: Plan, satellite: int, step: int) -> bool:
+    """Whether a satellite is planned to be lost at a step."""
+    events = plan.get(step, [])
+    return any(isinstance(event, Lost) and event.satellite == satellite for event in events)
+
+
+def returns(plan: Plan, satellite: int, since: int) -> bool:
+    """Whether a satellite is planned to take part again at a step or a later one."""
+    return any(
+        isinstance(event, Back) and event.satellite == satellite
+        for step, events in plan.items()
+        for event in events
+        if step >= since
+    )
+
+
 def loses(plan: Plan) -> bool:
     """Whether a satellite is lost in it, or changed by itself, so that satellites cannot fly as one."""
     return any(isinstance(event, Lost | Back | Adjusted) for events in plan.values() for event in events)
@@ -195,14 +211,18 @@ class Formation:
         """The formation at the start of a scenario."""
         return cls(scenario.communication_graph(), np.ones(len(scenario.satellites), dtype=np.bool_))
 
-    def apply(self, events: Iterable[Event], step: int, names: Sequence[str]) -> bool:
-        """Change at a step; whether anything changed.
+    def apply(self, events: Iterable[Event], step: int, names: Sequence[str]) -> list[Event]:
+        """Change at a step.
 
         Args:
-            events: that take effect at this step.
+            events: that are due at this step, in order.
             step: its number.
             names: of the satellites, for the reason.
+
+        Returns:
+            Those that changed something: who is lost is not lost again, and who flies does not return.
         """
+        changes: list[Event] = []
         reasons: list[str] = []
         for event in events:
             match event:
@@ -217,12 +237,13 @@ class Formation:
                     self.graph = event.graph
                     reasons.append(event.reason)
                 case _:
-                    pass
-        if reasons:
+                    continue
+            changes.append(event)
+        if changes:
             self.number += 1
             self.step = step
             self.reason = "; ".join(reasons)
-        return bool(reasons)
+        return changes
 
     @property
     def connectivity(self) -> float:

@@ -19,15 +19,13 @@ from satform.post import Ears
 from satform.satellite import Decision, Satellite
 from satform.scenario import Scenario
 from satform_nodes import topics
+from satform_nodes.hearsay import Words
 from satform_nodes.satellite_node import SatelliteNode
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
 _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
-
-_Words = tuple[float, ...]
-"""What a neighbour said: its time, then the numbers of its announcement."""
 
 
 def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool:
@@ -41,7 +39,7 @@ def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool
         scenario: what is flown.
     """
     ordinary = scenario.links is None and not scenario.faults
-    alike = all(node.lockstep and node.hears_all() for node in satellites)
+    alike = all(not node.clocked and node.hearsay.hears_all() for node in satellites)
     if len(satellites) < 2 or not ordinary or not alike:
         return False
     try:
@@ -66,13 +64,14 @@ class Abreast:
             together: their flight software, stacked.
         """
         self._nodes = list(satellites)
+        self._voices = [node.voice for node in satellites]
         self._satellite = together
         self._steps = scenario.timing.steps
         self._announces = scenario.consensus.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._number = satellites[0].view.formation.number
-        rows = [node.neighbours for node in satellites]
+        rows = [node.hearsay.neighbours for node in satellites]
         self._ears = Ears(scenario, np.array([node.index for node in satellites]), rows)
         self._width = max(len(row) for row in rows)
         self._places = [
@@ -83,15 +82,15 @@ class Abreast:
         self._fresh = self._ears.linked(satellites[0].view.formation)
         # Of the present step (by its lowest bit) and of the next one: what was said, and how much is missing.
         self._edges = sum(len(row) for row in rows)
-        self._silence: _Words = (0.0,) * (1 + WIDTH[self._announces])
+        self._silence: Words = (0.0,) * (1 + WIDTH[self._announces])
         self._heard = [self._unheard(), self._unheard()]
         self._missing = [self._edges, self._edges]
         self._step = 0
         self._begin_step()
 
-    def _unheard(self) -> list[_Words | None]:
+    def _unheard(self) -> list[Words | None]:
         """Nothing from those who are heard, zeros where there is nobody to be heard."""
-        slots: list[_Words | None] = [self._silence] * (len(self._nodes) * self._width)
+        slots: list[Words | None] = [self._silence] * (len(self._nodes) * self._width)
         for own in self._places:
             for place in own.values():
                 slots[place] = None
@@ -102,7 +101,7 @@ class Abreast:
         self._attitudes: list[tuple[Any, ...] | None] = [None] * len(self._nodes)
         self._awaited = len(self._nodes) * (2 if self._turns else 1)
 
-    def hear(self, row: int, neighbour: int, step: int, words: _Words) -> None:
+    def hear(self, row: int, neighbour: int, step: int, words: Words) -> None:
         """Take in what a neighbour of a satellite says for the present step or for the next one."""
         slots, place = self._heard[step & 1], self._places[row][neighbour]
         if slots[place] is None:
@@ -142,14 +141,14 @@ class Abreast:
                 for step in (self._step, self._step + 1):
                     words = self._heard[step & 1][place]
                     if words is not None:
-                        node.hear(neighbour, step, words)
+                        node.hearsay.hear(neighbour, step, words)
         for node in nodes:
-            node.go_on()
+            node.act_if_complete()
 
     def single(self, row: int) -> Satellite:
         """The flight software of one of the satellites by itself."""
         node = self._nodes[row]
-        return self._satellite.alone(row, node.satellite.plan, len(node.neighbours))
+        return self._satellite.alone(row, node.satellite.plan, len(node.hearsay.neighbours))
 
     def _act_if_complete(self) -> None:
         if self._awaited or self._missing[self._step & 1]:
@@ -186,7 +185,7 @@ class Abreast:
 
     def _say(self, step: int, decision: Decision) -> None:
         """Say all commands first, for which the plant waits; then what the neighbours hear; then the rest."""
-        nodes, now = self._nodes, self._stamps.at(step)
+        nodes, voices, now = self._nodes, self._voices, self._stamps.at(step)
         spoken = self._satellite.announce()
         stamp = self._stamps.at_time(float(spoken.time[0]))
         said = numbers(spoken)
@@ -197,11 +196,11 @@ class Abreast:
             (decision.acceleration, np.zeros((len(nodes), 3)) if torque is None else torque), axis=-1
         ).tolist()
         announced = np.concatenate(parts, axis=-1).tolist()
-        for node, push, words in zip(nodes, pushes, announced, strict=True):
-            node.say_command(_COMMAND.pack(*now, step, *push, *stamp, *words))
+        for voice, push, words in zip(voices, pushes, announced, strict=True):
+            voice.say_command(_COMMAND.pack(*now, step, *push, *stamp, *words))
         between = (0,) if self._announces == "motion" else ()
-        for node, words in zip(nodes, said.tolist(), strict=True):
-            node.say_announcement(self._announcement.pack(*stamp, step + 1, *between, *words))
+        for voice, words in zip(voices, said.tolist(), strict=True):
+            voice.say_announcement(self._announcement.pack(*stamp, step + 1, *between, *words))
         for row, node in enumerate(nodes):
             if node.memory.due(step + 1):
                 node.memory.keep(self.single(row))
@@ -217,5 +216,5 @@ class Abreast:
             ),
             axis=-1,
         ).tolist()
-        for node, tracked in zip(nodes, shown, strict=True):
-            node.say_tracking(_TRACKING.pack(*now, step, *tracked))
+        for voice, tracked in zip(voices, shown, strict=True):
+            voice.say_tracking(_TRACKING.pack(*now, step, *tracked))

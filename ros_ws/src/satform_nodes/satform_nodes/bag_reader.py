@@ -16,6 +16,7 @@ from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, FormationStatus, ParameterChange
 
 from satform.attitude_figures import FIGURES, attitude_figures
+from satform.channels import topic_name
 from satform.consensus.arc_length import Announces
 from satform.formation import Plan
 from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
@@ -231,7 +232,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
         """Each satellite's table of one kind of message, or of another kind where it has none of these."""
         chosen = [kind if wanted(satellite) else instead for satellite in satellites]
         return [
-            _table(contents, (kind, index), getattr(topics, kind)(names[index]), absences, last_words, file)
+            _table(contents, (kind, index), topic_name(kind, names[index]), absences, last_words, file)
             for index, kind in enumerate(chosen)
         ]
 

@@ -9,7 +9,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-DIAGNOSTICS = "/diagnostics"
+from satform import channels
+from satform_nodes.entry import Refusals
+
+DIAGNOSTICS = channels.DIAGNOSTICS
 """The topic on which everything that has a health tells it (REP 107)."""
 
 PERIOD = 1.0
@@ -174,6 +177,34 @@ def flight_condition(
     if any(refused.values()):
         return Condition(Level.WARN, "messages were refused", values)
     return Condition(Level.OK, "flying", values)
+
+
+class Course:
+    """How a part that takes steps gets on, from one report to the next."""
+
+    def __init__(self, refusals: Refusals, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin at step 0.
+
+        Args:
+            refusals: of the messages that the part hears.
+            clock: wall clock, s.
+        """
+        self._refusals = refusals
+        self._clock = clock
+        self._told_step, self._told_at = 0, clock()
+
+    def condition(self, step: int, silent: Mapping[str, int]) -> Condition:
+        """The condition at a step; its rate is that since the report before.
+
+        Args:
+            step: that it has come to.
+            silent: for each neighbour that is silent now, the steps for which it has been.
+        """
+        now = self._clock()
+        rate = (step - self._told_step) / max(now - self._told_at, 1e-9)
+        self._told_step, self._told_at = step, now
+        refused = {f"{topic}: {reason}": count for (topic, reason), count in self._refusals.counts.items()}
+        return flight_condition(step=step, step_rate=rate, refused=refused, silent=silent)
 
 
 def _text(value: Value) -> str:

@@ -17,6 +17,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
+from satform.channels import topic_name
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import Scenario
 from satform.scene import Scene
@@ -83,7 +84,7 @@ class DisplayNode:
                 self._look_at(executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP)
             # Looked at last: what was announced is then at least as new as what it is compared with.
             said = scenario.consensus.announces
-            self._look_at(executor, said, getattr(topics, said)(name), self._on_announcement(index), ())
+            self._look_at(executor, said, topic_name(said, name), self._on_announcement(index), ())
         node.create_subscription(types["status"], topics.STATUS, self._on_status, topics.GLANCED)
         # What was decided before this node came is only kept for readers whom the plant waits for at the
         # end of the flight; so this subscription is given up once it has been heard.

@@ -7,10 +7,11 @@ from multiprocessing.connection import Connection
 from satform.exit_codes import EXIT_BAD_INPUT
 from satform_nodes.abreast import fly_abreast
 from satform_nodes.executor import StepExecutor
+from satform_nodes.flying import fly_all
 from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
 from satform_nodes.parameters import FormationNode, declare_fixed
 from satform_nodes.report import Report
-from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings, fly_all
+from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings
 
 MOST_WITH_SERVICES = 32
 """Satellites in a process whose parameters can be read and set from outside.

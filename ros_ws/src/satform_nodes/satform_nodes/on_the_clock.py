@@ -2,6 +2,7 @@
 
 import resource
 import time
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -58,6 +59,77 @@ class Punctuality:
             "delay_99": ordered[int(0.99 * (len(ordered) - 1))],
             "delay_largest": ordered[-1],
             "overruns": self.overruns,
+        }
+
+
+class Promptness:
+    """How well the satellites keep to the clock with their commands.
+
+    Attributes:
+        misses: of each satellite, steps that were taken without its command.
+        late: of each satellite, commands that came at all but late.
+    """
+
+    def __init__(self, satellites: int, clock: Callable[[], float] = time.monotonic) -> None:
+        """Nobody has commanded yet.
+
+        Args:
+            satellites: how many there are.
+            clock: wall clock, s.
+        """
+        self._clock = clock
+        self.misses = [0] * satellites
+        self.late = [0] * satellites
+        self._commanded = [-1] * satellites
+        self._heard_at = [0.0] * satellites
+
+    def begin(self) -> None:
+        """Count everyone's silence from now on."""
+        self._heard_at = [self._clock()] * len(self._heard_at)
+
+    def heard(self, satellite: int) -> None:
+        """A satellite has given a sign of life."""
+        self._heard_at[satellite] = self._clock()
+
+    def first_due(self, satellite: int) -> int:
+        """The first step for which a satellite has not commanded yet."""
+        return self._commanded[satellite] + 1
+
+    def note(self, satellite: int, step: int, now: int) -> None:
+        """Note that a command came in, in time or late.
+
+        Args:
+            satellite: whose it is.
+            step: for which it is.
+            now: the present step.
+        """
+        self.heard(satellite)
+        self._commanded[satellite] = step
+        self.late[satellite] += step < now
+
+    def judge(self, satellites: Iterable[int], step: int, tolerated: float) -> list[int]:
+        """Count whose command is not there as a step is taken.
+
+        Args:
+            satellites: that fly.
+            step: that is taken.
+            tolerated: wall-clock time for which a satellite may be silent, s.
+
+        Returns:
+            Those that have been silent for longer.
+        """
+        now, silent = self._clock(), []
+        for satellite in satellites:
+            self.misses[satellite] += self._commanded[satellite] < step
+            if now - self._heard_at[satellite] > tolerated:
+                silent.append(satellite)
+        return silent
+
+    def data(self, names: Sequence[str]) -> dict[str, dict[str, int]]:
+        """Figures for the result: misses and late commands by the satellites' names."""
+        return {
+            "misses": dict(zip(names, self.misses, strict=True)),
+            "late": dict(zip(names, self.late, strict=True)),
         }
 
 

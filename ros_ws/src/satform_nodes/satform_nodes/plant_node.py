@@ -4,51 +4,36 @@ import sys
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
-from rosgraph_msgs.msg import Clock
-from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, Ready, Recorded, RelativeState
+from satform_msgs.msg import FormationStatus
 
+from satform.channels import PLANT, RECORDER, channels, heard_by, said_by
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
-from satform.formation import Back, Event, Formation, Lost, planned
+from satform.formation import Event
+from satform.muster import Change, Muster
 from satform.plant import Plant
 from satform.scenario import Scenario
 from satform_nodes import topics
-from satform_nodes.diagnostics import Condition, Health, flight_condition
-from satform_nodes.entry import Entry, Refusals
+from satform_nodes.diagnostics import Condition, Course, Health
+from satform_nodes.entry import Refusals
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of, see_off, start_timeout
+from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of, start_timeout
 from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
 from satform_nodes.parameters import declare_fixed, declare_rate
+from satform_nodes.plant_ears import PlantEars
+from satform_nodes.plant_voice import PlantVoice
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.services import FormationServices
-from satform_nodes.speakers import Speakers, decoded
-from satform_nodes.stamps import Stamps
-from satform_nodes.wire import layout
-
-_STATE = layout(RelativeState, topics.FRAME)
-_ATTITUDE = layout(Attitude, topics.FRAME)
-_COMMAND = layout(Command, topics.FRAME)
-_RECORDED = layout(Recorded, topics.FRAME)
-_PROPULSION = layout(Propulsion, topics.FRAME)
-
-_ACCELERATION_AND_TORQUE = slice(3, 9)
-"""Where a command message has what the plant needs."""
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
 
 _SIGN_PERIOD = 0.5
 """Wall-clock time between two signs of life while no step is taken, s; a fraction of any silence."""
-
-_FAREWELL = 5.0
-"""How long the last status is kept up for those who have not yet taken it, s."""
 
 
 @dataclass(frozen=True)
@@ -83,128 +68,59 @@ class PlantNode:
         self.scenario = scenario
         self.report = report
         self.plant = Plant(scenario)
-        self.formation = Formation.of(scenario)
+        self.muster = Muster(scenario, [RECORDER] if recorded else [], lockstep=not self.clocked)
         self.recorded = recorded
-        self.recorded_step = 0
         self.refusals = Refusals()
         self.busy_seconds = 0.0
         self.flying = False
         self.aborted: tuple[list[str], str] | None = None
         self.stop_asked = False
-        self.names = [satellite.name for satellite in scenario.satellites]
-        # On the wall clock: commands that missed their step, and those that came at all but late.
-        self.misses = [0] * len(self.names)
-        self.late = [0] * len(self.names)
-        self._commanded = [-1] * len(self.names)
-        self._heard_at = [0.0] * len(self.names)
+        self.names = self.muster.names
         self.start_timeout = start_timeout(len(self.names))
         self._settings = settings
-        self._plan = planned(scenario)
-        self._pending: list[Event] = []
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        # Acceleration and wheel torque of each satellite, and the messages they came in.
-        self._commands = np.zeros((len(self.names), 6))
-        self._last_commands: dict[int, bytes] = {}
-        self._answered: set[int] = set()
-        self._ready: set[str] = set()
-        # Those that could come back, with the step of their checkpoints; those that have to, at this step.
-        self._returning: dict[int, int] = {}
-        self._early: dict[int, int] = {}
-        self._awaited: dict[int, Back] = {}
         self._awaited_since = 0.0
-        self._state_due = False
         self._paused = False
         self._single_steps = 0
         self._pulse = 0
         self._next_sign = 0.0
-        self._said: dict[int, list[bytes]] = {}
-        self._status = FormationStatus()
         self._next_progress = 0.0
-        self._told_step, self._told_at = 0, time.monotonic()
+        self._course = Course(self.refusals)
 
-        self._make_publishers(node)
-        self._make_subscriptions(node, executor)
+        table = channels(scenario)
+        self._voice = PlantVoice(node, scenario, self.plant, said_by(PLANT, table))
+        self.ears = PlantEars(
+            node,
+            executor,
+            heard_by(PLANT, table),
+            self.muster,
+            self.refusals,
+            self._advance_if_complete,
+            self._on_ready,
+            clocked=self.clocked,
+        )
+        self._company = Company(node)
+        self.ears.expect_speakers(self._company)
+        if recorded:
+            self.ears.hear_recorder(self._company, self._go_on)
+        self._voice.expect_listeners(self._company, recorded=recorded)
         self._health = Health(node, "plant: formation", "plant", self._condition)
         self._services = FormationServices(node, self)
         executor.add_chore(self._chore)
 
-    def _make_publishers(self, node: Node) -> None:
-        scenario = self.scenario
-        self._say_clock = node.create_publisher(Clock, topics.CLOCK, topics.STEPPED)
-        self._say_status = node.create_publisher(FormationStatus, topics.STATUS, topics.LATCHED)
-        self._say_state = [
-            node.create_publisher(RelativeState, topics.state(name), topics.STEPPED) for name in self.names
-        ]
-        self._say_attitude = [
-            (index, node.create_publisher(Attitude, topics.attitude(name), topics.STEPPED))
-            for index, name in enumerate(self.names)
-            if scenario.satellite(index).attitude is not None
-        ]
-        self._say_truth = [
-            (index, node.create_publisher(RelativeState, topics.truth(name), topics.STEPPED))
-            for index, name in enumerate(self.names)
-            if scenario.satellite(index).sensor is not None
-        ]
-        self._say_propulsion = [
-            node.create_publisher(Propulsion, topics.propulsion(name), topics.STEPPED)
-            for index, name in enumerate(self.names)
-            if scenario.satellite(index).thruster is not None
-        ]
-
-    def _make_subscriptions(self, node: Node, executor: StepExecutor) -> None:
-        self._ready_speakers = Speakers(node, topics.READY, [*self.names, "recorder"], self.refusals)
-        executor.subscribe(
-            node, Ready, topics.READY, self._on_ready, topics.LATCHED_READER, self._ready_speakers
-        )
-        self._speakers = [Speakers(node, topics.command(name), [name], self.refusals) for name in self.names]
-        self._entries = [Entry(topics.command(name), _COMMAND, self.refusals) for name in self.names]
-        subscriptions = [
-            executor.subscribe(
-                node,
-                Command,
-                topics.command(name),
-                partial(self._on_command, index),
-                topics.NEWEST if self.clocked else topics.STEPPED_READER,
-                self._speakers[index],
-            )
-            for index, name in enumerate(self.names)
-        ]
-        watching = ["recorder"] if self.recorded else []
-        self._everyone = {*self.names, *watching}
-        self._company = Company(node)
-        for name, publisher, subscription in zip(self.names, self._say_state, subscriptions, strict=True):
-            self._company.listens(publisher, [name, *watching])
-            self._company.speaks(subscription, [name])
-        for index, publisher in self._say_attitude:
-            self._company.listens(publisher, [self.names[index], *watching])
-        for publisher in (
-            *(publisher for _, publisher in self._say_truth),
-            *self._say_propulsion,
-            self._say_clock,
-        ):
-            self._company.listens(publisher, watching)
-        self._company.listens(self._say_status, self._everyone)
-        if self.recorded:
-            speakers = Speakers(node, topics.RECORDED, watching, self.refusals)
-            progress = executor.subscribe(
-                node, Recorded, topics.RECORDED, self._on_recorded, topics.STEPPED_READER, speakers
-            )
-            self._company.speaks(progress, watching)
-
     @property
     def finished(self) -> bool:
         """Whether the last state has been published, and recorded if a recorder takes part."""
-        return self.flown and (not self.recorded or self.recorded_step >= self.scenario.timing.steps)
+        return self.flown and (not self.recorded or self.ears.recorded_step >= self.scenario.timing.steps)
 
     @property
     def flown(self) -> bool:
         """Whether the last step has been taken."""
-        return self.plant.step == self.scenario.timing.steps and not self._state_due
+        return self.muster.over
 
     @property
     def last_step_taken(self) -> bool:
         """Whether no step follows in which something could take effect."""
-        return self.plant.step + (not self._state_due) >= self.scenario.timing.steps
+        return self.muster.last_step_taken
 
     @property
     def over(self) -> bool:
@@ -213,37 +129,38 @@ class PlantNode:
 
     def progress(self) -> tuple[int, ...]:
         """What changes as long as the flight goes on."""
-        return (self.plant.step, len(self._answered), self.recorded_step, self.formation.number, self._pulse)
+        muster = self.muster
+        return (
+            muster.step,
+            len(muster.answered),
+            self.ears.recorded_step,
+            muster.formation.number,
+            self._pulse,
+        )
 
     def everyone_is_ready(self) -> bool:
         """Whether all nodes have said that they are ready, and are there seen from this side."""
-        return self._everyone <= self._ready and self._company.complete()
+        return not self.muster.unready and self._company.complete()
 
     def not_ready(self) -> list[str]:
         """Who has not yet said that it can fly."""
-        return sorted(self._everyone - self._ready) or ["the plant, which does not see everyone"]
+        return self.muster.unready or ["the plant, which does not see everyone"]
 
     @property
     def waits_for_return(self) -> bool:
         """Whether a satellite is awaited that the scenario brings back at this step."""
-        return bool(self._awaited)
+        return bool(self.muster.awaited)
 
     def missing(self) -> list[str]:
         """Who keeps the step from going on."""
-        if self._awaited:
-            return [self.names[index] for index in self._awaited]
-        if self._state_due or self.plant.step == self.scenario.timing.steps:
-            return ["recorder"]
-        return [self.names[index] for index in self._unanswered()]
-
-    def _unanswered(self) -> list[int]:
-        alive = np.flatnonzero(self.formation.alive).tolist()
-        return [index for index in alive if index not in self._answered]
+        muster = self.muster
+        satellites = muster.awaited or not (muster.open or muster.over)
+        return muster.missing if satellites else [RECORDER]
 
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
         self.flying = True
-        self._heard_at = [time.monotonic()] * len(self.names)
+        self.ears.promptness.begin()
         self.say_status(FormationStatus.FLYING, "")
         self._begin_step()
 
@@ -257,149 +174,88 @@ class PlantNode:
             reason: in words, for everyone.
         """
         for name in names:
-            if name == "recorder":
+            if name == RECORDER:
                 self._lose_recorder(reason)
             elif name in self.names:
                 self._lose(self.names.index(name), reason)
         self._advance_if_complete()
 
     def _lose(self, index: int, reason: str) -> None:
-        if not self.formation.alive[index]:
-            # It may have been about to come back.
-            self._returning.pop(index, None)
-            self._pending = [event for event in self._pending if event != self._return_of(index)]
-            return
-        if index in self._answered:
-            # It has had its part in this step; from the next one on it is lost.
-            if not any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
-                self._pending.append(Lost(index, reason))
-            return
-        if self.plant.step == 0 and not self.clocked:
-            self.aborted = ([self.names[index]], f"{reason}, before its first command")
-            return
-        self._change([Lost(index, reason)])
-        if not self.formation.alive.any():
-            self.aborted = ([self.names[index]], f"{reason}; no satellite is left")
-
-    def _return_of(self, index: int) -> Event | None:
-        """The return of a satellite that is to happen at the next step; None when there is none."""
-        own = [event for event in self._pending if isinstance(event, Back) and event.satellite == index]
-        return own[0] if own else None
+        loss = self.muster.lose(index, reason)
+        self._tell_change(loss.change)
+        if loss.end:
+            self.aborted = ([self.names[index]], loss.end)
 
     def _lose_recorder(self, reason: str) -> None:
         if not self.recorded:
             return
         if self._settings.recorder_needed:
-            self.aborted = (["recorder"], reason)
+            self.aborted = ([RECORDER], reason)
             return
         self.recorded = False
         self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
-        self.report.say("loss", who="recorder", step=self.plant.step, reason=reason)
+        self.report.say("loss", who=RECORDER, step=self.plant.step, reason=reason)
         self._go_on()
 
-    def _change(self, events: Sequence[Event]) -> None:
-        """Change the formation at the present step, and tell everyone."""
-        if not self.formation.apply(events, self.plant.step, self.names):
+    def _tell_change(self, change: Change | None) -> None:
+        """Tell everyone that the formation is another one from the present step on."""
+        if change is None:
             return
-        lost = [event.satellite for event in events if isinstance(event, Lost)]
-        back = [event for event in events if isinstance(event, Back)]
-        for index in lost:
-            self._commands[index] = 0.0
-            self._answered.discard(index)
-            self._speakers[index].vacate(self.names[index])
-            self._ready_speakers.vacate(self.names[index])
-            self.report.say("loss", who=self.names[index], step=self.plant.step, reason=self.formation.reason)
-            if index in self._early:
-                self._offer(index, self._early.pop(index))
-        for event in back:
-            self._returning.pop(event.satellite, None)
-            # What it said before it was lost is no last word of what it says now.
-            self._last_commands.pop(event.satellite, None)
-            self._heard_at[event.satellite] = time.monotonic()
-            self.report.say("return", who=self.names[event.satellite], step=self.plant.step)
+        formation, step = self.muster.formation, self.muster.step
+        self.ears.take(change)
+        for index in change.lost:
+            self.report.say("loss", who=self.names[index], step=step, reason=formation.reason)
+        for event in change.back:
+            self.report.say("return", who=self.names[event.satellite], step=step)
         phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
-        self.say_status(phase, self.formation.reason, lost, back)
+        last_words = [self.ears.last_word(index) for index in change.lost]
+        self._voice.say_status(formation, phase, formation.reason, change, last_words)
         self._health.changed()
 
     def rewire(self, event: Event) -> int:
         """Take up an event for the next step; the step's number."""
-        self._pending.append(event)
-        return self.plant.step if self._state_due else self.plant.step + 1
+        return self.muster.take_up(event)
 
-    def _on_ready(self, data: bytes, name: str) -> None:
-        ready = decoded(data, Ready, topics.READY, self.refusals)
-        if ready is None:
-            return
-        if ready.node.rpartition("/")[2] != name:
-            self.refusals.note(topics.READY, f"{name} speaks for another node")
-            return
-        self._ready.add(name)
-        if not self.flying or name not in self.names:
-            return
-        index = self.names.index(name)
-        if not self.formation.alive[index]:
-            self._offer(index, int(ready.checkpoint))
+    def _on_ready(self, name: str, checkpoint: int) -> None:
+        self.muster.is_ready(name)
+        if self.flying and name in self.names:
+            self.muster.offer(self.names.index(name), checkpoint)
             self._go_on()
-        elif any(isinstance(event, Lost) and event.satellite == index for event in self._pending):
-            # It is back before its loss has taken effect.
-            self._early[index] = int(ready.checkpoint)
-
-    def _offer(self, index: int, checkpoint: int) -> None:
-        """A lost satellite could take part again, from the checkpoint of a step; -1 for its flight plan."""
-        self._returning[index] = checkpoint
-        if index not in self._awaited and not self._comes_back_later(index):
-            self._pending.append(Back(index, checkpoint if checkpoint >= 0 else None))
-
-    def _comes_back_later(self, index: int) -> bool:
-        """Whether the scenario has a step at which a lost satellite is to take part again."""
-        return any(
-            isinstance(event, Back) and event.satellite == index
-            for step, events in self._plan.items()
-            for event in events
-            if step > self.plant.step
-        )
 
     # Steps
 
     def _begin_step(self) -> None:
         """Let happen what is due at this step, and publish its states when nothing stands against it."""
-        events = self._plan.get(self.plant.step, [])
-        self._change([event for event in events if not isinstance(event, Back)])
-        returns = [event for event in events if isinstance(event, Back)]
-        self._awaited = {event.satellite: event for event in returns}
+        self._tell_change(self.muster.begin(self.plant.step))
         self._awaited_since = time.monotonic()
-        self._state_due = True
         self._go_on()
 
     def _go_on(self) -> None:
         """Publish the states that are due, unless someone has to be waited for."""
-        if not self._state_due:
+        if not self.muster.open:
             return
-        behind = self.plant.step - self.recorded_step
+        behind = self.plant.step - self.ears.recorded_step
         if self.recorded and not self.clocked and behind > topics.RECORDER_WINDOW:
             return
         if self._paused and not self._single_steps:
             return
-        if any(index not in self._returning for index in self._awaited):
+        if not self.muster.assembled:
             return
         self._single_steps = max(0, self._single_steps - 1)
-        due = [*self._awaited.values(), *self._pending]
-        self._awaited, self._pending = {}, []
-        self._change(due)
-        self._state_due = False
-        self._publish_state()
+        self._tell_change(self.muster.close())
+        self._voice.tell_states(self.muster.formation.number)
 
     def pause(self) -> int:
         """Take no more steps; the number of the first one that is not taken."""
         self._paused = True
         self.say_status(FormationStatus.PAUSED, "paused")
-        return self.plant.step if self._state_due else self.plant.step + 1
+        return self.muster.next_step
 
     def resume(self) -> int:
         """Take steps again; the number of the first one."""
         self._paused = False
         self._single_steps = 0
-        self._heard_at = [time.monotonic()] * len(self.names)
+        self.ears.promptness.begin()
         self.say_status(FormationStatus.FLYING, "resumed")
         step = self.plant.step
         self._go_on()
@@ -407,7 +263,7 @@ class PlantNode:
 
     def single_step(self) -> int:
         """Take one step and pause again; the number of the step that is taken."""
-        step = self.plant.step if self._state_due else self.plant.step + 1
+        step = self.muster.next_step
         if not self._paused:
             self.pause()
         self._single_steps += 1
@@ -421,218 +277,78 @@ class PlantNode:
 
     def say_again(self) -> None:
         """Repeat what was said last: the step does not go on, and somebody may not have heard it."""
-        if self._state_due or self.plant.step == self.scenario.timing.steps:
-            self._say_status.publish(self._status)
-            return
         # Who has not heard of a change of the formation cannot answer.
-        self._say_status.publish(self._status)
-        for index in self._unanswered():
-            for publisher, data in zip(self._speakers_to(index), self._said.get(index, []), strict=False):
-                publisher.publish(data)
-
-    def _speakers_to(self, index: int) -> list[Any]:
-        return [self._say_state[index], *(say for place, say in self._say_attitude if place == index)]
+        self._voice.repeat_status()
+        if not (self.muster.open or self.muster.over):
+            self._voice.tell_again(self.muster.unanswered)
 
     def _chore(self) -> None:
         """Off the path of a step: what the starter says, and whether standing still is meant."""
         for said in self.report.heard():
             if said["event"] == "lost":
                 self.lose([said["who"]], said["reason"])
-        waits = self._awaited and time.monotonic() - self._awaited_since < self.start_timeout
-        if (self._paused and self._state_due) or waits:
+        waits = self.muster.awaited and time.monotonic() - self._awaited_since < self.start_timeout
+        if (self._paused and self.muster.open) or waits:
             self._pulse += 1
             now = time.monotonic()
             if now >= self._next_sign:
                 # Whoever hears nothing would take the plant for lost.
                 self._next_sign = now + _SIGN_PERIOD
-                self._say_status.publish(self._status)
+                self._voice.repeat_status()
 
     def _condition(self) -> Condition:
-        now = time.monotonic()
-        rate = (self.plant.step - self._told_step) / max(now - self._told_at, 1e-9)
-        self._told_step, self._told_at = self.plant.step, now
-        lost = {
-            self.names[index]: self.plant.step - step
-            for index, step in self.formation.lost_at.items()
-            if not self.formation.alive[index]
-        }
-        refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
-        return flight_condition(step=self.plant.step, step_rate=rate, refused=refused, silent=lost)
+        lost_at = self.muster.formation.lost_at
+        lost = {self.names[index]: self.plant.step - lost_at[index] for index in self.muster.lost}
+        return self._course.condition(self.plant.step, lost)
 
-    def say_status(
-        self, phase: int, reason: str, lost: Sequence[int] = (), back: Sequence[Back] = ()
-    ) -> None:
+    def say_status(self, phase: int, reason: str) -> None:
         """Tell everyone in what phase the formation is, from which step, and why."""
-        formation = self.formation
-        self._status = FormationStatus(
-            step=self.plant.step,
-            number=formation.number,
-            phase=phase,
-            last_step=self.scenario.timing.steps,
-            satellites=self.names,
-            alive=formation.alive.tolist(),
-            adjacency=formation.graph.adjacency.astype(np.uint8).ravel().tolist(),
-            algebraic_connectivity=float(formation.connectivity),
-            lost=[self.names[index] for index in lost],
-            last_words=[self._last_word(index) for index in lost],
-            back=[self.names[event.satellite] for event in back],
-            checkpoints=[-1 if event.checkpoint is None else event.checkpoint for event in back],
-            reason=reason,
-        )
-        seconds, nanoseconds = self._stamps.at(self.plant.step)
-        self._status.header.stamp.sec, self._status.header.stamp.nanosec = seconds, nanoseconds
-        self._status.header.frame_id = topics.FRAME
-        self._say_status.publish(self._status)
+        self._voice.say_status(self.muster.formation, phase, reason)
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
         # What the plant said last would be lost with it; what a recorder has is not on its way any more.
         recorded = phase == FormationStatus.FINISHED and self.recorded
-        said_in_steps = [] if recorded else [*self._say_state, self._say_clock]
-        if not see_off((self._say_status, *said_in_steps), self._present, _FAREWELL):
+        present = self.muster.everyone - {self.names[index] for index in self.muster.lost}
+        if not self._voice.see_off(present, recorded=recorded):
             self.node.get_logger().warning("not everyone has heard how the flight ended")
-
-    def _present(self) -> bool:
-        """Whether someone of those who are not lost still listens."""
-        listening = {other.node_name for other in self.node.get_subscriptions_info_by_topic(topics.STATUS)}
-        lost = {self.names[index] for index in np.flatnonzero(~self.formation.alive)}
-        return bool(listening & (self._everyone - lost))
-
-    def _last_word(self, index: int) -> Command:
-        data = self._last_commands.get(index)
-        return deserialize_message(data, Command) if data else Command()
-
-    def _on_recorded(self, data: bytes, _name: str) -> None:
-        numbers = _RECORDED.unpack(data)
-        if numbers is None:
-            self.refusals.note(topics.RECORDED, "another form")
-            return
-        self.recorded_step = max(self.recorded_step, min(numbers[2], self.plant.step))
-        self._go_on()
-
-    def _on_command(self, index: int, data: bytes, _name: str) -> None:
-        if not self.formation.alive[index]:
-            return
-        step = self.plant.step
-        first = self._commanded[index] + 1 if self.clocked else step
-        numbers = self._entries[index].admit(data, first, step)
-        if numbers is None or index in self._answered or self._state_due:
-            return
-        if self.clocked:
-            self._note_time(index, int(numbers[2]))
-        self._commands[index] = numbers[_ACCELERATION_AND_TORQUE]
-        self._last_commands[index] = data
-        if numbers[2] == step:
-            self._answered.add(index)
-        self._advance_if_complete()
-
-    def _note_time(self, index: int, step: int) -> None:
-        """Note that a command came in, in time or late."""
-        self._heard_at[index] = time.monotonic()
-        self._commanded[index] = step
-        self.late[index] += step < self.plant.step
 
     @property
     def stands_still(self) -> bool:
         """Whether no step is to be taken at present."""
-        return self._state_due
+        return self.muster.open
 
     def judge_waiting(self) -> None:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
-        if self._awaited and time.monotonic() - self._awaited_since > self.start_timeout:
+        if self.muster.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
             silent = self.missing()
             self.aborted = (silent, f"{', '.join(silent)} has not come back within {self.start_timeout:g} s")
 
     def tick(self) -> None:
         """Take the next step with the commands that there are: those of the step before hold on."""
-        now = time.monotonic()
-        for index in np.flatnonzero(self.formation.alive).tolist():
-            self.misses[index] += self._commanded[index] < self.plant.step
-            if now - self._heard_at[index] > self.scenario.tolerated_silence:
-                silence = self.scenario.tolerated_silence
-                self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
+        silence = self.scenario.tolerated_silence
+        for index in self.ears.promptness.judge(self.muster.flying, self.plant.step, silence):
+            self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
         if self.aborted is None and self.plant.step < self.scenario.timing.steps:
             self._advance()
 
     def _advance_if_complete(self) -> None:
-        if self.clocked or self._state_due or not self.flying or self.aborted or self._unanswered():
+        if self.clocked or self.muster.open or not self.flying or self.aborted or not self.muster.complete:
             return
         if self.plant.step < self.scenario.timing.steps:
             self._advance()
 
     def _advance(self) -> None:
+        commands = self.ears.commands
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
-        self.plant.advance(self._commands[:, :3], self._commands[:, 3:])
+        self.plant.advance(commands[:, :3], commands[:, 3:])
         self.busy_seconds += time.thread_time() - begin
-        self._answered.clear()
-        self._publish_propulsion()
+        self._voice.show_propulsion()
         self._begin_step()
         now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + _PROGRESS_PERIOD
             self.report.say_if_heard("step", step=self.plant.step)
-
-    def _publish_propulsion(self) -> None:
-        """What became of the commands of the step that was just taken."""
-        thrusters = self.plant.thrusters
-        if thrusters is None:
-            return
-        step = self.plant.step - 1
-        seconds, nanoseconds = self._stamps.at(step)
-        state = thrusters.propulsion
-        given = self.plant.given[thrusters.members].tolist()
-        counters = np.stack((state.clipped, state.withheld, state.starved), axis=-1).astype(np.uint64)
-        for publisher, acceleration, delta_v, propellant, counts in zip(
-            self._say_propulsion,
-            given,
-            state.delta_v.tolist(),
-            state.propellant.tolist(),
-            counters.tolist(),
-            strict=True,
-        ):
-            publisher.publish(
-                _PROPULSION.pack(seconds, nanoseconds, step, *acceleration, delta_v, propellant, *counts)
-            )
-
-    def _publish_state(self) -> None:
-        step, number = self.plant.step, self.formation.number
-        seconds, nanoseconds = self._stamps.at(step)
-        told, moments = self.plant.measured(), self.plant.measured_steps()
-        for index, (publisher, moment, position, velocity) in enumerate(
-            zip(
-                self._say_state,
-                moments.tolist(),
-                told.position.tolist(),
-                told.velocity.tolist(),
-                strict=True,
-            )
-        ):
-            data = _STATE.pack(*self._stamps.at(moment), step, number, *position, *velocity)
-            self._said[index] = [data]
-            publisher.publish(data)
-        self._publish_attitude(seconds, nanoseconds, step)
-        truth = self.plant.motion()
-        for index, publisher in self._say_truth:
-            position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
-            publisher.publish(_STATE.pack(seconds, nanoseconds, step, number, *position, *velocity))
-        clock = Clock()
-        clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
-        self._say_clock.publish(clock)
-
-    def _publish_attitude(self, seconds: int, nanoseconds: int, step: int) -> None:
-        attitude = self.plant.attitude()
-        if attitude is None:
-            return
-        limits = self.plant.wheel_limits().astype(np.uint64).tolist()
-        for index, publisher in self._say_attitude:
-            turned = (
-                *attitude.mrp[index].tolist(),
-                *attitude.angular_velocity[index].tolist(),
-                *attitude.wheel_momentum[index].tolist(),
-            )
-            data = _ATTITUDE.pack(seconds, nanoseconds, step, *turned, *limits[index])
-            self._said[index].append(data)
-            publisher.publish(data)
 
 
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
@@ -659,9 +375,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     timing: dict[str, Any] = {}
     if plant.clocked:
         kept = fly_on_the_clock(plant, executor, stop, scenario.timing.step / settings.rate)
-        timing = {**kept.data(), "processor": processor_seconds()}
-        timing["misses"] = dict(zip(plant.names, plant.misses, strict=True))
-        timing["late"] = dict(zip(plant.names, plant.late, strict=True))
+        timing = {**kept.data(), "processor": processor_seconds(), **plant.ears.promptness.data(plant.names)}
     _fly_on(plant, executor, stop)
     if plant.aborted:
         return _abort(plant, *plant.aborted)

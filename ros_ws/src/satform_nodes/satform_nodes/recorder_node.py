@@ -1,7 +1,6 @@
 """The node that keeps the flight: every message of every step, written as it passes."""
 
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -15,13 +14,14 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
 
+from satform.channels import PLANT, RECORDER, Channel, channels, heard_by
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.absences import Absences
 from satform_nodes.bag_writer import BagWriter
 from satform_nodes.definitions import definition, type_name
-from satform_nodes.diagnostics import DIAGNOSTICS, Condition, Health, flight_condition
+from satform_nodes.diagnostics import DIAGNOSTICS, Condition, Course, Health
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
@@ -34,8 +34,6 @@ from satform_nodes.stamps import NANOSECONDS, Stamps
 from satform_nodes.wire import layout
 
 _RECORDED = layout(Recorded, topics.FRAME)
-
-_SAID_BY_PLANT = frozenset({"state", "attitude", "truth", "propulsion"})
 
 _CLOCK_BYTES = 12
 """Length of a serialised clock: encapsulation, seconds, nanoseconds."""
@@ -91,6 +89,7 @@ class RecorderNode:
         self.report = report
         self.missed: list[str] = []
         self.refusals = Refusals()
+        self._course = Course(self.refusals)
         self.view = FormationView(scenario)
         self._absences = Absences(scenario)
         self._clocked = clocked
@@ -116,29 +115,17 @@ class RecorderNode:
         self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
         self._say_recorded = node.create_publisher(Recorded, topics.RECORDED, topics.STEPPED)
         self._company = Company(node)
-        self._company.listens(self._say_recorded, ["plant"])
-        self._company.listens(self._say_ready, ["plant"])
+        self._company.listens(self._say_recorded, [PLANT])
+        self._company.listens(self._say_ready, [PLANT])
+        heard = heard_by(RECORDER, channels(scenario))
         # Before all else: who is lost or back has to be known before what they say is judged.
-        self._listen(executor, "status", topics.STATUS, "plant", self._on_status)
-        for name in self._names:
-            self._listen(
-                executor, "parameter_changes", topics.parameter_changes(name), name, self._write_stepped
-            )
-        for index, satellite in enumerate(scenario.satellites):
-            equipped = scenario.satellite(index)
-            # States and announcements are told for the state after the last step too.
-            told = [
-                "state",
-                scenario.consensus.announces,
-                *(["truth"] if equipped.sensor is not None else []),
-                *(["attitude"] if equipped.attitude is not None else []),
-            ]
-            decided = ["command", "tracking", *(["propulsion"] if equipped.thruster is not None else [])]
-            for kind, last in (*((kind, 0) for kind in told), *((kind, 1) for kind in decided)):
-                speaker = -1 if kind in _SAID_BY_PLANT else index
-                topic = getattr(topics, kind)(satellite.name)
-                self._follow(executor, kind, topic, speaker, self._last_step - last)
-        self._follow(executor, "clock", topics.CLOCK, -1, self._last_step)
+        self._listen(executor, "status", topics.STATUS, PLANT, self._on_status)
+        for channel in heard:
+            if channel.kind == "parameter_changes":
+                self._listen(executor, channel.kind, channel.topic, channel.speakers[0], self._write_stepped)
+        for channel in heard:
+            if channel.rhythm != "now and then":
+                self._follow(executor, channel)
         diagnostics = self._add_topic(DIAGNOSTICS, "diagnostics", topics.SEEN)
         node.create_subscription(
             topics.TYPES["diagnostics"],
@@ -148,7 +135,6 @@ class RecorderNode:
         )
         self._now = (0, 0)
         self._health = Health(node, "recorder: bag", "recorder", self._condition)
-        self._told_step, self._told_at = 0, time.monotonic()
 
     @property
     def ended(self) -> FormationStatus | None:
@@ -157,11 +143,7 @@ class RecorderNode:
 
     def _condition(self) -> Condition:
         """How the recording is."""
-        now, step = time.monotonic(), max(0, self.recorded_step)
-        rate = (step - self._told_step) / max(now - self._told_at, 1e-9)
-        self._told_step, self._told_at = step, now
-        refused = {f"{topic}: {reason}": count for (topic, reason), count in self.refusals.counts.items()}
-        return flight_condition(step=step, step_rate=rate, refused=refused, silent={})
+        return self._course.condition(max(0, self.recorded_step), {})
 
     def _expected(self) -> list[_Channel]:
         """Topics on which someone speaks at every step at present; on the wall clock only the plant does."""
@@ -209,16 +191,16 @@ class RecorderNode:
             topic, type_name(message_type), definition(message_type), _profile_text(profile)
         )
 
-    def _follow(self, executor: StepExecutor, kind: str, topic: str, satellite: int, last: int) -> None:
+    def _follow(self, executor: StepExecutor, followed: Channel) -> None:
         """Write every message of a topic that has one at each step, and notice a gap.
 
         Args:
             executor: hands out the messages.
-            kind: of topic, for its type.
-            topic: name of the topic.
-            satellite: place of the satellite that publishes there; -1 for the plant.
-            last: step of its last message.
+            followed: the topic.
         """
+        topic, kind, (speaker,) = followed.topic, followed.kind, followed.speakers
+        satellite = self._names.index(speaker) if speaker in self._names else -1
+        last = self._last_step - (followed.rhythm == "steps")
         channel = _Channel(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
         if kind != "clock":
             channel.entry = Entry(topic, layout(topics.TYPES[kind], topics.FRAME), self.refusals)
@@ -235,7 +217,6 @@ class RecorderNode:
             self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
             self._report_progress(step)
 
-        speaker = "plant" if satellite < 0 else self._names[satellite]
         subscription = executor.subscribe(
             self.node,
             topics.TYPES[kind],

@@ -1,4 +1,6 @@
-"""Every topic's name, type and quality of service, in one place."""
+"""Every topic's type and quality of service, in one place; who says what to whom is in `satform.channels`."""
+
+from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
@@ -19,13 +21,15 @@ from satform_msgs.msg import (
 )
 from visualization_msgs.msg import MarkerArray
 
+from satform import channels
+
 FRAME = "lvlh"
 """The chief's rotating frame: x radial outward, y along-track, z orbit normal."""
 
-CLOCK = "/clock"
-STATUS = "/formation/status"
-READY = "/formation/ready"
-RECORDED = "/formation/recorded"
+CLOCK = channels.CLOCK
+STATUS = channels.STATUS
+READY = channels.READY
+RECORDED = channels.RECORDED
 MARKERS = "/formation/markers"
 
 FASTEST = 1e5
@@ -40,57 +44,57 @@ RECORDER_WINDOW = 256
 
 def state(satellite: str) -> str:
     """Topic on which the plant tells a satellite its own state, as its sensor gives it."""
-    return f"/{satellite}/state"
+    return channels.topic_name("state", satellite)
 
 
 def attitude(satellite: str) -> str:
     """Topic on which the plant tells a satellite with attitude how it is turned."""
-    return f"/{satellite}/attitude"
+    return channels.topic_name("attitude", satellite)
 
 
 def truth(satellite: str) -> str:
     """Topic on which the plant shows where a satellite with a sensor really is."""
-    return f"/{satellite}/truth"
+    return channels.topic_name("truth", satellite)
 
 
 def propulsion(satellite: str) -> str:
     """Topic on which the plant shows what a satellite's thrusters made of its commands."""
-    return f"/{satellite}/propulsion"
+    return channels.topic_name("propulsion", satellite)
 
 
 def arc_length(satellite: str) -> str:
     """Topic on which a satellite tells its neighbours its phase."""
-    return f"/{satellite}/arc_length"
+    return channels.topic_name("arc_length", satellite)
 
 
 def motion(satellite: str) -> str:
     """Topic on which a satellite tells its listeners where it is, where they share their motion."""
-    return f"/{satellite}/motion"
+    return channels.topic_name("motion", satellite)
 
 
 def command(satellite: str) -> str:
     """Topic on which a satellite commands its thrusters."""
-    return f"/{satellite}/command"
+    return channels.topic_name("command", satellite)
 
 
 def tracking(satellite: str) -> str:
     """Topic on which a satellite shows how well it follows its reference."""
-    return f"/{satellite}/tracking"
+    return channels.topic_name("tracking", satellite)
 
 
 def parameter_changes(satellite: str) -> str:
     """Topic on which a satellite says which gains changed at which step."""
-    return f"/{satellite}/parameter_changes"
+    return channels.topic_name("parameter_changes", satellite)
 
 
 def pose(satellite: str) -> str:
     """Topic on which the display shows where a satellite is and how it is turned."""
-    return f"/{satellite}/pose"
+    return channels.topic_name("pose", satellite)
 
 
 def path(satellite: str) -> str:
     """Topic on which the display shows where a satellite has been."""
-    return f"/{satellite}/path"
+    return channels.topic_name("path", satellite)
 
 
 TYPES = {
@@ -114,65 +118,44 @@ TYPES = {
 }
 """Message type of each topic by the last part of its name."""
 
-STEPPED = QoSProfile(
+_PASSING = partial(
+    QoSProfile,
     history=HistoryPolicy.KEEP_LAST,
-    depth=2 * RECORDER_WINDOW,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
+"""For those who are there when something is said."""
+
+_KEPT = partial(_PASSING, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""For those who come later as well."""
+
+STEPPED = _PASSING(depth=2 * RECORDER_WINDOW)
 """A message a step, as it is written. Nothing is lost: no reader falls behind by more than the depth, since
 the plant waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`. No more is
 kept than that: until a killed reader is given up, a writer holds for it what it has not acknowledged, and
 a reader that comes anew is led past all of that first, which takes longer the more there is."""
 
-STEPPED_READER = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=64 * RECORDER_WINDOW,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-)
+STEPPED_READER = _PASSING(depth=64 * RECORDER_WINDOW)
 """For those who need each of them: room for a stranger's flood on top, which would push out what is not
 taken yet."""
 
-NEWEST = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-)
+NEWEST = _PASSING(depth=1)
 """For those who read on the wall clock: what is out of date by the time it can be read is left out."""
 
-LATCHED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=64,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+LATCHED = _KEPT(depth=64)
 """Said now and then, and still heard by those who come later."""
 
-LATCHED_READER = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=2048,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+LATCHED_READER = _KEPT(depth=2048)
 """The other end of it, with room: what is written by strangers in a burst is not to displace the rest."""
+
+BY_RHYTHM = {"states": STEPPED, "steps": STEPPED, "now and then": LATCHED}
+"""How plant and satellites say something, by the rhythm in which they do."""
 
 SEEN = QoSProfile(depth=10)
 """For whoever looks on: reliable, and what is missed is missed."""
 
-GLANCED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.BEST_EFFORT,
-    durability=DurabilityPolicy.VOLATILE,
-)
+GLANCED = _PASSING(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For one who only looks on: the newest message, if it comes. No writer ever waits for such a reader."""
 
-PICTURE = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+PICTURE = _KEPT(depth=1)
 """The newest picture, also for those who come later."""

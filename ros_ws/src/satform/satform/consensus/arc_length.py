@@ -82,10 +82,15 @@ class ArcLengthConsensus:
         own = -self.tracking_gain * (rate - nominal_rate)
         if heard.arc_length.shape[-1] == 0:
             return own
-        weighted = heard.weight * self.pulls(arc_length, rate, heard, time)
+        weighted = self.weighted_pulls(arc_length, rate, heard, time)
         # An accumulation adds strictly one after another, which a sum over an axis does not promise.
         change: Array = own - np.add.accumulate(weighted, axis=-1)[..., -1]
         return change
+
+    def weighted_pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
+        """What each neighbour adds to a satellite's own deta/dt, m/s^2, shape (..., K)."""
+        weighted: Array = heard.weight * self.pulls(arc_length, rate, heard, time)
+        return weighted
 
     def pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
         """What each neighbour's word asks of a satellite, before weights; positive slows it down.

@@ -43,35 +43,21 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
 
     tolerated_liars: int = 0
 
-    def acceleration(
-        self, arc_length: Array, rate: Array, nominal_rate: Array | float, heard: Heard, time: float
-    ) -> Array:
-        """Rate of change of a satellite's own eta.
+    def weighted_pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
+        """What each neighbour adds to a satellite's own deta/dt, m/s^2, shape (..., K); 0 for who is ignored.
 
-        Args:
-            arc_length: own phase, m, shape (...).
-            rate: own eta, m/s, shape (...).
-            nominal_rate: constant rate of the whole formation, m/s, shape (...).
-            heard: from the neighbours, shape (..., K); what is not finite counts as not heard.
-            time: simulated, s.
-
-        Returns:
-            deta/dt, m/s^2, shape (...).
+        What is not finite counts as not heard.
 
         Source: LeBlanc, Zhang, Koutsoukos & Sundaram 2013, weighted-mean subsequence-reduced (W-MSR)
             consensus; cf. Dibaji & Ishii 2017 for agents of second order, who compare positions alone
             because their agents use no neighbour's rate.
         """
-        own: Array = -self.tracking_gain * (rate - nominal_rate)
-        if heard.arc_length.shape[-1] == 0:
-            return own
         # A liar's largest numbers overflow; what comes of that is not used.
         with np.errstate(over="ignore", invalid="ignore"):
             pull = self.pulls(arc_length, rate, heard, time)
         pull = np.where((heard.weight > 0.0) & np.isfinite(pull), pull, 0.0)
-        weighted = heard.weight * np.where(dropped(pull, self.tolerated_liars), 0.0, pull)
-        change: Array = own - np.add.accumulate(weighted, axis=-1)[..., -1]
-        return change
+        weighted: Array = heard.weight * np.where(dropped(pull, self.tolerated_liars), 0.0, pull)
+        return weighted
 
 
 def dropped(pull: Array, tolerated_liars: int) -> NDArray[np.bool_]:

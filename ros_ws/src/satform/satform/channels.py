@@ -1,0 +1,119 @@
+"""Who says what to whom: every topic of a flight, with its speakers and its listeners, from the scenario.
+
+The nodes, the recorder, the permissions and what is shown of a scenario all go by this one table. What
+only looks on, such as the display, is not in it: nobody waits for it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from satform.scenario.model import Scenario
+
+PLANT = "plant"
+"""Name of the node that moves all satellites."""
+
+RECORDER = "recorder"
+"""Name of the node that keeps the flight; a flight may go without."""
+
+CLOCK = "/clock"
+STATUS = "/formation/status"
+READY = "/formation/ready"
+RECORDED = "/formation/recorded"
+DIAGNOSTICS = "/diagnostics"
+
+Rhythm = Literal["states", "steps", "now and then"]
+"""When there is a message: at every state, also at that after the last step; at every step; at times."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A topic.
+
+    Attributes:
+        topic: its name.
+        kind: of its messages: the last part of the name.
+        speakers: names of the nodes that publish there.
+        listeners: names of the nodes that subscribe and have to be there, the recorder last.
+        rhythm: when there is a message.
+    """
+
+    topic: str
+    kind: str
+    speakers: tuple[str, ...]
+    listeners: tuple[str, ...]
+    rhythm: Rhythm
+
+    def listeners_in(self, *, recorded: bool) -> tuple[str, ...]:
+        """Names of the listeners in a flight with or without a recorder."""
+        return self.listeners if recorded else tuple(name for name in self.listeners if name != RECORDER)
+
+
+def topic_name(kind: str, satellite: str) -> str:
+    """Name of a satellite's topic of a kind."""
+    return f"/{satellite}/{kind}"
+
+
+def satellite_channels(scenario: "Scenario", index: int) -> list[Channel]:
+    """The topics that are about one satellite.
+
+    Args:
+        scenario: what is flown.
+        index: place of the satellite.
+
+    Returns:
+        A channel for each, with the listeners that the graph has at some time of the flight.
+    """
+    spec, names = scenario.satellite(index), [satellite.name for satellite in scenario.satellites]
+    own = spec.name
+    hearing = [names[listener] for listener in scenario.possible_graph().listeners(index)]
+    found = [
+        _channel("state", own, PLANT, [own], "states"),
+        _channel(scenario.consensus.announces, own, own, hearing, "states"),
+    ]
+    if spec.sensor is not None:
+        found.append(_channel("truth", own, PLANT, [], "states"))
+    if spec.attitude is not None:
+        found.append(_channel("attitude", own, PLANT, [own], "states"))
+    found += [
+        _channel("command", own, own, [PLANT], "steps"),
+        _channel("tracking", own, own, [], "steps"),
+    ]
+    if spec.thruster is not None:
+        found.append(_channel("propulsion", own, PLANT, [], "steps"))
+    return [*found, _channel("parameter_changes", own, own, [], "now and then")]
+
+
+def formation_channels(scenario: "Scenario") -> list[Channel]:
+    """The topics that are about no satellite in particular."""
+    names = tuple(satellite.name for satellite in scenario.satellites)
+    everyone = (*names, RECORDER)
+    return [
+        Channel(STATUS, "status", (PLANT,), everyone, "now and then"),
+        Channel(READY, "ready", everyone, (PLANT,), "now and then"),
+        Channel(RECORDED, "recorded", (RECORDER,), (PLANT,), "now and then"),
+        Channel(CLOCK, "clock", (PLANT,), (RECORDER,), "states"),
+        Channel(DIAGNOSTICS, "diagnostics", (PLANT, *everyone), (RECORDER,), "now and then"),
+    ]
+
+
+def channels(scenario: "Scenario") -> list[Channel]:
+    """Every topic of a flight: those of each satellite in order, then those of the formation."""
+    own = [satellite_channels(scenario, index) for index in range(len(scenario.satellites))]
+    return [*(channel for satellite in own for channel in satellite), *formation_channels(scenario)]
+
+
+def said_by(name: str, table: Iterable[Channel]) -> list[Channel]:
+    """The topics on which a node speaks."""
+    return [channel for channel in table if name in channel.speakers]
+
+
+def heard_by(name: str, table: Iterable[Channel]) -> list[Channel]:
+    """The topics to which a node listens."""
+    return [channel for channel in table if name in channel.listeners]
+
+
+def _channel(kind: str, satellite: str, speaker: str, listeners: list[str], rhythm: Rhythm) -> Channel:
+    """A topic about a satellite; the recorder hears all of them."""
+    return Channel(topic_name(kind, satellite), kind, (speaker,), (*listeners, RECORDER), rhythm)

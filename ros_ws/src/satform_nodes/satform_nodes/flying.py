@@ -1,0 +1,84 @@
+"""The flight of the satellites of one process: finding the others, flying, and leaving."""
+
+import resource
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform_nodes.executor import StepExecutor
+from satform_nodes.lifetime import NodeError, StopRequest, patience
+
+if TYPE_CHECKING:
+    from satform_nodes.satellite_node import SatelliteNode
+
+_KILOBYTE = 1024
+"""Unit in which Linux tells the memory of a process, bytes."""
+
+
+def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop: StopRequest) -> int:
+    """Fly the satellites of one process until the plant says that the flight has ended.
+
+    Args:
+        satellites: with their endpoints made, all on the same executor.
+        executor: does the waiting.
+        stop: ends the flight of these satellites early.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        NodeError: the others are not there, or no longer heard.
+    """
+    names = ", ".join(satellite.name for satellite in satellites)
+    longest = patience(len(satellites[0].scenario.satellites))
+
+    def over() -> bool:
+        return stop.asked or all(satellite.view.ended for satellite in satellites)
+
+    if not executor.spin_until(
+        lambda: all(satellite.matched() for satellite in satellites) or over(), longest
+    ):
+        sentence = f"{names}: neighbours and plant have not been found within {longest:g} s"
+        raise NodeError(sentence, EXIT_LOST)
+    for satellite in satellites:
+        satellite.say_ready()
+        satellite.report.say("ready", node=satellite.name)
+
+    def begun() -> bool:
+        return over() or any(satellite.flying for satellite in satellites)
+
+    def say_again() -> None:
+        for satellite in satellites:
+            satellite.say_again()
+
+    def pulse() -> int:
+        return sum(satellite.pulse for satellite in satellites)
+
+    # The first state comes when the last of all nodes is ready; the next ones soon or never.
+    silence = 2.0 * satellites[0].scenario.tolerated_silence
+    in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
+    in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
+    _say_farewell(satellites, in_time=in_time)
+    return EXIT_STOPPED if stop.asked else EXIT_DONE
+
+
+def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> None:
+    """Say how it went, and leave when all has arrived.
+
+    Raises:
+        NodeError: the plant is no longer there.
+    """
+    for satellite in satellites:
+        if in_time:
+            satellite.see_off()
+        else:
+            satellite.command_nothing()
+        satellite.say_how_it_went()
+    first = satellites[0]
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
+    first.report.say("memory", process=first.name, bytes=memory)
+    if not in_time:
+        sentence = f"nothing heard from the plant at step {first.step}"
+        first.report.say("lost", who=["plant"], step=first.step, reason=sentence)
+        names = ", ".join(satellite.name for satellite in satellites)
+        raise NodeError(f"{names}: {sentence}; thrusters off, stopping", EXIT_LOST)

@@ -1,0 +1,161 @@
+"""What the plant hears: commands, who can fly, and how far the recorder is."""
+
+from collections.abc import Callable, Iterable
+from functools import partial
+
+import numpy as np
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from satform_msgs.msg import Command, Ready, Recorded
+
+from satform.channels import RECORDER, Channel
+from satform.muster import Change, Muster
+from satform_nodes import topics
+from satform_nodes.entry import Entry, Refusals
+from satform_nodes.executor import StepExecutor
+from satform_nodes.on_the_clock import Promptness
+from satform_nodes.readiness import Company
+from satform_nodes.speakers import Speakers, decoded
+from satform_nodes.wire import layout
+
+_COMMAND = layout(Command, topics.FRAME)
+_RECORDED = layout(Recorded, topics.FRAME)
+
+_ACCELERATION_AND_TORQUE = slice(3, 9)
+"""Where a command message has what the plant needs."""
+
+
+class PlantEars:
+    """The plant's subscriptions, and what of their messages it goes by.
+
+    Attributes:
+        commands: acceleration and wheel torque of each satellite, m/s^2 and N m, shape (N, 6).
+        promptness: how well the satellites keep to the clock.
+        recorded_step: last step that is in the bag.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        executor: StepExecutor,
+        heard: Iterable[Channel],
+        muster: Muster,
+        refusals: Refusals,
+        on_command: Callable[[], None],
+        on_ready: Callable[[str, int], None],
+        *,
+        clocked: bool,
+    ) -> None:
+        """Nothing has been heard yet.
+
+        Args:
+            node: of the plant.
+            executor: hands out the messages.
+            heard: the topics to which the plant listens.
+            muster: is told who has commanded, and knows whose command is due.
+            refusals: where messages that are not believed are counted.
+            on_command: called after each command that counts.
+            on_ready: called with the name of a node that can fly or watch, and the step of its checkpoint.
+            clocked: whether the flight goes by the wall clock.
+        """
+        names = muster.names
+        self.commands = np.zeros((len(names), 6))
+        self.promptness = Promptness(len(names))
+        self.recorded_step = 0
+        self._node = node
+        self._executor = executor
+        self._muster = muster
+        self._refusals = refusals
+        self._on_answer = on_command
+        self._on_offer = on_ready
+        self._clocked = clocked
+        self._last_commands: dict[int, bytes] = {}
+        speakers = {channel.topic: channel.speakers for channel in heard}
+        self._ready_speakers = Speakers(node, topics.READY, speakers[topics.READY], refusals)
+        executor.subscribe(
+            node, Ready, topics.READY, self._on_ready, topics.LATCHED_READER, self._ready_speakers
+        )
+        commands = [topics.command(name) for name in names]
+        self._speakers = [Speakers(node, topic, speakers[topic], refusals) for topic in commands]
+        self._entries = [Entry(topic, _COMMAND, refusals) for topic in commands]
+        self._subscriptions = [
+            executor.subscribe(
+                node,
+                Command,
+                topic,
+                partial(self._on_command, index),
+                topics.NEWEST if clocked else topics.STEPPED_READER,
+                self._speakers[index],
+            )
+            for index, topic in enumerate(commands)
+        ]
+
+    def expect_speakers(self, company: Company) -> None:
+        """Have those waited for that are to command."""
+        for name, subscription in zip(self._muster.names, self._subscriptions, strict=True):
+            company.speaks(subscription, [name])
+
+    def hear_recorder(self, company: Company, on_recorded: Callable[[], None]) -> None:
+        """Listen to how far the recorder is.
+
+        Args:
+            company: waits for the recorder.
+            on_recorded: called whenever it has come further.
+        """
+
+        def note(data: bytes, _name: str) -> None:
+            numbers = _RECORDED.unpack(data)
+            if numbers is None:
+                self._refusals.note(topics.RECORDED, "another form")
+                return
+            self.recorded_step = max(self.recorded_step, min(numbers[2], self._muster.step))
+            on_recorded()
+
+        speakers = Speakers(self._node, topics.RECORDED, [RECORDER], self._refusals)
+        progress = self._executor.subscribe(
+            self._node, Recorded, topics.RECORDED, note, topics.STEPPED_READER, speakers
+        )
+        company.speaks(progress, [RECORDER])
+
+    def take(self, change: Change) -> None:
+        """Go by the commands of those who fly from now on, and by nobody else's."""
+        for index in change.lost:
+            name = self._muster.names[index]
+            self.commands[index] = 0.0
+            self._speakers[index].vacate(name)
+            self._ready_speakers.vacate(name)
+        for event in change.back:
+            # What it said before it was lost is no last word of what it says now.
+            self._last_commands.pop(event.satellite, None)
+            self.promptness.heard(event.satellite)
+
+    def last_word(self, satellite: int) -> Command:
+        """The last command of a satellite; an empty one when it has never commanded."""
+        data = self._last_commands.get(satellite)
+        return deserialize_message(data, Command) if data else Command()
+
+    def _on_command(self, index: int, data: bytes, _name: str) -> None:
+        muster = self._muster
+        if not muster.formation.alive[index]:
+            return
+        step = muster.step
+        first = self.promptness.first_due(index) if self._clocked else step
+        numbers = self._entries[index].admit(data, first, step)
+        if numbers is None or index in muster.answered or muster.open:
+            return
+        if self._clocked:
+            self.promptness.note(index, int(numbers[2]), step)
+        self.commands[index] = numbers[_ACCELERATION_AND_TORQUE]
+        self._last_commands[index] = data
+        if numbers[2] == step:
+            muster.answer(index)
+        self._on_answer()
+
+    def _on_ready(self, data: bytes, name: str) -> None:
+        ready = decoded(data, Ready, topics.READY, self._refusals)
+        if ready is None:
+            return
+        if ready.node.rpartition("/")[2] != name:
+            self._refusals.note(topics.READY, f"{name} speaks for another node")
+            return
+        self._on_offer(name, int(ready.checkpoint))

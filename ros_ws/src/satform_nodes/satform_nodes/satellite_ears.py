@@ -1,0 +1,115 @@
+"""Whom a satellite hears: the plant, and those whom the graph lets it hear at some time."""
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from satform_msgs.msg import Attitude, FormationStatus, RelativeState
+
+from satform.channels import PLANT, heard_by, satellite_channels, topic_name
+from satform.scenario import Scenario
+from satform_nodes import topics
+from satform_nodes.entry import Entry, Refusals
+from satform_nodes.executor import StepExecutor
+from satform_nodes.parameters import FormationNode
+from satform_nodes.readiness import Company
+from satform_nodes.speakers import Speakers
+from satform_nodes.wire import layout
+
+_STATE = layout(RelativeState, topics.FRAME)
+_ATTITUDE = layout(Attitude, topics.FRAME)
+
+_PLACE = slice(4, 7)
+"""Where a state message has its position."""
+
+
+@dataclass(frozen=True)
+class Hearer:
+    """Who takes in what arrives; called by the executor itself, since every call in between costs time.
+
+    Attributes:
+        state: takes the entry, the message and its speaker's name.
+        attitude: likewise.
+        announcement: takes the neighbour's place, the entry, the message and its speaker's name.
+        status: takes the message and its speaker's name.
+    """
+
+    state: Callable[[Entry, bytes, str], None]
+    attitude: Callable[[Entry, bytes, str], None]
+    announcement: Callable[[int, Entry, bytes, str], None]
+    status: Callable[[bytes, str], None]
+
+
+class SatelliteEars:
+    """A satellite's subscriptions, who is believed on them, and who is waited for."""
+
+    def __init__(
+        self,
+        node: FormationNode,
+        executor: StepExecutor,
+        scenario: Scenario,
+        index: int,
+        refusals: Refusals,
+        hearer: Hearer,
+        *,
+        clocked: bool,
+    ) -> None:
+        """Nobody has been heard yet.
+
+        Args:
+            node: of the satellite.
+            executor: hands out the messages.
+            scenario: what is flown.
+            index: place of the satellite.
+            refusals: where messages that are not believed are counted.
+            hearer: takes in the messages.
+            clocked: whether the flight goes by the wall clock.
+        """
+        self.company = Company(node)
+        self._node = node
+        self._executor = executor
+        self._refusals = refusals
+        self._hearer = hearer
+        self._profile = topics.NEWEST if clocked else topics.STEPPED_READER
+        self._names = [satellite.name for satellite in scenario.satellites]
+        self._announces = scenario.consensus.announces
+        self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
+        self._speakers: dict[int, Speakers] = {}
+        own = scenario.satellite(index)
+        jump = topics.FASTEST * scenario.timing.step + topics.NEAR
+        for channel in heard_by(own.name, satellite_channels(scenario, index)):
+            if channel.kind == "state":
+                entry = Entry(channel.topic, _STATE, refusals, _PLACE, jump)
+                self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT)
+            else:
+                entry = Entry(channel.topic, _ATTITUDE, refusals)
+                self._hear(Attitude, channel.topic, partial(hearer.attitude, entry), PLANT)
+        for neighbour in scenario.possible_graph().neighbours(index):
+            self.listen_to(neighbour)
+        # Made last: whoever sees this subscription has seen all others of this satellite.
+        self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, topics.LATCHED_READER)
+
+    def listen_to(self, neighbour: int) -> None:
+        """Hear what a neighbour announces from now on."""
+        speaker = self._names[neighbour]
+        topic = topic_name(self._announces, speaker)
+        entry = Entry(topic, self._announcement, self._refusals)
+        callback = partial(self._hearer.announcement, neighbour, entry)
+        self._speakers[neighbour] = self._hear(topics.TYPES[self._announces], topic, callback, speaker)
+
+    def vacate(self, lost: Collection[int]) -> None:
+        """Believe those who are started in place of lost neighbours."""
+        for place, speakers in self._speakers.items():
+            if place in lost:
+                speakers.vacate(self._names[place])
+
+    def _hear(
+        self, kind: Any, topic: str, callback: Callable[[bytes, str], None], speaker: str, profile: Any = None
+    ) -> Speakers:
+        speakers = Speakers(self._node, topic, [speaker], self._refusals)
+        subscription = self._executor.subscribe(
+            self._node, kind, topic, callback, profile or self._profile, speakers
+        )
+        self.company.speaks(subscription, [speaker])
+        return speakers

@@ -1,0 +1,187 @@
+"""What a satellite says: commands, announcements, how it tracks, which gains changed."""
+
+from collections import deque
+from collections.abc import Sequence
+
+from satform_msgs.msg import Command, ParameterChange, Ready, Tracking
+
+from satform.announcements import AnyAnnouncement, numbers
+from satform.channels import PLANT, RECORDER, formation_channels, said_by, satellite_channels
+from satform.faults import Faults
+from satform.satellite import Decision
+from satform.scenario import Scenario
+from satform_nodes import topics
+from satform_nodes.lifetime import see_off
+from satform_nodes.parameters import FormationNode
+from satform_nodes.readiness import Company
+from satform_nodes.stamps import Stamps
+from satform_nodes.wire import layout
+
+_COMMAND = layout(Command, topics.FRAME)
+_TRACKING = layout(Tracking, topics.FRAME)
+_NO_TORQUE = (0.0, 0.0, 0.0)
+_NOTHING = (0, 0, *[0.0] * 8)
+"""What a command says of the next announcement when there is none."""
+
+_FAREWELL = 2.0
+"""How long a satellite stays for the sake of what it said last, s."""
+
+Spoken = tuple[tuple[int, int], list[float]]
+"""Stamp and numbers of an announcement."""
+
+
+class SatelliteVoice:
+    """A satellite's publishers, its words as bytes, and the last of them, to be said again."""
+
+    def __init__(self, node: FormationNode, scenario: Scenario, index: int, stamps: Stamps) -> None:
+        """Nothing has been said yet.
+
+        Args:
+            node: of the satellite.
+            scenario: what is flown.
+            index: place of the satellite.
+            stamps: of its steps.
+        """
+        self._node = node
+        names = [satellite.name for satellite in scenario.satellites]
+        name = self._name = names[index]
+        self._index = index
+        self._faults = Faults(scenario.faults, names, scenario.timing.step)
+        self._stamps = stamps
+        self._said: deque[bytes] = deque(maxlen=2)
+        self._last_command = b""
+        announces = scenario.consensus.announces
+        self._in_phase = announces == "arc_length"
+        # What an announcement carries between its step and its numbers.
+        self._before_numbers = (0,) if announces == "motion" else ()
+        self._announcement = layout(topics.TYPES[announces], topics.FRAME)
+        table = [*satellite_channels(scenario, index), *formation_channels(scenario)]
+        self._channels = {channel.kind: channel for channel in said_by(name, table)}
+        self._publishers = {
+            kind: node.create_publisher(
+                topics.TYPES[kind], self._channels[kind].topic, topics.BY_RHYTHM[self._channels[kind].rhythm]
+            )
+            for kind in (announces, "command", "tracking", "parameter_changes", "ready")
+        }
+        self._say_announcement = self._publishers[announces]
+        self._say_command = self._publishers["command"]
+        self._say_tracking = self._publishers["tracking"]
+        self._say_change = self._publishers["parameter_changes"]
+        self._say_ready = self._publishers["ready"]
+        self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
+
+    def expect_listeners(self, company: Company, *, recorded: bool) -> None:
+        """Have those waited for that are to hear this satellite.
+
+        Args:
+            company: waits.
+            recorded: whether a recorder hears it too.
+        """
+        for kind, publisher in self._publishers.items():
+            # What has changed is kept for those who come later.
+            if kind != "parameter_changes":
+                company.listens(publisher, self._channels[kind].listeners_in(recorded=recorded))
+
+    # At each step
+
+    def words(self, announcement: AnyAnnouncement, step: int) -> Spoken:
+        """Stamp and numbers of what a satellite announces for a step, true or not."""
+        values = self._faults.said(self._index, numbers(announcement), step)
+        return self._stamps.at_time(float(announcement.time)), values.tolist()
+
+    def command(self, seconds: int, nanoseconds: int, step: int, decision: Decision, words: Spoken) -> None:
+        """Command the thrusters, and say with it what is announced for the next step."""
+        stamp, said = words
+        torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
+        announced = (*said, *[0.0] * 6) if self._in_phase else (0.0, 0.0, *said)
+        self.say_command(
+            _COMMAND.pack(
+                seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque, *stamp, *announced
+            )
+        )
+
+    def announce(self, step: int, words: Spoken) -> None:
+        """Tell the listeners what they hear for a step."""
+        stamp, said = words
+        self.say_announcement(self._announcement.pack(*stamp, step, *self._before_numbers, *said))
+
+    def show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
+        """Show how well the reference is followed."""
+        reference, motion = decision.reference, decision.motion
+        self._say_tracking.publish(
+            _TRACKING.pack(
+                seconds,
+                nanoseconds,
+                step,
+                *reference.position.tolist(),
+                *reference.velocity.tolist(),
+                *reference.acceleration.tolist(),
+                *(motion.position - reference.position).tolist(),
+                *(motion.velocity - reference.velocity).tolist(),
+                *decision.sliding_variable.tolist(),
+            )
+        )
+
+    def say_command(self, data: bytes) -> None:
+        """Command the thrusters; the message is kept to be said again."""
+        self._last_command = data
+        self._say_command.publish(data)
+
+    def say_announcement(self, data: bytes) -> None:
+        """Tell the listeners; the message is kept to be said again."""
+        self._said.append(data)
+        self._say_announcement.publish(data)
+
+    def say_tracking(self, data: bytes) -> None:
+        """Show how well the reference is followed."""
+        self._say_tracking.publish(data)
+
+    # Now and then
+
+    def say_ready(self, step: int, checkpoint: int) -> None:
+        """Tell the plant that this satellite can fly.
+
+        Args:
+            step: to which it has come.
+            checkpoint: step of the checkpoint from which it would go on; -1 for none.
+        """
+        name = self._node.get_fully_qualified_name()
+        self._say_ready.publish(Ready(node=name, step=step, checkpoint=checkpoint))
+
+    def tell_changes(self, step: int, changes: Sequence[tuple[str, list[float]]]) -> None:
+        """Say which parameters have changed at a step."""
+        seconds, nanoseconds = self._stamps.at(step)
+        for name, value in changes:
+            change = ParameterChange(step=step, name=name, value=value)
+            change.header.stamp.sec, change.header.stamp.nanosec = seconds, nanoseconds
+            change.header.frame_id = topics.FRAME
+            self._say_change.publish(change)
+
+    def say_again(self) -> None:
+        """Repeat what was said last."""
+        if self._last_command:
+            self._say_command.publish(self._last_command)
+        for said in self._said:
+            self._say_announcement.publish(said)
+
+    def forget(self) -> None:
+        """Have nothing to repeat."""
+        self._said.clear()
+        self._last_command = b""
+
+    def command_nothing(self, step: int) -> None:
+        """Turn the thrusters off, as far as anyone hears it."""
+        self._say_command.publish(_COMMAND.pack(*self._stamps.at(step), step, *[0.0] * 6, *_NOTHING))
+
+    def see_off(self, *, only_changes: bool) -> None:
+        """Stay until what was said last has arrived, for a bounded time: it would be lost with this node.
+
+        Args:
+            only_changes: whether nothing but changes can still be on its way.
+        """
+        see_off((self._say_change,) if only_changes else self._spoken, self._heard_out, _FAREWELL)
+
+    def _heard_out(self) -> bool:
+        """Whether the plant or the recorder still listens to this satellite."""
+        others = self._node.get_subscriptions_info_by_topic(topics.command(self._name))
+        return bool({PLANT, RECORDER} & {other.node_name for other in others})
