@@ -19,16 +19,15 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from ruamel.yaml import YAML
 
 from flights import SCENARIOS
 from satform.scenario import Scenario, ScenarioError, load_scenario, parse_scenario
-from satform.scenario.load import MAXIMUM_PROBLEMS
+from satform.scenario.load import MAXIMUM_PROBLEMS, _plain, _read_once
 from satform_tools import advice, say, showing
 
 ASKED = int(os.environ.get("SATFORM_FUZZ", "0"))
 FILES = sorted(SCENARIOS.glob("*.yaml"))
-DATA = [YAML(typ="safe", pure=True).load(file.read_text()) for file in FILES]
+DATA = [_plain(_read_once(file.read_text(), str(file))) for file in FILES]
 BYTES = [file.read_bytes() for file in FILES]
 
 SECONDS = 120
