@@ -1,5 +1,6 @@
 """The shipped scenarios, for the tests that fly them."""
 
+import functools
 from pathlib import Path
 
 from satform.scenario import Scenario, load_scenario
@@ -7,8 +8,9 @@ from satform.scenario import Scenario, load_scenario
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 
 
+@functools.cache
 def shipped(name: str, *changes: str) -> Scenario:
-    """A shipped scenario, with changes such as `timing.step=1.0`."""
+    """A shipped scenario, with changes such as `timing.step=1.0`; read once, as nothing can change it."""
     return load_scenario(SCENARIOS / f"{name}.yaml", changes)
 
 

@@ -42,6 +42,15 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.fixture(scope="module")
+def exported(flown: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the report of that run, with everything that can be had beside its page."""
+    out = tmp_path_factory.mktemp("exported")
+    wanted = [word for form in ("png", "svg", "csv", "parquet") for word in ("--export", form)]
+    assert cli.main(["report", str(flown), "--out", str(out), *wanted]) == 0
+    return out
+
+
 def test_a_kept_record_has_the_bits_of_the_flight(tmp_path: Path) -> None:
     record = simulate(shortened("triangle", 10.0))
     folders.save_record(record, tmp_path / "record.npz")
@@ -65,8 +74,7 @@ def test_without_a_folder_named_a_report_lies_beside_the_flight(flown: Path) -> 
     assert (flown / "report" / "report.html").is_file()
 
 
-def test_pictures_of_every_quantity_are_drawn_when_they_are_wanted(flown: Path, tmp_path: Path) -> None:
-    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--export", "png", "--export", "svg"]) == 0
+def test_pictures_of_every_quantity_are_drawn_when_they_are_wanted(exported: Path) -> None:
     names = [
         "arc_length_spread",
         "control",
@@ -76,10 +84,10 @@ def test_pictures_of_every_quantity_are_drawn_when_they_are_wanted(flown: Path, 
         "sliding_variable",
         "tracking_error",
     ]
-    assert sorted(path.stem for path in tmp_path.glob("*.png")) == names
-    assert sorted(path.stem for path in tmp_path.glob("*.svg")) == names
-    assert all(path.read_bytes().startswith(PNG) for path in tmp_path.glob("*.png"))
-    for path in tmp_path.glob("*.svg"):
+    assert sorted(path.stem for path in exported.glob("*.png")) == names
+    assert sorted(path.stem for path in exported.glob("*.svg")) == names
+    assert all(path.read_bytes().startswith(PNG) for path in exported.glob("*.png"))
+    for path in exported.glob("*.svg"):
         root = ElementTree.parse(path).getroot()  # noqa: S314 - just written by ourselves
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
 
@@ -97,10 +105,9 @@ def test_a_lone_satellite_disagrees_with_nobody(tmp_path: Path) -> None:
     assert "arc_length_spread" not in keys
 
 
-def test_a_flight_as_csv_has_every_number_with_all_its_digits(flown: Path, tmp_path: Path) -> None:
-    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--export", "csv"]) == 0
+def test_a_flight_as_csv_has_every_number_with_all_its_digits(flown: Path, exported: Path) -> None:
     record = folders.load_record(flown / "record.npz")
-    with (tmp_path / "flight.csv").open() as file:
+    with (exported / "flight.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 401 * 3
     for row in (rows[0], rows[500], rows[-1]):
@@ -112,31 +119,28 @@ def test_a_flight_as_csv_has_every_number_with_all_its_digits(flown: Path, tmp_p
     assert rows[-1]["acceleration_z"] == ""
 
 
-def test_a_flight_as_parquet_has_the_bits_of_the_flight_and_its_units(flown: Path, tmp_path: Path) -> None:
-    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--export", "parquet"]) == 0
+def test_a_flight_as_parquet_has_the_bits_of_the_flight_and_its_units(flown: Path, exported: Path) -> None:
     record = folders.load_record(flown / "record.npz")
-    table = read_parquet(tmp_path / "flight.parquet").read_all()
+    table = read_parquet(exported / "flight.parquet").read_all()
     assert table.num_rows == 401 * 3
     assert table["satellite"].to_pylist()[:3] == ["sat1", "sat2", "sat3"]
     velocity = np.array(table["velocity_x"].to_pylist()).reshape(401, 3)
     assert np.array_equal(velocity, record.velocity[..., 0])
-    about = (tmp_path / "flight.parquet").read_bytes()
+    about = (exported / "flight.parquet").read_bytes()
     assert b"unit.velocity_x" in about
     assert b"m/s" in about
 
 
-def test_a_page_needs_nothing_but_itself(flown: Path, tmp_path: Path) -> None:
-    assert cli.main(["report", str(flown), "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "report.html").read_text()
+def test_a_page_needs_nothing_but_itself(exported: Path) -> None:
+    page = (exported / "report.html").read_text()
     without_data = re.sub(r'<script type="[^"]*" id="[^"]*">.*?</script>', "", page, flags=re.DOTALL)
     assert not re.findall(r"""(?:src|href|url\()\s*=?\s*["'(]?(?:https?:)?//""", without_data)
     assert 'src="' not in without_data
     assert len(page) < 4_000_000
 
 
-def test_a_page_tells_what_flew_and_by_which_hash_it_is_known_again(flown: Path, tmp_path: Path) -> None:
-    assert cli.main(["report", str(flown), "--out", str(tmp_path)]) == 0
-    page = (tmp_path / "report.html").read_text()
+def test_a_page_tells_what_flew_and_by_which_hash_it_is_known_again(flown: Path, exported: Path) -> None:
+    page = (exported / "report.html").read_text()
     kept = find(flown)
     for text in (kept.scenario.digest(), kept.fingerprint(), f"numpy {np.__version__}"):
         assert text in page

@@ -139,8 +139,34 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
         return stamp
 
 
+_OFTEN_IMPORTED = (
+    *("satform_nodes.everything", "satform_nodes.bag_reader", "satform_bringup.supervise"),
+    *("satform_tools.cli", "satform_tools.running", "satform_tools.reporting", "satform_tools.gallery"),
+    *("satform_tools.replaying", "satform_tools.security.keystore"),
+    *("satform.dynamics.inertial", "satform.dynamics.cw_perturbed", "satform.attitude_metrics"),
+    *("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.signal", "scipy.stats"),
+    *(
+        "scipy.spatial.transform",
+        "brahe",
+        "matplotlib.backends.backend_agg",
+        "matplotlib.backends.backend_svg",
+    ),
+    *("networkx", "hypothesis", "pytest", "xdist", "xdist.workermanage", "xdist.remote", "xdist.dsession"),
+    *("pytest_cov.plugin", "pytest_rerunfailures", "pygments.lexers", "jsonschema", "rosbags.highlevel"),
+    *("mcap_ros2.reader", "jinja2", "arro3.io"),
+)
+"""Modules from which nearly everything else is imported that is imported at all."""
+
+_IMPORT_ALL = """
+import contextlib, importlib, sys
+for name in sys.argv[1:]:
+    with contextlib.suppress(ImportError):
+        importlib.import_module(name)
+"""
+
+
 def _keep_bytecode(job: Job, stamp: dict[str, Any]) -> None:
-    """Compile what nodes and command line import, once: without that every process would do it again.
+    """Compile what nodes, command line and tests import, once: else every process would do it again.
 
     pip and uv leave that to the first import, which keeps nothing where `PYTHONDONTWRITEBYTECODE` is set or
     another user has made the environment. Nothing depends on its success.
@@ -149,8 +175,7 @@ def _keep_bytecode(job: Job, stamp: dict[str, Any]) -> None:
 
     variables = applied(stamp["variables"], shell_variables(job.ros, job.environment))
     variables.pop("PYTHONDONTWRITEBYTECODE", None)
-    modules = "satform_nodes.everything, satform_bringup.supervise, satform_tools.cli, satform_tools.running"
-    command = [str(job.layout.python), "-P", "-c", f"import {modules}"]
+    command = [str(job.layout.python), "-P", "-c", _IMPORT_ALL, *_OFTEN_IMPORTED]
     progress = Progress("compiling what is imported (a few seconds)")
     run_logged(job, command, variables, progress, job.layout.root)
     progress.end()

@@ -7,7 +7,7 @@ import numpy as np
 
 from satform.consensus.arc_length import Announces, Heard
 from satform.consensus.motion import HeardMotion, MotionAnnouncement
-from satform.elementwise import Array
+from satform.elementwise import Array, joined
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ WIDTH: dict[Announces, int] = {"arc_length": 2, "motion": 6}
 def numbers(said: AnyAnnouncement) -> Array:
     """The numbers of an announcement beside its time, shape (..., width)."""
     if isinstance(said, Announcement):
-        return np.stack((said.arc_length, said.rate), axis=-1)
+        return joined(said.arc_length, said.rate)
     return np.concatenate((said.position, said.velocity), axis=-1)
 
 

@@ -50,7 +50,7 @@ class Plant:
         self.turning = _turning_of(scenario)
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         self._sensors = _sensors_of(scenario, self._motion)
-        self._measured, self._measured_steps = self._measure()
+        self._measured = self._measure()
 
     def motion(self) -> Motion:
         """True position in m and velocity in m/s of all satellites in LVLH, shapes (N, 3)."""
@@ -62,7 +62,10 @@ class Plant:
 
     def measured_steps(self) -> Steps:
         """Number of the step at which each satellite moved as it is told now, shape (N,)."""
-        return self._measured_steps
+        steps = np.full(len(self._motion.position), self.step)
+        for sensors in self._sensors:
+            steps[sensors.members] = sensors.memory.delivered.step
+        return steps
 
     def attitude(self) -> Attitude | None:
         """What each satellite is told of its attitude, shape (N, 3); None when nobody has one.
@@ -108,19 +111,17 @@ class Plant:
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         for sensors in self._sensors:
             sensors.look(self._motion, self.step)
-        self._measured, self._measured_steps = self._measure()
+        self._measured = self._measure()
 
-    def _measure(self) -> tuple[Motion, Steps]:
-        steps = np.full(len(self._motion.position), self.step)
+    def _measure(self) -> Motion:
         if not self._sensors:
-            return self._motion, steps
+            return self._motion
         told = Motion(self._motion.position.copy(), self._motion.velocity.copy())
         for sensors in self._sensors:
             delivered = sensors.memory.delivered
             told.position[sensors.members] = delivered.position
             told.velocity[sensors.members] = delivered.velocity
-            steps[sensors.members] = delivered.step
-        return Motion(*self._faults.reading(told.position, told.velocity, self.step)), steps
+        return Motion(*self._faults.reading(told.position, told.velocity, self.step))
 
 
 class Thrusters:

@@ -65,20 +65,22 @@ class Ears:
             self._linked = formation.graph.adjacency[listeners, self.neighbours] * self._real
         return self._linked
 
-    def told(self, step: int, values: Array, stamp: Array, fresh: Array, formation: Formation) -> Told:
+    def told(self, step: int, values: Array, stamp: Array, fresh: Array | None, formation: Formation) -> Told:
         """What arrives in a step.
 
         Args:
             step: its number.
             values: numbers that each possible neighbour says for this step, shape (..., K, width).
             stamp: simulated time to which they belong, s, shape (..., K).
-            fresh: 1 for those that say something for this step, else 0, shape (..., K).
+            fresh: 1 for those that say something for this step, else 0, shape (..., K); None when all do.
             formation: who hears whom in this step.
         """
         linked = self.linked(formation)
-        arriving = fresh * linked
-        complete = bool((arriving == linked).all())
-        told = Told(values, stamp, arriving, linked, complete)
+        if fresh is None:
+            told = Told(values, stamp, linked, linked, complete=True)
+        else:
+            arriving = fresh * linked
+            told = Told(values, stamp, arriving, linked, complete=bool((arriving == linked).all()))
         if self._faults.any_clock:
             told = told.shifted(self._clocks(step))
         return told if self._links is None else self._links.carry(step, told)

@@ -11,10 +11,12 @@ In both, xi_period = perimeter / scale: paths with the same xi_period make a lap
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
+from satform import batch
 from satform.curves import Curve, CurvePoint
 from satform.elementwise import Array, dot
 
@@ -111,13 +113,27 @@ class Path:
             return self.reference(generalised_arc_length, rate, rate_change)
         half = 0.5 * duration
         middle = generalised_arc_length + (rate + rate_change * (0.5 * half)) * half
-        start_point = self.curve.point(self.angle(generalised_arc_length))
-        middle_point = self.curve.point(self.angle(middle))
+        start_point, middle_point = self._two_points(generalised_arc_length, middle)
         return Reference(
             position=start_point.position,
             velocity=(self._arc_slope(start_point) * rate)[..., None] * start_point.tangent,
             acceleration=self._acceleration(middle_point, rate + rate_change * half, rate_change),
         )
+
+    def _two_points(self, first: Array, second: Array) -> tuple[CurvePoint, CurvePoint]:
+        """The curve's local shape at two values of xi, each of shape (...)."""
+        shape = np.shape(first)
+        if len(shape) != 1 or shape != np.shape(self.scale):
+            return self.curve.point(self.angle(first)), self.curve.point(self.angle(second))
+        # Of satellites that fly as one: in one go, which takes half the time.
+        count, twice = shape[0], self._twice
+        points = twice.curve.point(twice.angle(np.concatenate((first, second))))
+        return points.part(slice(None, count)), points.part(slice(count, None))
+
+    @cached_property
+    def _twice(self) -> "Path":
+        """Of satellites that fly as one the paths of all, and of all once more."""
+        return batch.repeated(self, 2)
 
     def projected(self, position: Array, velocity: Array, near: Array) -> tuple[Array, Array]:
         """Generalised arc length of the point of the curve closest to a moving satellite, and its rate.

@@ -317,7 +317,8 @@ def _follow_path(
     if follows_itself:
         said = Announcement(np.full_like(phase, time), phase, rate)
     else:
-        moment = np.full_like(phase, (state.step + 1) * plan.step)
+        moment = np.empty(phase.shape)
+        moment.fill((state.step + 1) * plan.step)
         said = Announcement(moment, next_arc_length - plan.phase_offset, next_rate)
     return reference, action, _Phase(next_arc_length, next_rate, said)
 

@@ -33,6 +33,9 @@ from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitu
 from satform.satellite import Decision, Satellite, flight_plan
 from satform.scenario.model import Scenario
 
+Place = int | slice
+"""Of one satellite in arrays of the whole formation; or all of it."""
+
 
 @dataclass
 class _Group:
@@ -54,6 +57,11 @@ class _Group:
     def members(self) -> Index:
         """Place of each in the formation, shape (); or (n,) when stacked."""
         return self.ears.members
+
+    @property
+    def place(self) -> Place:
+        """The same as an index that makes no copy."""
+        return slice(None) if self.members.ndim else int(self.members)
 
 
 def simulate(
@@ -114,21 +122,24 @@ class _Flight:
         events = self.plan.get(step, [])
         # What a satellite said last for this step is heard although it is lost in it.
         log.announced(self.groups)
-        self._happen(events, step)
-        log.announced([self.groups[event.satellite] for event in events if isinstance(event, Back)])
-        motion, measured_steps, attitude = plant.measured(), plant.measured_steps(), plant.attitude()
+        if events:
+            self._happen(events, step)
+            log.announced([self.groups[event.satellite] for event in events if isinstance(event, Back)])
+        motion, attitude = plant.measured(), plant.attitude()
+        measured_steps = plant.measured_steps() if log.measures else None
         log.moved(plant, attitude)
         for group in self.groups:
+            place = group.place
             if not group.flies:
+                log.silent(place)
                 continue
-            own = Motion(motion.position[group.members], motion.velocity[group.members])
+            own = Motion(motion.position[place], motion.velocity[place])
             # Satellites whose filters are told at different times do not fly as one.
-            measured_step = int(measured_steps[group.members].flat[0])
+            measured_step = None if measured_steps is None else int(measured_steps[place].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
             told = log.told(group.ears, self.formation)
-            log.decided(group.members, group.satellite.act(own, told, measured_step, turned))
+            log.decided(place, group.satellite.act(own, told, measured_step, turned))
             self._keep(group)
-        log.silent([group.members for group in self.groups if not group.flies])
         plant.advance(log.record.acceleration[step], log.wheel_torque())
         log.step = step + 1
 
@@ -198,8 +209,8 @@ def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
     """What the satellites of a group are told of their attitudes; None when they have none."""
     if group.satellite.plan.orientation is None:
         return None
-    places = group.members
-    return Attitude(attitude.mrp[places], attitude.angular_velocity[places], attitude.wheel_momentum[places])
+    place = group.place
+    return Attitude(attitude.mrp[place], attitude.angular_velocity[place], attitude.wheel_momentum[place])
 
 
 class _Log:
@@ -212,12 +223,13 @@ class _Log:
         self._announces = scenario.consensus.announces
         self._said = np.zeros((count, WIDTH[self._announces]))
         self._time = np.zeros(count)
-        self._fresh = np.zeros(count)
+        self._fresh = np.ones(count)
+        self._silent: set[Place] = set()
         self._faults = Faults(
             scenario.faults, [own.name for own in scenario.satellites], scenario.timing.step
         )
         self._liars = [index for index in range(count) if self._faults.lies(index)]
-        self._measures = any(satellite.sensor is not None for satellite in satellites)
+        self.measures = any(satellite.sensor is not None for satellite in satellites)
         self._filters = any(satellite.filter is not None for satellite in satellites)
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
         acceleration = np.empty((steps, count, 3))
@@ -228,8 +240,8 @@ class _Log:
             step=scenario.timing.step,
             position=position,
             velocity=velocity,
-            measured_position=np.empty_like(position) if self._measures else position,
-            measured_velocity=np.empty_like(velocity) if self._measures else velocity,
+            measured_position=np.empty_like(position) if self.measures else position,
+            measured_velocity=np.empty_like(velocity) if self.measures else velocity,
             acceleration=acceleration,
             given_acceleration=np.empty_like(acceleration) if thrusts else acceleration,
             arc_length=np.zeros((steps + 1, count)),
@@ -248,14 +260,18 @@ class _Log:
     def announced(self, groups: list[_Group]) -> None:
         """Take in what is said for the coming step by those that fly."""
         for group in groups:
+            place = group.place
             if not group.flies:
-                self._fresh[group.members] = 0.0
-                self._said[group.members] = np.nan
+                self._silent.add(place)
+                self._fresh[place] = 0.0
+                self._said[place] = np.nan
                 continue
+            if self._silent:
+                self._silent.discard(place)
+                self._fresh[place] = 1.0
             said = group.satellite.announce()
-            self._time[group.members] = said.time
-            self._said[group.members] = numbers(said)
-            self._fresh[group.members] = 1.0
+            self._time[place] = said.time
+            self._said[place] = numbers(said)
             for liar in self._liars:
                 if liar in group.members:
                     self._said[liar] = self._faults.said(liar, self._said[liar], self.step)
@@ -266,7 +282,7 @@ class _Log:
         record, step, motion, measured = self.record, self.step, plant.motion(), plant.measured()
         record.position[step] = motion.position
         record.velocity[step] = motion.velocity
-        if self._measures:
+        if self.measures:
             record.measured_position[step] = measured.position
             record.measured_velocity[step] = measured.velocity
         if attitude is not None:
@@ -289,41 +305,41 @@ class _Log:
 
     def told(self, ears: Ears, formation: Formation) -> Told:
         """What arrives at the satellites of a group."""
-        places, fresh = ears.neighbours, self._fresh[ears.neighbours]
-        values = np.where(fresh[..., None] > 0.0, self._said[places], 0.0)
-        return ears.told(self.step, values, self._time[places], fresh, formation)
+        places = ears.neighbours
+        values, time = self._said.take(places, axis=0), self._time.take(places)
+        if not self._silent:
+            return ears.told(self.step, values, time, None, formation)
+        fresh = self._fresh[places]
+        values = np.where(fresh[..., None] > 0.0, values, 0.0)
+        return ears.told(self.step, values, time, fresh, formation)
 
-    def silent(self, members: list[Index]) -> None:
-        """Note that satellites do not take part in this step."""
+    def silent(self, place: Place) -> None:
+        """Note that a satellite does not take part in this step."""
         record, step = self.record, self.step
-        for place in members:
-            record.acceleration[step, place] = 0.0
-            for name in (
-                "reference_position",
-                "reference_velocity",
-                "reference_acceleration",
-                "sliding_variable",
-            ):
-                getattr(record, name)[step, place] = np.nan
-            if self._turns:
-                record.wheel_torque[step, place] = 0.0
-            if self._filters:
-                record.believed_position_error[step, place] = np.nan
-                record.believed_velocity_error[step, place] = np.nan
-
-    def decided(self, members: Index, decision: Decision) -> None:
-        record, step = self.record, self.step
-        record.acceleration[step, members] = decision.acceleration
-        record.reference_position[step, members] = decision.reference.position
-        record.reference_velocity[step, members] = decision.reference.velocity
-        record.reference_acceleration[step, members] = decision.reference.acceleration
-        record.sliding_variable[step, members] = decision.sliding_variable
-        if decision.wheel_torque is not None:
-            record.wheel_torque[step, members] = decision.wheel_torque
+        record.acceleration[step, place] = 0.0
+        record.reference_position[step, place] = np.nan
+        record.reference_velocity[step, place] = np.nan
+        record.reference_acceleration[step, place] = np.nan
+        record.sliding_variable[step, place] = np.nan
+        if self._turns:
+            record.wheel_torque[step, place] = 0.0
         if self._filters:
-            reference, believed = decision.reference, decision.motion
-            record.believed_position_error[step, members] = believed.position - reference.position
-            record.believed_velocity_error[step, members] = believed.velocity - reference.velocity
+            record.believed_position_error[step, place] = np.nan
+            record.believed_velocity_error[step, place] = np.nan
+
+    def decided(self, place: Place, decision: Decision) -> None:
+        record, step, reference = self.record, self.step, decision.reference
+        record.acceleration[step, place] = decision.acceleration
+        record.reference_position[step, place] = reference.position
+        record.reference_velocity[step, place] = reference.velocity
+        record.reference_acceleration[step, place] = reference.acceleration
+        record.sliding_variable[step, place] = decision.sliding_variable
+        if decision.wheel_torque is not None:
+            record.wheel_torque[step, place] = decision.wheel_torque
+        if self._filters:
+            believed = decision.motion
+            record.believed_position_error[step, place] = believed.position - reference.position
+            record.believed_velocity_error[step, place] = believed.velocity - reference.velocity
 
     def wheel_torque(self) -> NDArray[np.float64] | None:
         """What was commanded to the wheels in this step; None when nobody has any."""

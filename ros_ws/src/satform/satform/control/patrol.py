@@ -13,7 +13,7 @@ import numpy as np
 
 from satform.control.sunlight import greenwich_angle, in_cylindrical_shadow, sun_direction
 from satform.earth import GRAVITATIONAL_PARAMETER
-from satform.elementwise import Array, dot, norm
+from satform.elementwise import Array, dot, joined, norm
 
 GEOSTATIONARY_RADIUS = 42164169.6
 _KEPLER_ITERATIONS = 4
@@ -142,8 +142,8 @@ class PlanarOrbit:
         weight = 1.0 / (1.0 + math.sqrt(1.0 - ex * ex - ey * ey))
         rate = motion / (1.0 - ex * cosine - ey * sine)
         xx, xy, yy = 1.0 - ey * ey * weight, ex * ey * weight, 1.0 - ex * ex * weight
-        position = np.stack((xx * cosine + xy * sine - ex, yy * sine + xy * cosine - ey), axis=-1)
-        velocity = np.stack((xy * cosine - xx * sine, yy * cosine - xy * sine), axis=-1)
+        position = joined(xx * cosine + xy * sine - ex, yy * sine + xy * cosine - ey)
+        velocity = joined(xy * cosine - xx * sine, yy * cosine - xy * sine)
         return axis * position, axis * rate[..., None] * velocity
 
     def after(self, burn: Burn) -> "PlanarOrbit":

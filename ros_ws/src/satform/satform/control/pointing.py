@@ -16,7 +16,7 @@ from satform.dynamics.attitude import (
 )
 from satform.dynamics.linear import multiply
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, ROTATION_RATE
-from satform.elementwise import Array, cross, dot
+from satform.elementwise import Array, cross, dot, joined
 from satform.spec import Number, Positive, Spec, Vector
 
 Mask: TypeAlias = NDArray[np.bool_]
@@ -120,9 +120,9 @@ def ground_target(latitude: float, longitude: float, time: Array) -> Jet:
     across, along = distance * np.cos(angle), distance * np.sin(angle)
     up = zero + EQUATORIAL_RADIUS * math.sin(latitude)
     return Jet(
-        np.stack((across, along, up), axis=-1),
-        ROTATION_RATE * np.stack((-along, across, zero), axis=-1),
-        -(ROTATION_RATE**2) * np.stack((across, along, zero), axis=-1),
+        joined(across, along, up),
+        ROTATION_RATE * joined(-along, across, zero),
+        -(ROTATION_RATE**2) * joined(across, along, zero),
     )
 
 

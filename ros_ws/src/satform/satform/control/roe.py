@@ -21,7 +21,7 @@ from satform.control.protocol import Action, ControllerSpec, FlightSetting, Moti
 from satform.control.sampling import require_stable_hold
 from satform.dynamics import cw
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
-from satform.elementwise import Array
+from satform.elementwise import Array, joined
 from satform.reference import Reference
 from satform.spec import Positive
 
@@ -73,10 +73,8 @@ def elements_from_motion(motion: Motion, mean_motion: Array, argument: Array) ->
     return RelativeElements(
         semi_major_axis=x + ahead,
         mean_longitude=y - 2.0 * swing[..., 0],
-        eccentricity=np.stack(
-            (ahead * cosine + swing[..., 0] * sine, ahead * sine - swing[..., 0] * cosine), axis=-1
-        ),
-        inclination=np.stack((z * sine + swing[..., 2] * cosine, swing[..., 2] * sine - z * cosine), axis=-1),
+        eccentricity=joined(ahead * cosine + swing[..., 0] * sine, ahead * sine - swing[..., 0] * cosine),
+        inclination=joined(z * sine + swing[..., 2] * cosine, swing[..., 2] * sine - z * cosine),
     )
 
 
@@ -100,7 +98,7 @@ def motion_from_elements(elements: RelativeElements, mean_motion: Array, argumen
     axis = elements.semi_major_axis
     position = (axis - ahead, elements.mean_longitude + 2.0 * outward, ix * sine - iy * cosine)
     swing = (outward, 2.0 * ahead - 1.5 * axis, ix * cosine + iy * sine)
-    return Motion(np.stack(position, axis=-1), np.stack(swing, axis=-1) * np.asarray(mean_motion)[..., None])
+    return Motion(joined(*position), joined(*swing) * np.asarray(mean_motion)[..., None])
 
 
 def secular_drift(semi_major_axis: float, inclination: float) -> Array:
@@ -190,7 +188,7 @@ class ElementControl:
         wanted_axis = longitude * (self.longitude_rate / (1.5 * self.mean_motion))
         axis_error = position[..., 0] + ahead - wanted_axis
         along = 2.0 * self.mean_motion * (axis_error + ahead)
-        push = np.stack((velocity[..., 0], along, velocity[..., 2]), axis=-1)
+        push = joined(velocity[..., 0], along, velocity[..., 2])
         acceleration = -self.gain[..., None] * push
         if self.feedforward:
             acceleration = acceleration + holding_acceleration(reference, self.natural)

@@ -14,7 +14,7 @@ from satform.control.pointing import (
     pointing_reference,
     sensor_axes,
 )
-from satform.elementwise import Array
+from satform.elementwise import Array, cross, joined
 from satform.reference import Reference
 from satform.spec import Spec, Vector
 
@@ -38,9 +38,9 @@ def inertial_line(own: Reference, target: Reference, orbit: CircularOrbit, time:
     speeding = target.acceleration - own.acceleration
     rate = np.asarray(orbit.mean_motion)
     # Turning about z takes x to y and y to -x.
-    turned = np.stack((-apart[..., 1], apart[..., 0], 0.0 * apart[..., 2]), axis=-1)
-    turned_moving = np.stack((-moving[..., 1], moving[..., 0], 0.0 * moving[..., 2]), axis=-1)
-    flat = np.stack((apart[..., 0], apart[..., 1], 0.0 * apart[..., 2]), axis=-1)
+    turned = joined(-apart[..., 1], apart[..., 0], 0.0 * apart[..., 2])
+    turned_moving = joined(-moving[..., 1], moving[..., 0], 0.0 * moving[..., 2])
+    flat = joined(apart[..., 0], apart[..., 1], 0.0 * apart[..., 2])
     spin = rate[..., None]
     velocity = moving + spin * turned
     acceleration = speeding + 2.0 * spin * turned_moving - spin * spin * flat
@@ -53,14 +53,7 @@ def to_inertial(vector: Array, orbit: CircularOrbit, time: Array) -> Array:
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
     x, y = vector[..., 0, None], vector[..., 1, None]
     radial, transverse = orbit.radial, orbit.transverse
-    normal = np.stack(
-        (
-            radial[..., 1] * transverse[..., 2] - radial[..., 2] * transverse[..., 1],
-            radial[..., 2] * transverse[..., 0] - radial[..., 0] * transverse[..., 2],
-            radial[..., 0] * transverse[..., 1] - radial[..., 1] * transverse[..., 0],
-        ),
-        axis=-1,
-    )
+    normal = cross(radial, transverse)
     outward = radial * cosine + transverse * sine
     ahead = transverse * cosine - radial * sine
     inertial: Array = x * outward + y * ahead + vector[..., 2, None] * normal

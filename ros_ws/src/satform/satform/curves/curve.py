@@ -33,6 +33,17 @@ class CurvePoint:
         """Unit normal of the plane that the curve bends in, tangent x normal, shape (..., 3)."""
         return cross(self.tangent, self.normal)
 
+    def part(self, chosen: slice) -> "CurvePoint":
+        """The same of some of the satellites along the first axis."""
+        return CurvePoint(
+            self.position[chosen],
+            self.tangent[chosen],
+            self.normal[chosen],
+            self.curvature[chosen],
+            self.speed[chosen],
+            self.speed_slope[chosen],
+        )
+
 
 class Curve(Protocol):
     """A closed curve that a satellite may be told to fly along, or many stacked ones."""

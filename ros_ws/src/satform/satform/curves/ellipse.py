@@ -1,6 +1,7 @@
 """Ellipses and circles in any plane, with arc length by elliptic integrals."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ellipeinc
@@ -67,7 +68,7 @@ class Ellipse:
 
         Source: incomplete elliptic integral of the second kind, DLMF 19.30(i).
         """
-        from_apex = angle + self.apex_shift * (0.5 * np.pi)
+        from_apex = angle + self._apex_angle
         half_laps = np.rint(from_apex / np.pi)
         part = self._arc_from_apex(from_apex - half_laps * np.pi)
         total: Array = (2.0 * half_laps - self.apex_shift) * self.quarter + part
@@ -84,11 +85,12 @@ class Ellipse:
 
         Source: Halley's iteration on the elliptic integral, whose first two derivatives are closed.
         """
-        from_apex = arc_length + self.apex_shift * self.quarter
-        half_laps = np.rint(from_apex / (2.0 * self.quarter))
-        part = from_apex - half_laps * (2.0 * self.quarter)
+        half_lap = self._half_lap
+        from_apex = arc_length + self._apex_place
+        half_laps = np.rint(from_apex / half_lap)
+        part = from_apex - half_laps * half_lap
         angle = half_laps * np.pi + self._angle_from_apex(part)
-        total: Array = angle - self.apex_shift * (0.5 * np.pi)
+        total: Array = angle - self._apex_angle
         return total
 
     def point(self, angle: Array) -> CurvePoint:
@@ -110,9 +112,9 @@ class Ellipse:
             position=self.centre + self.first_axis * cosine[..., None] + self.second_axis * sine[..., None],
             tangent=forward * second - backward * first,
             normal=-backward * second - forward * first,
-            curvature=a * b / (speed * speed * speed),
+            curvature=self._area / (speed * speed * speed),
             speed=speed,
-            speed_slope=(a * a - b * b) * sine * cosine / speed,
+            speed_slope=self._unevenness * sine * cosine / speed,
         )
 
     def nearest(self, position: Array) -> Array:
@@ -150,17 +152,62 @@ class Ellipse:
 
     def _angle_from_apex(self, arc_length: Array) -> Array:
         """Inverse of `_arc_from_apex` between one apex and the flat points on either side of it."""
-        b, c = self.semi_minor, self.linear_eccentricity
-        minor_square, excess = b * b, c * c
-        angle = np.copysign(_angle_guess(np.abs(arc_length), b, c), arc_length)
+        minor_square, excess = self._minor_square, self._excess
+        angle = np.copysign(self._angle_guess(np.abs(arc_length)), arc_length)
         for _ in range(_INVERSION_STEPS):
             sine = np.sin(angle)
-            speed_square = minor_square + excess * sine * sine
-            speed = np.sqrt(speed_square)
-            newton = (self._arc_from_apex(angle) - arc_length) / speed
-            bend = excess * sine * np.cos(angle) / speed_square
+            weighted = excess * sine
+            speed_square = minor_square + weighted * sine
+            newton = (self._arc_from_apex(angle) - arc_length) / np.sqrt(speed_square)
+            bend = weighted * np.cos(angle) / speed_square
             angle = angle - newton / (1.0 - 0.5 * newton * bend)
         return angle
+
+    def _angle_guess(self, arc_length: Array) -> Array:
+        """Start of the inversion, for non-negative arc lengths up to a quarter.
+
+        The speed is at least semi_minor and at least linear_eccentricity sin(angle). Either gives an upper
+        bound of the angle, from which the iteration on a convex function closes in.
+        """
+        ratio = np.minimum(arc_length / self._focal_distance, 0.5)
+        guess: Array = np.minimum(arc_length / self.semi_minor, 2.0 * np.arcsin(np.sqrt(ratio)))
+        return guess
+
+    # What every step of a flight needs of the shape, worked out once.
+
+    @cached_property
+    def _apex_angle(self) -> Array:
+        return self.apex_shift * (0.5 * np.pi)
+
+    @cached_property
+    def _apex_place(self) -> Array:
+        return self.apex_shift * self.quarter
+
+    @cached_property
+    def _half_lap(self) -> Array:
+        return 2.0 * self.quarter
+
+    @cached_property
+    def _minor_square(self) -> Array:
+        return self.semi_minor * self.semi_minor
+
+    @cached_property
+    def _excess(self) -> Array:
+        return self.linear_eccentricity * self.linear_eccentricity
+
+    @cached_property
+    def _focal_distance(self) -> Array:
+        """Between the foci; of a circle something negligible to divide by."""
+        return 2.0 * self.linear_eccentricity + _NEGLIGIBLE
+
+    @cached_property
+    def _area(self) -> Array:
+        """Of the rectangle of both semi-axes."""
+        return self.first_length * self.second_length
+
+    @cached_property
+    def _unevenness(self) -> Array:
+        return self.first_length * self.first_length - self.second_length * self.second_length
 
 
 def ellipse(centre: Array, first_axis: Array, second_axis: Array) -> Ellipse:
@@ -201,17 +248,6 @@ def _scalar(value: float) -> Array:
     """A number with the interface of an array; several times as fast as a 0-d array."""
     number: Array = np.asarray(value, dtype=np.float64)[()]
     return number
-
-
-def _angle_guess(arc_length: Array, semi_minor: Array, linear_eccentricity: Array) -> Array:
-    """Start of the inversion, for non-negative arc lengths up to a quarter.
-
-    The speed is at least semi_minor and at least linear_eccentricity sin(angle). Either gives an upper
-    bound of the angle, from which the iteration on a convex function closes in.
-    """
-    ratio = np.minimum(arc_length / (2.0 * linear_eccentricity + _NEGLIGIBLE), 0.5)
-    guess: Array = np.minimum(arc_length / semi_minor, 2.0 * np.arcsin(np.sqrt(ratio)))
-    return guess
 
 
 def _closest_in_quadrant(along_major: Array, along_minor: Array, ratio: Array) -> tuple[Array, Array]:

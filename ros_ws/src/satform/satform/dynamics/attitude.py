@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.dynamics.linear import multiply
-from satform.elementwise import Array, cross, dot
+from satform.elementwise import Array, cross, dot, joined
+
+_IDENTITY = np.eye(3)
 
 
 def direction_cosines(mrp: Array) -> Array:
@@ -26,17 +28,19 @@ def direction_cosines(mrp: Array) -> Array:
     """
     squared = dot(mrp, mrp)[..., None, None]
     skew = _cross_matrix(mrp)
-    skew_squared = mrp[..., :, None] * mrp[..., None, :] - squared * np.eye(3)
+    skew_squared = mrp[..., :, None] * mrp[..., None, :] - squared * _IDENTITY
     larger = 1.0 + squared
-    matrix: Array = np.eye(3) + (8.0 * skew_squared - 4.0 * (1.0 - squared) * skew) / (larger * larger)
+    matrix: Array = _IDENTITY + (8.0 * skew_squared - 4.0 * (1.0 - squared) * skew) / (larger * larger)
     return matrix
 
 
 def _cross_matrix(vector: Array) -> Array:
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    zero = np.zeros_like(x)
-    rows = (np.stack((zero, -z, y), -1), np.stack((z, zero, -x), -1), np.stack((-y, x, zero), -1))
-    return np.stack(rows, axis=-2)
+    matrix = np.zeros((*x.shape, 3, 3))
+    matrix[..., 0, 1], matrix[..., 0, 2] = -z, y
+    matrix[..., 1, 0], matrix[..., 1, 2] = z, -x
+    matrix[..., 2, 0], matrix[..., 2, 1] = -y, x
+    return matrix
 
 
 def mrp_from_direction_cosines(matrix: Array) -> Array:
@@ -54,12 +58,12 @@ def mrp_from_direction_cosines(matrix: Array) -> Array:
     yz, zy = matrix[..., 1, 2], matrix[..., 2, 1]
     zx, xz = matrix[..., 2, 0], matrix[..., 0, 2]
     xy, yx = matrix[..., 0, 1], matrix[..., 1, 0]
-    from_scalar = np.stack((1.0 + xx + yy + zz, yz - zy, zx - xz, xy - yx), axis=-1)
-    from_x = np.stack((yz - zy, 1.0 + xx - yy - zz, xy + yx, zx + xz), axis=-1)
-    from_y = np.stack((zx - xz, xy + yx, 1.0 - xx + yy - zz, yz + zy), axis=-1)
-    from_z = np.stack((xy - yx, zx + xz, yz + zy, 1.0 - xx - yy + zz), axis=-1)
+    from_scalar = joined(1.0 + xx + yy + zz, yz - zy, zx - xz, xy - yx)
+    from_x = joined(yz - zy, 1.0 + xx - yy - zz, xy + yx, zx + xz)
+    from_y = joined(zx - xz, xy + yx, 1.0 - xx + yy - zz, yz + zy)
+    from_z = joined(xy - yx, zx + xz, yz + zy, 1.0 - xx - yy + zz)
     candidates = np.stack((from_scalar, from_x, from_y, from_z), axis=-2)
-    squares = np.stack((1.0 + xx + yy + zz, from_x[..., 1], from_y[..., 2], from_z[..., 3]), axis=-1)
+    squares = joined(1.0 + xx + yy + zz, from_x[..., 1], from_y[..., 2], from_z[..., 3])
     best = np.argmax(squares, axis=-1)[..., None, None]
     chosen = np.take_along_axis(candidates, best, axis=-2)[..., 0, :]
     length = np.sqrt(chosen[..., 0] * chosen[..., 0] + dot(chosen[..., 1:], chosen[..., 1:]))

@@ -6,6 +6,7 @@ kept as a factor per axis and a factor for the exchanged in-plane component.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -30,7 +31,8 @@ class InPlaneCoupling:
     def __call__(self, vector: Array) -> Array:
         """The image of `vector`, shape (..., 3), in the unit that the factors make of it."""
         image: Array = self.own * vector
-        image[..., :2] += self.swapped * vector[..., 1::-1]
+        in_plane = image[..., :2]
+        in_plane += self.swapped * vector[..., 1::-1]
         return image
 
     def matrix(self) -> Array:
@@ -66,7 +68,8 @@ class NaturalAcceleration:
             m/s^2, in the rotating frame, shape (..., 3).
         """
         total: Array = self.gradient * position
-        total[..., :2] += self.coriolis * velocity[..., 1::-1]
+        in_plane = total[..., :2]
+        in_plane += self.coriolis * velocity[..., 1::-1]
         return total
 
 
@@ -249,10 +252,44 @@ class DisturbedStep:
         Returns:
             Position (m) and velocity (m/s) at the end, each of shape (N, 3).
         """
-        position, velocity = self.held.advance(position, velocity, acceleration)
-        shift = self.position_from_disturbance(disturbance_at_nodes)
-        kick = self.velocity_from_disturbance(disturbance_at_nodes)
-        return position + (shift[0] + shift[1] + shift[2]), velocity + (kick[0] + kick[1] + kick[2])
+        vectors = np.empty((6, *position.shape))
+        vectors[0], vectors[1], vectors[2] = position, velocity, acceleration
+        vectors[3:] = disturbance_at_nodes
+        moved = self._of_all(vectors)
+        undisturbed = moved[:, 0] + moved[:, 1] + moved[:, 2]
+        end = undisturbed + (moved[:, 3] + moved[:, 4] + moved[:, 5])
+        return end[0], end[1]
+
+    def undisturbed(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
+        """State at the end of a step without disturbance; arguments and result as in `advance`."""
+        vectors = np.empty((3, *position.shape))
+        vectors[0], vectors[1], vectors[2] = position, velocity, acceleration
+        moved = self._of_state_and_input(vectors)
+        end = moved[:, 0] + moved[:, 1] + moved[:, 2]
+        return end[0], end[1]
+
+    @cached_property
+    def _of_state_and_input(self) -> InPlaneCoupling:
+        """Factors of shape (2, 3, 1, 3): what position and velocity have from each of the first three."""
+        held, coast = self.held, self.held.coast
+        rows = (
+            (coast.position_from_position, coast.position_from_velocity, held.position_from_input),
+            (coast.velocity_from_position, coast.velocity_from_velocity, held.velocity_from_input),
+        )
+        return InPlaneCoupling(
+            own=np.array([[part.own for part in row] for row in rows])[:, :, None],
+            swapped=np.array([[part.swapped for part in row] for row in rows])[:, :, None],
+        )
+
+    @cached_property
+    def _of_all(self) -> InPlaneCoupling:
+        """The same with the disturbance at each node, shape (2, 6, 1, 3)."""
+        first = self._of_state_and_input
+        rows = (self.position_from_disturbance, self.velocity_from_disturbance)
+        return InPlaneCoupling(
+            own=np.concatenate((first.own, np.array([part.own for part in rows])), axis=1),
+            swapped=np.concatenate((first.swapped, np.array([part.swapped for part in rows])), axis=1),
+        )
 
 
 def propagate(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -50,6 +51,11 @@ class CwDynamics:
     step: DisturbedStep
     perturbations: tuple[Perturbation, ...] = ()
 
+    @cached_property
+    def _offsets(self) -> tuple[float, ...]:
+        """Times since the start of a step at which the perturbations are wanted, s."""
+        return tuple(self.step.nodes.tolist())
+
     def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
         """The state at time zero; arguments as in `Dynamics.start`."""
         return CwState(position_lvlh, velocity_lvlh)
@@ -61,10 +67,10 @@ class CwDynamics:
     def advance(self, state: CwState, acceleration_lvlh: Array, step: int) -> CwState:
         """The state one control period later; arguments as in `Dynamics.advance`."""
         if not self.perturbations:
-            return CwState(*self.step.held.advance(state.position, state.velocity, acceleration_lvlh))
-        disturbance = np.stack(
-            [total_perturbation(self.perturbations, step, offset) for offset in self.step.nodes.tolist()]
-        )
+            return CwState(*self.step.undisturbed(state.position, state.velocity, acceleration_lvlh))
+        disturbance = np.empty((len(self._offsets), *state.position.shape))
+        for node, offset in enumerate(self._offsets):
+            disturbance[node] = total_perturbation(self.perturbations, step, offset)
         return CwState(*self.step.advance(state.position, state.velocity, acceleration_lvlh, disturbance))
 
 

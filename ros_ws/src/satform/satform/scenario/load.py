@@ -1,5 +1,6 @@
 """From a YAML file to a `Scenario`, or to all that is wrong with it."""
 
+import functools
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -10,6 +11,7 @@ from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, ReusedAnchorWarning
 from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, NodeEvent
+from ruamel.yaml.parser import RoundTripParser
 
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
@@ -28,6 +30,9 @@ MAXIMUM_DEPTH = 30
 
 MAXIMUM_PROBLEMS = 200
 """Said at once; nobody reads more before mending these."""
+
+_SHORT_TEXT = 20_000
+"""Characters of a text whose tree is small enough to be kept; nothing changes a tree."""
 
 _LARGEST_INTEGER = 2**64
 """In magnitude; nothing in a scenario is a larger whole number, and Python refuses to print the largest."""
@@ -89,7 +94,7 @@ def parse_scenario(
     """
     if len(text) > MAXIMUM_FILE_BYTES:
         raise ScenarioError([Problem(file, None, "", _too_large(len(text)))])
-    tree = _read_yaml(text, file)
+    tree = _read_yaml(text, file) if len(text) > _SHORT_TEXT else _read_once(text, file)
     if not isinstance(tree, Mapping):
         what = "nothing" if tree is None else "a list" if isinstance(tree, list) else _found(tree)
         sentence = f"a scenario is a mapping of fields such as name, orbit, satellites; found {what}"
@@ -139,10 +144,16 @@ def _checked(
     return scenario, coerced(data, scenario.model_dump(exclude_unset=True), tree, file, changed)
 
 
+@functools.lru_cache(maxsize=64)
+def _read_once(text: str, file: str) -> Any:
+    """The tree of a text that was read before, as by a campaign, whose runs differ in a few settings."""
+    return _read_yaml(text, file)
+
+
 def _read_yaml(text: str, file: str) -> Any:
     try:
         reader = YAML(typ="rt", pure=True)
-        _check_events(reader.parse(text), file)
+        reader.Parser = functools.partial(_CheckedParser, file)
         with warnings.catch_warnings():
             # An anchor without aliases says nothing, given twice too.
             warnings.simplefilter("ignore", ReusedAnchorWarning)
@@ -164,21 +175,29 @@ def _read_yaml(text: str, file: str) -> Any:
     return tree
 
 
-def _check_events(events: Iterable[Any], file: str) -> None:
-    """Refuse what would be slow to read, or would say one thing in two places."""
-    depth = values = 0
-    for event in events:
-        line = event.start_mark.line + 1
+class _CheckedParser(RoundTripParser):
+    """Refuses on its way what would be slow to read, or would say one thing in two places."""
+
+    def __init__(self, file: str, loader: YAML) -> None:
+        super().__init__(loader=loader)
+        self._file = file
+        self._depth = 0
+        self._values = 0
+
+    def get_event(self) -> Any:
+        event = super().get_event()
+        self._depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
+        self._values += isinstance(event, NodeEvent)
+        sentence = None
         if isinstance(event, AliasEvent):
             sentence = "aliases (*name) are not used in scenarios; every_satellite holds what is shared"
-            raise ScenarioError([Problem(file, line, "", sentence)])
-        depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
-        if depth > MAXIMUM_DEPTH:
-            raise ScenarioError([Problem(file, line, "", f"is nested more than {MAXIMUM_DEPTH} levels deep")])
-        values += isinstance(event, NodeEvent)
-        if values > MAXIMUM_VALUES:
+        elif self._depth > MAXIMUM_DEPTH:
+            sentence = f"is nested more than {MAXIMUM_DEPTH} levels deep"
+        elif self._values > MAXIMUM_VALUES:
             sentence = f"there are more than {MAXIMUM_VALUES} values; a scenario has fewer"
-            raise ScenarioError([Problem(file, line, "", sentence)])
+        if sentence is not None:
+            raise ScenarioError([Problem(self._file, event.start_mark.line + 1, "", sentence)])
+        return event
 
 
 def _found(value: Any) -> str:
