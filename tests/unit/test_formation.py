@@ -133,6 +133,12 @@ def test_plans_are_merged_step_by_step_and_say_whether_somebody_is_lost() -> Non
     assert len(first[3]) == 1
 
 
+def test_a_return_that_happened_overrules_the_one_that_was_planned() -> None:
+    first = {5: [Back(0, 4), Back(1, 4)], 6: [Back(0, 4)]}
+    assert merged(first, {5: [Back(0, 2)]}) == {5: [Back(1, 4), Back(0, 2)], 6: [Back(0, 4)]}
+    assert first[5] == [Back(0, 4), Back(1, 4)]
+
+
 def test_a_graph_change_may_name_any_topology_that_exists_for_so_many() -> None:
     change = GraphChangeSpec.model_validate({"at": 1.0, "graph": {"kind": "star", "centre": 2}})
     assert change.applied(LineSpec().build(3), NAMES).neighbours(2) == (0, 1)

@@ -192,6 +192,18 @@ def test_a_planned_loss_takes_effect_as_its_step_begins_and_a_planned_return_is_
     assert muster.missing == ["sat1", "sat2", "sat3"]
 
 
+@pytest.mark.parametrize(("offered", "taken"), [(10, 10), (8, 8), (-1, None)])
+def test_a_planned_return_is_from_the_checkpoint_that_there_is(offered: int, taken: int | None) -> None:
+    muster = Muster(three(faults=[{**LOST_AND_BACK, "memory": "checkpoint"}], checkpoint_period=2.5))
+    for step in range(20):
+        muster.begin(step)
+        muster.close()
+    muster.begin(20)
+    assert muster.awaited == {1: Back(1, 10)}
+    muster.offer(1, offered)
+    assert muster.close() == Change((), (Back(1, taken),))
+
+
 def test_an_offer_well_before_the_planned_return_is_kept_until_then() -> None:
     muster = at_step(12, LOST_AND_BACK)
     muster.offer(1, 10)

@@ -143,11 +143,21 @@ def _last_checkpoint(step: int, every: int | None) -> int:
 
 
 def merged(*plans: Plan) -> Plan:
-    """Several plans as one; what is planned first comes first."""
+    """Several plans as one; what is planned first comes first.
+
+    Of two returns of a satellite at one step the later plan's counts: it may come back from another
+    checkpoint than it was to.
+    """
     whole: Plan = {}
     for plan in plans:
         for step, events in plan.items():
-            whole.setdefault(step, []).extend(events)
+            back = {event.satellite for event in events if isinstance(event, Back)}
+            before = [
+                event
+                for event in whole.get(step, [])
+                if not (isinstance(event, Back) and event.satellite in back)
+            ]
+            whole[step] = [*before, *events]
     return whole
 
 

@@ -6,7 +6,7 @@ effect at once only if the satellite has not commanded yet; everything else wait
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -125,7 +125,7 @@ class Muster:
         Returns:
             The change, if there is one.
         """
-        due = [*self.awaited.values(), *self._pending]
+        due = [*map(self._as_it_can_be, self.awaited.values()), *self._pending]
         self.awaited, self._pending = {}, []
         change = self._apply(due)
         self.open = False
@@ -224,6 +224,13 @@ class Muster:
         """Have something happen at the next step; the step's number."""
         self._pending.append(event)
         return self.next_step
+
+    def _as_it_can_be(self, planned_return: Back) -> Back:
+        """A planned return with the checkpoint that there is, where the scenario has one be used."""
+        checkpoint = self._returning[planned_return.satellite]
+        if planned_return.checkpoint is None:
+            return planned_return
+        return replace(planned_return, checkpoint=checkpoint if checkpoint >= 0 else None)
 
     def _falls_next(self, satellite: int) -> bool:
         return any(isinstance(event, Lost) and event.satellite == satellite for event in self._pending)

@@ -89,10 +89,11 @@ def happened(
 def _is_planned(event: Event, expected: list[Event]) -> bool:
     """Whether the scenario has an event at this step."""
     match event:
-        case Lost() | Back():
-            return any(
-                type(other) is type(event) and other.satellite == event.satellite for other in expected
-            )
+        case Back():
+            # From another checkpoint than planned it is another return.
+            return event in expected
+        case Lost():
+            return any(isinstance(other, Lost) and other.satellite == event.satellite for other in expected)
         case _:
             return any(
                 isinstance(event, Rewired)
