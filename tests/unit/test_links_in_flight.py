@@ -54,8 +54,8 @@ def triangles(
         },
         "circulation": {"rate": NOMINAL},
         "every_satellite": {
-            # Agreement on the arc length does not depend on the curve; a circle's is soon computed.
-            "curve": {"kind": "circle", "radius": PERIMETER / (2.0 * np.pi)},
+            # Agreement on the arc length does not depend on the curve; that of a point is soon computed.
+            "curve": {"kind": "fixed_point", "position": [0.0, 100e3, 0.0]},
             "controller": {"kind": "coast"},
         },
         "satellites": [
