@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from satform_msgs.msg import FormationStatus
 
-from satform.adjustments import Adjustments
 from satform.control.protocol import Motion
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.formation import falls, planned, returns
 from satform.orientation import Attitude
 from satform.satellite import Satellite, flight_plan
 from satform.scenario import Scenario
-from satform.spec import Spec
 from satform_nodes import topics
 from satform_nodes.checkpoint_file import CheckpointFile
 from satform_nodes.diagnostics import Condition, Course, Health
@@ -30,15 +28,10 @@ from satform_nodes.formation_view import FormationView
 from satform_nodes.hearsay import Hearsay, Words
 from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
 from satform_nodes.on_the_clock import processor_seconds
-from satform_nodes.parameters import (
-    FormationNode,
-    declare_fixed,
-    declare_rate,
-    declare_spec,
-    on_spec_change,
-)
+from satform_nodes.parameters import FormationNode, declare_fixed, declare_rate
 from satform_nodes.report import Report
 from satform_nodes.satellite_ears import Hearer, SatelliteEars
+from satform_nodes.satellite_parameters import SatelliteParameters
 from satform_nodes.satellite_voice import SatelliteVoice
 from satform_nodes.speakers import decoded
 from satform_nodes.stamps import Stamps
@@ -127,10 +120,9 @@ class SatelliteNode:
         self.turns = scenario.satellite(self.index).attitude is not None
         self._abreast: Abreast | None = None
         self._row = 0
-        self._make_software()
+        self.satellite = self._new_software()
 
-        for prefix in self._adjustments.specs:
-            self._declare_specs(prefix)
+        self._parameters = SatelliteParameters(node, scenario, self.index, self._to_change, self._changes)
         self.voice = SatelliteVoice(node, scenario, self.index, self._stamps)
         hearer = Hearer(self._on_state, self._on_attitude, self._on_announcement, self._on_status)
         self._ears = SatelliteEars(
@@ -139,11 +131,7 @@ class SatelliteNode:
         self.voice.expect_listeners(self._ears.company, recorded=settings.recorded)
         self._health = Health(node, f"{name}: flight software", name, self._condition)
 
-    def _make_software(self) -> None:
-        """Have flight software that is as at the start of the flight."""
-        own = flight_plan(self.scenario, self.index)
-        self.satellite = Satellite(own, len(self.hearsay.neighbours))
-        self._adjustments = Adjustments(self.scenario, self.index)
+    # Before and after the flight, and when it does not go on
 
     def matched(self) -> bool:
         """Whether everyone this satellite talks to or listens to is there, seen from this side."""
@@ -196,6 +184,86 @@ class SatelliteNode:
         }
         return self._course.condition(self.step, silent)
 
+    # Who takes part
+
+    def _on_status(self, data: bytes, _name: str) -> None:
+        status = decoded(data, FormationStatus, topics.STATUS, self.refusals)
+        if status is None:
+            return
+        self.pulse += 1
+        before = self.view.formation.number
+        if not self.view.take(status):
+            self.refusals.note(topics.STATUS, "not about this formation")
+            return
+        formation = self.view.formation
+        if formation.number == before:
+            return
+        self._part()
+        self._ears.vacate(np.flatnonzero(~formation.alive).tolist())
+        if not formation.alive[self.index]:
+            self._fall()
+        self._meet_new_neighbours()
+        self.act_if_complete()
+
+    def join(self, step: int) -> bool:
+        """Begin to fly with the first state, or come back when the plant says so."""
+        returned = self.view.returns.get(self.index)
+        if returned is None:
+            if step != 0:
+                return False
+        else:
+            if returned[0] != step:
+                return False
+            if returned[1] >= 0:
+                self.memory.restore(self.satellite)
+            self.satellite.join(step)
+        self.flying = True
+        self.step = step
+        self.voice.announce(step, self.voice.words(self.satellite.announce(), step))
+        return True
+
+    def _fall(self) -> None:
+        """The plant counts this satellite as lost."""
+        step = self.view.formation.step
+        is_planned = falls(self._plan, self.index, step)
+        if self.flying and is_planned and self._settings.alone:
+            self.see_off()
+            self.report.say("killed", node=self.name, step=self.step)
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.flying and not is_planned:
+            sentence = f"the plant counts {self.name} as lost since step {step}"
+            raise NodeError(f"{sentence}; it ends, so that it can be started anew", EXIT_LOST)
+        first = not self.flying
+        self.flying = False
+        self.hearsay.by_step.clear()
+        self.voice.forget()
+        self._state = self._attitude = None
+        if not first:
+            # Satellites of a group share its process, which flies on.
+            self.satellite = self._new_software()
+            self.hearsay.start_afresh()
+            self._parameters.start_afresh()
+            self.memory.load()
+            if returns(self._plan, self.index, step):
+                self.say_ready()
+
+    def _meet_new_neighbours(self) -> None:
+        """Listen to those whom the graph lets this satellite hear now and never did before."""
+        heard = self.view.formation.graph.neighbours(self.index)
+        new = [place for place in heard if place not in self.hearsay.neighbours]
+        if not new:
+            return
+        places = self.hearsay.meet(new)
+        for neighbour in new:
+            self._ears.listen_to(neighbour)
+        self.satellite.rearrange(places)
+
+    def _new_software(self) -> Satellite:
+        """Flight software that is as at the start of the flight."""
+        return Satellite(flight_plan(self.scenario, self.index), len(self.hearsay.neighbours))
+
+    # A step
+
     def _on_announcement(self, neighbour: int, entry: Entry, data: bytes, _name: str) -> None:
         if self.clocked:
             said = entry.admit(data, 0, _ANY_STEP)
@@ -237,75 +305,6 @@ class SatelliteNode:
             self.act_if_complete()
         else:
             self._abreast.turn(self._row, numbers)
-
-    def _on_status(self, data: bytes, _name: str) -> None:
-        status = decoded(data, FormationStatus, topics.STATUS, self.refusals)
-        if status is None:
-            return
-        self.pulse += 1
-        before = self.view.formation.number
-        if not self.view.take(status):
-            self.refusals.note(topics.STATUS, "not about this formation")
-            return
-        formation = self.view.formation
-        if formation.number == before:
-            return
-        self._part()
-        self._ears.vacate(np.flatnonzero(~formation.alive).tolist())
-        if not formation.alive[self.index]:
-            self._fall()
-        self._meet_new_neighbours()
-        self.act_if_complete()
-
-    def _fall(self) -> None:
-        """The plant counts this satellite as lost."""
-        step = self.view.formation.step
-        is_planned = falls(self._plan, self.index, step)
-        if self.flying and is_planned and self._settings.alone:
-            self.see_off()
-            self.report.say("killed", node=self.name, step=self.step)
-            os.kill(os.getpid(), signal.SIGKILL)
-        if self.flying and not is_planned:
-            sentence = f"the plant counts {self.name} as lost since step {step}"
-            raise NodeError(f"{sentence}; it ends, so that it can be started anew", EXIT_LOST)
-        first = not self.flying
-        self.flying = False
-        self.hearsay.by_step.clear()
-        self.voice.forget()
-        self._state = self._attitude = None
-        if not first:
-            # Satellites of a group share its process, which flies on.
-            self._make_software()
-            self.hearsay.start_afresh()
-            self.memory.load()
-            if returns(self._plan, self.index, step):
-                self.say_ready()
-
-    def _meet_new_neighbours(self) -> None:
-        """Listen to those whom the graph lets this satellite hear now and never did before."""
-        heard = self.view.formation.graph.neighbours(self.index)
-        new = [place for place in heard if place not in self.hearsay.neighbours]
-        if not new:
-            return
-        places = self.hearsay.meet(new)
-        for neighbour in new:
-            self._ears.listen_to(neighbour)
-        self.satellite.rearrange(places)
-
-    def fly_abreast(self, abreast: "Abreast", row: int) -> None:
-        """From now on hand over what arrives to those who act together."""
-        self._abreast, self._row = abreast, row
-
-    def fly_alone(self, satellite: Satellite | None) -> None:
-        """From now on act alone, with flight software that goes on from where the others were together."""
-        self._abreast = None
-        if satellite is not None:
-            self.satellite = satellite
-
-    def _part(self) -> None:
-        """Something is out of the ordinary: those who acted together go on one by one."""
-        if self._abreast is not None:
-            self._abreast.part()
 
     def act_if_complete(self) -> None:
         """Act if everything for the step is there."""
@@ -350,23 +349,6 @@ class SatelliteNode:
             return False
         return True
 
-    def join(self, step: int) -> bool:
-        """Begin to fly with the first state, or come back when the plant says so."""
-        returned = self.view.returns.get(self.index)
-        if returned is None:
-            if step != 0:
-                return False
-        else:
-            if returned[0] != step:
-                return False
-            if returned[1] >= 0:
-                self.memory.restore(self.satellite)
-            self.satellite.join(step)
-        self.flying = True
-        self.step = step
-        self.voice.announce(step, self.voice.words(self.satellite.announce(), step))
-        return True
-
     def _act(self, step: int, state: tuple[Any, ...], heard: dict[int, Words], speakers: list[int]) -> None:
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
@@ -390,7 +372,19 @@ class SatelliteNode:
         voice.show(seconds, nanoseconds, step, decision)
         if self._changes:
             voice.tell_changes(step, self._changes)
-            self._changes = []
+            self._changes.clear()
+
+    # Together with others of the process
+
+    def fly_abreast(self, abreast: "Abreast", row: int) -> None:
+        """From now on hand over what arrives to those who act together."""
+        self._abreast, self._row = abreast, row
+
+    def fly_alone(self, satellite: Satellite | None) -> None:
+        """From now on act alone, with flight software that goes on from where the others were together."""
+        self._abreast = None
+        if satellite is not None:
+            self.satellite = satellite
 
     def has_acted(self, busy: float) -> None:
         """Note that this satellite has taken its step together with others.
@@ -402,20 +396,15 @@ class SatelliteNode:
         self._state = self._attitude = None
         self.step += 1
 
-    def _declare_specs(self, prefix: str) -> None:
-        def accept(spec: Spec, fields: dict[str, Any]) -> str:
-            return self._accept(prefix, spec, fields)
+    def _part(self) -> None:
+        """Something is out of the ordinary: those who acted together go on one by one."""
+        if self._abreast is not None:
+            self._abreast.part()
 
-        declare_spec(self.node, prefix, self._adjustments.specs[prefix])
-        on_spec_change(self.node, prefix, lambda: self._adjustments.specs[prefix], accept)
-
-    def _accept(self, prefix: str, spec: Spec, fields: dict[str, Any]) -> str:
+    def _to_change(self) -> tuple[Satellite, int]:
+        """The flight software, to be changed by itself, and its next step."""
         self._part()
-        self._adjustments.use(self.satellite, prefix, spec)
-        for name, value in fields.items():
-            numbers = list(value) if isinstance(value, list | tuple) else [float(value)]
-            self._changes.append((f"{prefix}.{name}", numbers))
-        return f"takes effect at step {self.step}"
+        return self.satellite, self.step
 
 
 def declare_settings(node: FormationNode) -> tuple[bool, str, float]:
