@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Vector3
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
@@ -385,6 +386,7 @@ def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
     )
     last_word = Command(
         step=199,
+        acceleration=Vector3(**dict(zip("xyz", flown.acceleration[199, 1].tolist(), strict=True))),
         announced_arc_length=float(flown.arc_length[200, 1]),
         announced_rate=float(flown.rate[200, 1]),
     )
@@ -401,7 +403,8 @@ def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
     )
     write(tmp_path / "bag", scenario, heard, statuses=[status])
     bag = read_bag(tmp_path / "bag")
-    assert np.isnan(bag.record.acceleration[150:200, 1]).all()
+    assert np.isnan(bag.record.acceleration[150:199, 1]).all()
+    np.testing.assert_array_equal(bag.record.acceleration[199, 1], flown.acceleration[199, 1])
     assert (bag.record.acceleration[200:, 1] == 0.0).all()
     assert np.isnan(bag.record.sliding_variable[150:, 1]).all()
     assert np.isnan(bag.record.arc_length[150:200, 1]).all()

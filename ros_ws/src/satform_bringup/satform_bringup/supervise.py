@@ -186,13 +186,8 @@ def fly(
         display=display,
         host=host,
     )
-    if host is None:
-        found = discovery.variables(len(nodes), len(scenario.satellites), out)
-    else:
-        found = variables(scenario, host, out)
-    given = {**found, **(environment or {})}
     if keystore is not None:
-        nodes, given = security.secured(nodes), given | security.variables(keystore)
+        nodes = security.secured(nodes)
     with (
         _asked_to_stop() as signals,
         flight_domain(scenario, host) as domain,
@@ -200,6 +195,7 @@ def fly(
     ):
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
+        given = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
         scenario_file.write_text(scenario.to_json(), encoding="utf-8")
         watch = _Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, given)
         told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
@@ -210,6 +206,17 @@ def fly(
         finally:
             watch.end_all()
         return watch.flight(domain, bag if host is None or "recorder" in host.runs else None)
+
+
+def _environment(
+    scenario: Scenario, out: Path, processes: int, host: HostSpec | None, keystore: Path | None
+) -> dict[str, str]:
+    """What the processes' middleware needs to be told."""
+    if host is None:
+        told = discovery.variables(processes, len(scenario.satellites), out)
+    else:
+        told = variables(scenario, host, out)
+    return told if keystore is None else told | security.variables(keystore)
 
 
 @dataclass

@@ -4,6 +4,7 @@ import struct
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -391,7 +392,7 @@ def _with_silence(
 
     What it says in such a step counts for nothing: a process that was held still and goes on does not
     know yet that it has been given up. What it had said shortly before may have been lost with it on the
-    way to the recorder, and is not a number.
+    way to the recorder, and is not a number; its last command the plant has passed on.
     """
     kind, name = whose
     for begin, end in spells:
@@ -405,17 +406,21 @@ def _with_silence(
         silence["step"] = missing
         # Who is absent commands nothing.
         _blank(silence, (silence["step"] < begin) | (kind != "command"))
-        if kind in ANNOUNCEMENTS and begin in missing and (name, begin) in last_words:
-            _fill_in(silence, missing.index(begin), last_words[name, begin])
+        last_word = last_words.get((name, begin))
+        if last_word is not None and kind in ANNOUNCEMENTS and begin in missing:
+            _fill_in(silence, missing.index(begin), last_word, "announced_")
+        if last_word is not None and kind == "command" and begin - 1 in missing:
+            _fill_in(silence, missing.index(begin - 1), last_word)
         table = np.concatenate([table, silence])
         table = table[np.argsort(table["step"], kind="stable")]
     return table
 
 
-def _fill_in(table: Table, row: int, command: Command) -> None:
-    """What a satellite had announced for the step in which it was lost, from its last command."""
+def _fill_in(table: Table, row: int, command: Command, prefix: str = "") -> None:
+    """What a lost satellite had commanded and announced last, as the plant had it."""
     for name in table.dtype.names or ():
-        source, _, axis = f"announced_{name}".partition(".")
-        if hasattr(command, source):
-            value = getattr(command, source)
-            table[name][row] = getattr(value, axis) if axis else value
+        try:
+            table[name][row] = reduce(getattr, f"{prefix}{name}".split("."), command)
+        except AttributeError:
+            # The command has nothing of that name to tell.
+            continue
