@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -25,7 +26,7 @@ class Network:
 
     Attributes:
         prefix: of the names of namespaces, so that they are this process's own.
-        folder: where each machine has its folder for temporary files.
+        folder: for what the machines write.
         names: of the machines, in the order in which they were made.
     """
 
@@ -33,6 +34,7 @@ class Network:
     folder: Path
     names: list[str] = field(default_factory=list)
     started: list[subprocess.Popen[str]] = field(default_factory=list)
+    temporary: list[Path] = field(default_factory=list)
 
     @property
     def switch(self) -> str:
@@ -70,11 +72,14 @@ class Network:
                 process.wait()
         for space in (self.switch, *map(self.namespace, self.names)):
             subprocess.run(["ip", "netns", "delete", space], check=False, capture_output=True)
+        for folder in self.temporary:
+            shutil.rmtree(folder, ignore_errors=True)
 
     def start(self, name: str, arguments: Sequence[str]) -> subprocess.Popen[str]:
         """Start `satform` on a machine; it is ended with the network."""
-        own = self.folder / name
-        own.mkdir()
+        # Each machine has its own; short, since paths of sockets must be.
+        own = Path(tempfile.mkdtemp(prefix="machine-"))
+        self.temporary.append(own)
         variables = {key: value for key, value in os.environ.items() if key not in _OF_THIS_MACHINE}
         process = subprocess.Popen(
             ["ip", "netns", "exec", self.namespace(name), sys.executable, "-m", "satform_tools", *arguments],

@@ -12,7 +12,7 @@ import rclpy
 from ament_index_python.packages import get_package_prefix
 from rclpy.node import Node
 
-from satform_bringup import PACKAGE, nursery
+from satform_bringup import PACKAGE, discovery, nursery
 from satform_bringup.domain import on_domain, own_domain
 from satform_bringup.processes import NodeProcess
 
@@ -89,9 +89,9 @@ def start_run(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
 class Born:
     """A node's process from the nursery, to be handled as one of `subprocess`."""
 
-    def __init__(self, node: NodeProcess, domain: int, folder: Path) -> None:
+    def __init__(self, node: NodeProcess, domain: int, folder: Path, told: dict[str, str]) -> None:
         self._process, self._pipe = nursery.start(
-            node.executable, node.arguments(), domain, folder / f"{node.name}.log"
+            node.executable, node.arguments(), domain, folder / f"{node.name}.log", told
         )
 
     def send_signal(self, number: int) -> None:
@@ -131,7 +131,8 @@ def fleet(tmp_path: Path, domain: int) -> Iterator[Callable[[list[NodeProcess]],
     started: list[Born] = []
 
     def start(nodes: list[NodeProcess]) -> Fleet:
-        started.extend(Born(node, domain, tmp_path) for node in nodes)
+        told = discovery.variables(len(nodes), len(nodes), tmp_path)
+        started.extend(Born(node, domain, tmp_path, told) for node in nodes)
         return started
 
     yield start

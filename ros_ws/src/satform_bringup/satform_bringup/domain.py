@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from satform_bringup import leftovers
+
 FIRST, LAST = 1, 99
 """Domains whose ports lie below those that Linux gives to outgoing connections."""
 
@@ -112,7 +114,10 @@ def _number(given: str) -> int:
 
 
 def hold(number: int) -> int | None:
-    """Hold a domain for as long as the file that is returned stays open; None when another process has it."""
+    """Hold a domain for as long as the file that is returned stays open; None when another process has it.
+
+    What killed processes have left of it in shared memory is taken away.
+    """
     path = lock_file(number)
     try:
         lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
@@ -124,4 +129,5 @@ def hold(number: int) -> int | None:
     except OSError:
         os.close(lock)
         return None
+    leftovers.clear(number)
     return lock

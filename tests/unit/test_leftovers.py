@@ -1,0 +1,80 @@
+"""What killed processes have left in shared memory is taken away, and nothing else."""
+
+import fcntl
+import os
+from pathlib import Path
+
+import pytest
+
+from satform_bringup import leftovers
+
+SEGMENT, OTHER = "fastrtps_00b7d9ee0dfb63b4", "fastrtps_0266b2462a80447c"
+
+
+@pytest.fixture
+def memory(tmp_path: Path) -> Path:
+    folder = tmp_path / "shm"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def processes(tmp_path: Path) -> Path:
+    folder = tmp_path / "proc"
+    (folder / "17").mkdir(parents=True)
+    (folder / "17" / "maps").write_text("")
+    return folder
+
+
+def put(folder: Path, *names: str) -> None:
+    for name in names:
+        (folder / name).touch()
+
+
+def there(folder: Path) -> list[str]:
+    return sorted(file.name for file in folder.iterdir())
+
+
+def test_ports_of_the_domain_are_taken_away_with_all_that_belongs_to_them(
+    memory: Path, processes: Path
+) -> None:
+    # Domain 1 has the ports from 7650 to 7899.
+    put(memory, "fastrtps_port7667", "fastrtps_port7667_el", "sem.fastrtps_port7667_mutex")
+    put(memory, "sem.fastrtps_port7899_mutex", "fastrtps_port7649", "fastrtps_port7900", "somebody_elses")
+    gone = leftovers.clear(1, memory, processes)
+    assert sorted(gone) == [
+        "fastrtps_port7667",
+        "fastrtps_port7667_el",
+        "sem.fastrtps_port7667_mutex",
+        "sem.fastrtps_port7899_mutex",
+    ]
+    assert there(memory) == ["fastrtps_port7649", "fastrtps_port7900", "somebody_elses"]
+
+
+def test_what_a_process_has_in_its_memory_stays(memory: Path, processes: Path) -> None:
+    put(memory, "fastrtps_port7660", "fastrtps_port7661", "sem.fastrtps_port7661_mutex")
+    (processes / "17" / "maps").write_text(
+        f"7f00-7f10 rw-s 00000000 00:1a 5 {memory}/fastrtps_port7660\n"
+        f"7f10-7f20 rw-s 00000000 00:1a 6 {memory}/sem.fastrtps_port7661_mutex\n"
+    )
+    assert leftovers.clear(1, memory, processes) == []
+
+
+def test_segments_go_when_their_owner_has_let_go_of_its_lock(memory: Path, processes: Path) -> None:
+    put(memory, SEGMENT, f"{SEGMENT}_el", OTHER, f"{OTHER}_el", "fastrtps_being_made")
+    owner = os.open(memory / f"{OTHER}_el", os.O_RDONLY)
+    try:
+        fcntl.flock(owner, fcntl.LOCK_SH)
+        assert leftovers.clear(1, memory, processes) == [SEGMENT, f"{SEGMENT}_el"]
+    finally:
+        os.close(owner)
+    assert leftovers.clear(1, memory, processes) == [OTHER, f"{OTHER}_el"]
+    assert there(memory) == ["fastrtps_being_made"]
+
+
+def test_files_of_other_users_are_left_alone(
+    memory: Path, processes: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put(memory, "fastrtps_port7667", SEGMENT, f"{SEGMENT}_el")
+    monkeypatch.setattr(os, "getuid", lambda: 4711)
+    assert leftovers.clear(1, memory, processes) == []
