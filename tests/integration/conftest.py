@@ -110,6 +110,10 @@ class Born:
             raise subprocess.TimeoutExpired(self._process.name, timeout)
         return self._process.exitcode
 
+    def close(self) -> None:
+        self._pipe.close()
+        self._process.close()
+
 
 Fleet = list[Born] | list[subprocess.Popen[bytes]]
 
@@ -137,6 +141,8 @@ def fleet(tmp_path: Path, domain: int) -> Iterator[Callable[[list[NodeProcess]],
 
     yield start
     end(started)
+    for process in started:
+        process.close()
 
 
 @pytest.fixture

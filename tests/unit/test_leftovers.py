@@ -51,6 +51,39 @@ def test_ports_of_the_domain_are_taken_away_with_all_that_belongs_to_them(
     assert there(memory) == ["fastrtps_port7649", "fastrtps_port7900", "somebody_elses"]
 
 
+def test_ports_of_no_domain_go_too_and_those_of_domain_0_never(memory: Path, processes: Path) -> None:
+    put(memory, "fastrtps_port6999", "fastrtps_port7000", "fastrtps_port7011", "fastrtps_port7011_sl")
+    put(memory, "fastrtps_port7410")
+    assert leftovers.clear(0, memory, processes) == []
+    gone = ["fastrtps_port7000", "fastrtps_port7011", "fastrtps_port7011_sl"]
+    assert leftovers.clear(1, memory, processes) == gone
+    assert there(memory) == ["fastrtps_port6999", "fastrtps_port7410"]
+
+
+def test_a_port_that_somebody_reads_stays_though_its_memory_is_not_seen(
+    memory: Path, processes: Path
+) -> None:
+    put(memory, "fastrtps_port7660", "fastrtps_port7660_sl")
+    reader = os.open(memory / "fastrtps_port7660_sl", os.O_RDONLY)
+    fcntl.flock(reader, fcntl.LOCK_SH)
+    assert leftovers.clear(1, memory, processes) == []
+    os.close(reader)
+    assert leftovers.clear(1, memory, processes) == ["fastrtps_port7660", "fastrtps_port7660_sl"]
+
+
+def test_where_not_every_process_can_be_asked_ports_stay_and_segments_go(
+    memory: Path, processes: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put(memory, "fastrtps_port7660", SEGMENT, f"{SEGMENT}_el")
+
+    def refuse(_file: Path, errors: str) -> str:
+        raise PermissionError
+
+    monkeypatch.setattr(Path, "read_text", refuse)
+    assert leftovers.clear(1, memory, processes) == [SEGMENT, f"{SEGMENT}_el"]
+    assert there(memory) == ["fastrtps_port7660"]
+
+
 def test_what_a_process_has_in_its_memory_stays(memory: Path, processes: Path) -> None:
     put(memory, "fastrtps_port7660", "fastrtps_port7661", "sem.fastrtps_port7661_mutex")
     (processes / "17" / "maps").write_text(

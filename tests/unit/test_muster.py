@@ -153,6 +153,29 @@ def test_an_offer_of_one_who_flies_means_nothing() -> None:
     assert next_step(muster) == (None, None)
 
 
+def test_lost_together_with_the_last_that_had_commanded_nobody_is_left() -> None:
+    muster = at_step(3)
+    command(muster, 0)
+    assert muster.lose(0, "gone") == Loss()
+    assert muster.lose(1, "gone").end == ""
+    assert muster.lose(2, "gone").end == ""
+    assert muster.complete
+    assert not muster.deserted
+    assert next_step(muster) == (None, Change((0,), ()))
+    assert muster.deserted
+
+
+def test_dead_again_before_its_loss_takes_effect_it_does_not_come_back() -> None:
+    muster = at_step(3)
+    command(muster, 1)
+    muster.lose(1, "gone")
+    muster.offer(1, 2)
+    muster.lose(1, "gone again")
+    assert next_step(muster) == (None, Change((1,), ()))
+    command(muster, 0, 2)
+    assert next_step(muster) == (None, None)
+
+
 def test_started_anew_before_its_loss_takes_effect_it_is_lost_first_and_then_back() -> None:
     muster = at_step(3)
     command(muster, 1)

@@ -30,6 +30,9 @@ _SAID = (
 )
 """Quantities that are in the bag because the satellite itself said them: the last may be lost with it."""
 
+_ANNOUNCED = ("arc_length", "rate")
+"""Those of them that it says a step ahead."""
+
 
 @dataclass(frozen=True)
 class Replay:
@@ -105,12 +108,15 @@ def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenari
     """Leave out what lost satellites had said at last and nobody recorded: it was lost with them."""
     from satform_nodes import topics  # noqa: PLC0415 - needs ROS
 
-    for plan in (planned(scenario), events):
+    # A satellite that its scenario kills waits until its words have arrived, but for the last it shows.
+    for plan, longest in ((planned(scenario), 1), (events, topics.STEPPED.depth)):
         for step, found in plan.items():
             for event in found:
                 if isinstance(event, Lost) and 0 < step <= record.steps:
-                    last = slice(max(0, step - topics.STEPPED.depth), step)
                     for name in _SAID:
+                        # What it announces is for the step after.
+                        end = step + 1 if name in _ANNOUNCED and longest > 1 else step
+                        last = slice(max(0, step - longest), end)
                         again_said, said = getattr(again, name), getattr(record, name)
                         _forget(again_said[last, event.satellite], said[last, event.satellite])
 

@@ -131,6 +131,11 @@ class Muster:
         self.open = False
         return change
 
+    @property
+    def deserted(self) -> bool:
+        """Whether no satellite takes part any more, and none is about to."""
+        return not self._present and not any(isinstance(event, Back) for event in self._pending)
+
     def answer(self, satellite: int) -> None:
         """Note that a satellite that flies has commanded in this step."""
         self.answered.add(satellite)
@@ -193,6 +198,8 @@ class Muster:
         Returns:
             What comes of it now; nothing when it takes effect at the next step.
         """
+        # It may have been started anew before an earlier loss took effect, and have died again.
+        self._early.pop(satellite, None)
         if not self.formation.alive[satellite]:
             # It may have been about to come back.
             self._forget_return(satellite)

@@ -9,7 +9,7 @@ it next, in any later flight in that domain, then waits for ever.
 import fcntl
 import os
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 FOLDER = Path("/dev/shm")  # noqa: S108 - where the middleware puts its files
@@ -18,13 +18,18 @@ FOLDER = Path("/dev/shm")  # noqa: S108 - where the middleware puts its files
 _PORTS_OF_A_DOMAIN, _FIRST_PORT = 250, 7400
 """The DDS standard's formula for ports."""
 
-_PREFIX, _SEMAPHORE, _LOCK = "fastrtps_", "sem.", "_el"
+_FIRST_OF_ANY_DOMAIN = 7000
+"""Below the ports of the first domain are those by which participants of all domains are reached."""
+
+_PREFIX, _SEMAPHORE, _LOCKS = "fastrtps_", "sem.", ("_el", "_sl")
 
 
 def clear(domain: int, folder: Path = FOLDER, processes: Path = Path("/proc")) -> list[str]:
     """Take away what no process uses any more: ports of a domain, and segments of any.
 
-    Files of other users are left alone, and so is what any process has mapped or locked.
+    Files of other users are left alone, and so is what any process has mapped or locked. Where another
+    user's processes cannot be looked into, ports stay, since a lock does not tell of all their users; so do
+    those of domain 0, in which anything may begin at any moment.
 
     Args:
         domain: that the caller holds, so that no flight in it is about to begin.
@@ -34,18 +39,23 @@ def clear(domain: int, folder: Path = FOLDER, processes: Path = Path("/proc")) -
     Returns:
         Names of the files that were taken away, in order.
     """
-    stems = {_stem(file) for file in _own_files(folder) if _belongs(_stem(file), domain)}
-    if not stems:
-        return []
-    used = _mapped(folder, processes)
-    gone = []
-    for stem in sorted(stems - used):
-        if _lives(folder / f"{stem}{_LOCK}", is_port=stem.startswith(f"{_PREFIX}port")):
-            continue
-        for name in (stem, f"{stem}{_LOCK}", f"{_SEMAPHORE}{stem}_mutex"):
-            with suppress(FileNotFoundError, PermissionError):
-                (folder / name).unlink()
-                gone.append(name)
+    found = {_stem(file) for file in _own_files(folder)}
+    stems = sorted(stem for stem in found if _is_segment(stem) or _is_port_of(stem, domain))
+    gone: list[str] = []
+    with ExitStack() as held:
+        # Locked until the end: whoever would come to life meanwhile waits, or makes new files.
+        dead = [stem for stem in stems if _take_locks(folder, stem, held)]
+        used = _mapped(folder, processes) if dead else set()
+        for stem in dead:
+            if used is None and not _is_segment(stem):
+                continue
+            if stem in (used or ()):
+                continue
+            names = (stem, *(f"{stem}{lock}" for lock in _LOCKS), f"{_SEMAPHORE}{stem}_mutex")
+            for name in names:
+                with suppress(OSError):
+                    (folder / name).unlink()
+                    gone.append(name)
     return gone
 
 
@@ -59,44 +69,62 @@ def _own_files(folder: Path) -> Iterator[Path]:
 
 def _stem(file: Path) -> str:
     """Name of the segment or port that a file belongs to."""
-    return file.name.removeprefix(_SEMAPHORE).removesuffix("_mutex").removesuffix(_LOCK)
+    name = file.name.removeprefix(_SEMAPHORE).removesuffix("_mutex")
+    for lock in _LOCKS:
+        name = name.removesuffix(lock)
+    return name
 
 
-def _belongs(stem: str, domain: int) -> bool:
-    """Whether it is a segment, or a port of the domain; other domains' ports are their flights' concern."""
+def _is_segment(stem: str) -> bool:
+    """Whether it is a participant's own; known by the lock that it holds while it lives."""
+    return not stem.startswith(f"{_PREFIX}port")
+
+
+def _is_port_of(stem: str, domain: int) -> bool:
+    """Whether it is a port by which participants of a domain are reached."""
     address = stem.removeprefix(f"{_PREFIX}port")
-    if address == stem:
-        # A segment is known by the lock that its owner holds as long as it lives.
-        return True
+    if not address.isdecimal() or domain == 0:
+        return False
     first = _FIRST_PORT + _PORTS_OF_A_DOMAIN * domain
-    return address.isdecimal() and first <= int(address) < first + _PORTS_OF_A_DOMAIN
+    return (
+        _FIRST_OF_ANY_DOMAIN <= int(address) < _FIRST_PORT
+        or first <= int(address) < first + _PORTS_OF_A_DOMAIN
+    )
 
 
-def _mapped(folder: Path, processes: Path) -> set[str]:
-    """Segments and ports that some process has in its memory."""
+def _mapped(folder: Path, processes: Path) -> set[str] | None:
+    """Segments and ports that some process has in its memory; None when not all could be asked."""
     found = set()
     for maps in processes.glob("[0-9]*/maps"):
-        with suppress(OSError):
-            for line in maps.read_text(errors="replace").splitlines():
-                place = line.partition(f"{folder}/")[2]
-                if place:
-                    found.add(_stem(Path(place.removesuffix(" (deleted)"))))
+        try:
+            lines = maps.read_text(errors="replace").splitlines()
+        except PermissionError:
+            return None
+        except OSError:
+            # It has just ended.
+            continue
+        for line in lines:
+            place = line.partition(f"{folder}/")[2]
+            if place:
+                found.add(_stem(Path(place.removesuffix(" (deleted)"))))
     return found
 
 
-def _lives(lock: Path, *, is_port: bool) -> bool:
-    """Whether the owner holds the lock by which it says that it lives; a port may have none."""
-    try:
-        descriptor = os.open(lock, os.O_RDONLY | os.O_CLOEXEC)
-    except FileNotFoundError:
-        # A segment without a lock is one that is being made.
-        return not is_port
-    except OSError:
-        return True
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    finally:
-        os.close(descriptor)
-    return False
+def _take_locks(folder: Path, stem: str, held: ExitStack) -> bool:
+    """Take the locks by which an owner says that it lives; False when it holds one, or may be about to."""
+    there = False
+    for lock in _LOCKS:
+        try:
+            descriptor = os.open(folder / f"{stem}{lock}", os.O_RDONLY | os.O_CLOEXEC)
+        except FileNotFoundError:
+            continue
+        except OSError:
+            return False
+        held.callback(os.close, descriptor)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        there = True
+    # A segment without a lock is one that is being made; a port may have none.
+    return there or not _is_segment(stem)

@@ -242,7 +242,12 @@ class PlantNode:
         if not self.muster.assembled:
             return
         self._single_steps = max(0, self._single_steps - 1)
-        self._tell_change(self.muster.close())
+        change = self.muster.close()
+        self._tell_change(change)
+        if change is not None and change.lost and self.muster.deserted:
+            names = [self.names[index] for index in change.lost]
+            self.aborted = (names, f"{self.muster.formation.reason}; no satellite is left")
+            return
         self._voice.tell_states(self.muster.formation.number)
 
     def pause(self) -> int:

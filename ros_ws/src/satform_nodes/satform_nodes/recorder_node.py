@@ -49,7 +49,7 @@ _LAST_WORDS = 0.1
 
 
 @dataclass
-class _Channel:
+class _Followed:
     """A topic with a message at each step.
 
     Attributes:
@@ -97,7 +97,7 @@ class RecorderNode:
         self._names = [satellite.name for satellite in scenario.satellites]
         self._last_step = scenario.timing.steps
         self._reported = 0
-        self._channels: list[_Channel] = []
+        self._channels: list[_Followed] = []
         self._speakers: list[Speakers] = []
         self._last_status: FormationStatus | None = None
         try:
@@ -145,7 +145,7 @@ class RecorderNode:
         """How the recording is."""
         return self._course.condition(max(0, self.recorded_step), {})
 
-    def _expected(self) -> list[_Channel]:
+    def _expected(self) -> list[_Followed]:
         """Topics on which someone speaks at every step at present; on the wall clock only the plant does."""
         alive = self.view.formation.alive & (not self._clocked)
         return [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
@@ -201,7 +201,7 @@ class RecorderNode:
         topic, kind, (speaker,) = followed.topic, followed.kind, followed.speakers
         satellite = self._names.index(speaker) if speaker in self._names else -1
         last = self._last_step - (followed.rhythm == "steps")
-        channel = _Channel(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
+        channel = _Followed(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
         if kind != "clock":
             channel.entry = Entry(topic, layout(topics.TYPES[kind], topics.FRAME), self.refusals)
         self._channels.append(channel)
@@ -233,7 +233,7 @@ class RecorderNode:
         self._speakers.append(speakers)
         return speakers
 
-    def _admitted(self, channel: _Channel, data: bytes) -> tuple[Any, ...] | None:
+    def _admitted(self, channel: _Followed, data: bytes) -> tuple[Any, ...] | None:
         """The numbers of a message that belongs into the bag."""
         if channel.entry is not None:
             return channel.entry.admit(data, channel.latest + 1, self._last_step)

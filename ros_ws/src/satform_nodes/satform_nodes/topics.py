@@ -130,10 +130,11 @@ _KEPT = partial(_PASSING, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """For those who come later as well."""
 
 STEPPED = _PASSING(depth=2 * RECORDER_WINDOW)
-"""A message a step, as it is written. Nothing is lost: no reader falls behind by more than the depth, since
-the plant waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`. No more is
-kept than that: until a killed reader is given up, a writer holds for it what it has not acknowledged, and
-a reader that comes anew is led past all of that first, which takes longer the more there is."""
+"""A message a step, as it is written. In lockstep nothing is lost: no reader falls behind by more than the
+depth, since the plant waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`;
+on the wall clock it waits for nobody. No more is kept than that: until a killed reader is given up, a writer
+holds for it what it has not acknowledged, and a reader that comes anew is led past all of that first, which
+takes longer the more there is."""
 
 STEPPED_READER = _PASSING(depth=64 * RECORDER_WINDOW)
 """For those who need each of them: room for a stranger's flood on top, which would push out what is not
