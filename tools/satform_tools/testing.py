@@ -12,9 +12,6 @@ from satform_tools.catalogue import ROOT
 _PARALLEL = ("-n", "2", "--dist", "worksteal")
 """Tests that start no nodes share two processes; whichever is done first takes over from the other."""
 
-_FILE_BY_FILE = ("-n", "2", "--dist", "loadfile")
-"""Tests that start nodes mostly wait for them; those of a file share what they fly, and network names."""
-
 _TYPED = ("ros_ws/src/satform/satform", "tools/satform_tools", "tools/satform_setup")
 
 PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -23,7 +20,9 @@ PARTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("mypy --strict", ("mypy", "--strict", *_TYPED)),
     ("unit tests", ("pytest", *_PARALLEL, "tests/unit")),
     ("whole flights", ("pytest", *_PARALLEL, "tests/whole_flights")),
-    ("flights over DDS", ("pytest", *_FILE_BY_FILE, "tests/integration")),
+    # One after another: nodes that wait for each other want the cores for themselves, and two files at a time
+    # took as long.
+    ("flights over DDS", ("pytest", "tests/integration")),
     ("set-up", ("pytest", "tests/setup")),
 )
 """Name of each part, and the module with its arguments."""
