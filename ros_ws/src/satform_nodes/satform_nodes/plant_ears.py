@@ -41,8 +41,8 @@ class PlantEars:
         heard: Iterable[Channel],
         muster: Muster,
         refusals: Refusals,
-        on_command: Callable[[], None],
-        on_ready: Callable[[str, int], None],
+        on_answer: Callable[[], None],
+        on_offer: Callable[[str, int], None],
         *,
         clocked: bool,
     ) -> None:
@@ -54,8 +54,8 @@ class PlantEars:
             heard: the topics to which the plant listens.
             muster: is told who has commanded, and knows whose command is due.
             refusals: where messages that are not believed are counted.
-            on_command: called after each command that counts.
-            on_ready: called with the name of a node that can fly or watch, and the step of its checkpoint.
+            on_answer: called after each command that counts.
+            on_offer: called with the name of a node that can fly or watch, and the step of its checkpoint.
             clocked: whether the flight goes by the wall clock.
         """
         names = muster.names
@@ -66,8 +66,8 @@ class PlantEars:
         self._executor = executor
         self._muster = muster
         self._refusals = refusals
-        self._on_answer = on_command
-        self._on_offer = on_ready
+        self._on_answer = on_answer
+        self._on_offer = on_offer
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
         speakers = {channel.topic: channel.speakers for channel in heard}
