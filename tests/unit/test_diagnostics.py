@@ -114,6 +114,16 @@ def test_a_part_that_flickers_is_told_of_at_most_ten_times_a_second(part: Part) 
     assert part.asked == len(part.node.published)
 
 
+def test_a_report_that_the_timer_owes_is_made_by_whoever_looks_after_it(part: Part) -> None:
+    """A flood of messages keeps the timers of a node waiting."""
+    part.health.tell()
+    for _ in range(40):
+        part.clock.now += 0.1
+        part.health.due()
+    # After 1.3 s, 2.6 s and 3.9 s: the first looks at which more than 1.25 s have passed.
+    assert len(part.node.published) == 4
+
+
 def test_what_changed_too_soon_is_told_by_the_timer(part: Part) -> None:
     part.health.tell()
     part.condition = Condition(Level.ERROR, "lost")

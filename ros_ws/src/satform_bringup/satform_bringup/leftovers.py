@@ -8,6 +8,7 @@ it next, in any later flight in that domain, then waits for ever.
 
 import fcntl
 import os
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -21,18 +22,28 @@ _PORTS_OF_A_DOMAIN, _FIRST_PORT = 250, 7400
 _FIRST_OF_ANY_DOMAIN = 7000
 """Below the ports of the first domain are those by which participants of all domains are reached."""
 
+_TAKEN = bytes(4)
+"""How a semaphore of glibc begins when it is taken: with a count of 0."""
+
+_LOOKS, _BETWEEN_LOOKS = 20, 0.01
+"""How often a semaphore has to be found taken, and the wall-clock time between, s."""
+
 _PREFIX, _SEMAPHORE, _LOCKS = "fastrtps_", "sem.", ("_el", "_sl")
 
 
-def clear(domain: int, folder: Path = FOLDER, processes: Path = Path("/proc")) -> list[str]:
+def clear(
+    domain: int, *, in_flight: bool = False, folder: Path = FOLDER, processes: Path = Path("/proc")
+) -> list[str]:
     """Take away what no process uses any more: ports of a domain, and segments of any.
 
-    Files of other users are left alone, and so is what any process has mapped or locked. Where another
-    user's processes cannot be looked into, ports stay, since a lock does not tell of all their users; so do
-    those of domain 0, in which anything may begin at any moment.
+    Files of other users are left alone, and so is what any process has mapped or locked. Where a process
+    cannot be looked into, as another user's or the system's first, a lock does not tell of all who use a
+    port: then, and in domain 0, in which anything may begin at any moment, a port goes only when it is stuck.
 
     Args:
-        domain: that the caller holds, so that no flight in it is about to begin.
+        domain: that the caller holds, so that no flight but its own is in it.
+        in_flight: whether the caller's flight is under way, in which a port may just be coming to life: a
+            port goes only when it is stuck.
         folder: with the shared memory's files.
         processes: the system's folder of processes.
 
@@ -46,17 +57,38 @@ def clear(domain: int, folder: Path = FOLDER, processes: Path = Path("/proc")) -
         # Locked until the end: whoever would come to life meanwhile waits, or makes new files.
         dead = [stem for stem in stems if _take_locks(folder, stem, held)]
         used = _mapped(folder, processes) if dead else set()
+        ports_may_go = used is not None and domain != 0 and not in_flight
         for stem in dead:
-            if used is None and not _is_segment(stem):
+            unused = stem not in (used or ()) and (ports_may_go or _is_segment(stem))
+            if not (unused or _is_stuck(folder, stem)):
                 continue
-            if stem in (used or ()):
-                continue
-            names = (stem, *(f"{stem}{lock}" for lock in _LOCKS), f"{_SEMAPHORE}{stem}_mutex")
+            names = (stem, *(f"{stem}{lock}" for lock in _LOCKS), _semaphore(stem))
             for name in names:
                 with suppress(OSError):
                     (folder / name).unlink()
                     gone.append(name)
     return gone
+
+
+def _is_stuck(folder: Path, port: str) -> bool:
+    """Whether a port that nobody reads from is in the hands of one who does not let go.
+
+    A port is held for microseconds, while it is opened or closed.
+    """
+    for _ in range(_LOOKS):
+        try:
+            count = (folder / _semaphore(port)).read_bytes()[:4]
+        except OSError:
+            return False
+        if count != _TAKEN:
+            return False
+        # Between two looks at what another process holds, which tells nobody when it lets go.
+        time.sleep(_BETWEEN_LOOKS)
+    return True
+
+
+def _semaphore(port: str) -> str:
+    return f"{_SEMAPHORE}{port}_mutex"
 
 
 def _own_files(folder: Path) -> Iterator[Path]:
@@ -83,7 +115,7 @@ def _is_segment(stem: str) -> bool:
 def _is_port_of(stem: str, domain: int) -> bool:
     """Whether it is a port by which participants of a domain are reached."""
     address = stem.removeprefix(f"{_PREFIX}port")
-    if not address.isdecimal() or domain == 0:
+    if not address.isdecimal():
         return False
     first = _FIRST_PORT + _PORTS_OF_A_DOMAIN * domain
     return (

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from satform_bringup import LOG_FOLDER, PROCESSES_FILE, nursery
+from satform_bringup import LOG_FOLDER, PROCESSES_FILE, leftovers, nursery
 from satform_bringup.processes import NodeProcess
 from satform_bringup.supervise import FAREWELL
 
@@ -60,6 +60,7 @@ def rejoin(run: Path, name: str) -> int:
     """
     node, domain, environment = process_of(run, name)
     log = _free(run / LOG_FOLDER, name)
+    leftovers.clear(domain, in_flight=True)
     process, pipe = nursery.start(node.executable, node.arguments(), domain, log, environment)
     try:
         while process.exitcode is None:

@@ -25,6 +25,7 @@ from satform_bringup import (
     PROCESSES_FILE,
     SCENARIO_FILE,
     discovery,
+    leftovers,
     nursery,
     security,
 )
@@ -444,6 +445,8 @@ class _Watch:
         wanted = self._comes_back(names) if expected else self.policy.restart
         if wanted and self.restarts[entry.name] < MOST_RESTARTS:
             self.restarts[entry.name] += 1
+            # What it was doing when it was killed, it may never have let go of.
+            leftovers.clear(self.domain, in_flight=True)
             self._start(entry.node)
 
     def _comes_back(self, names: list[str]) -> bool:

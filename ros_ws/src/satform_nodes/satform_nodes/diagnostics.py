@@ -18,6 +18,9 @@ DIAGNOSTICS = channels.DIAGNOSTICS
 PERIOD = 1.0
 """Wall-clock time between two reports when nothing changes, s."""
 
+LATEST = 1.25
+"""Wall-clock time after which a report is made without the timer, which a flood may keep waiting, s."""
+
 SHORTEST = 0.1
 """Wall-clock time between two reports at least, s."""
 
@@ -59,6 +62,9 @@ class Health:
         self.health = Health(node, "sat1: flight software", "sat1", self.condition)
         # where something goes wrong or right again, such as a refused message or a silent neighbour:
         self.health.changed()
+
+    Attributes:
+        publisher: on `/diagnostics`.
     """
 
     def __init__(
@@ -85,7 +91,7 @@ class Health:
         self._clock = clock
         self._told: tuple[Level, str] | None = None
         self._told_at = float("-inf")
-        self._publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=10))
+        self.publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=10))
         self._timer = node.create_timer(PERIOD, self.tell)
 
     def changed(self) -> None:
@@ -98,6 +104,11 @@ class Health:
         condition = self._condition()
         if (condition.level, condition.message) != self._told:
             self._publish(condition)
+
+    def due(self) -> None:
+        """Tell if nothing has been told for `LATEST`; to be called now and then while the node is at work."""
+        if self._clock() - self._told_at > LATEST:
+            self.tell()
 
     def tell(self) -> None:
         """Tell how it is, whether that has changed or not."""
@@ -114,7 +125,7 @@ class Health:
         message = DiagnosticArray(status=[status(self._name, self._hardware_id, condition)])
         # The stamp is of the wall clock: the health of a process is no part of the simulated world.
         message.header.stamp = self._node.get_clock().now().to_msg()
-        self._publisher.publish(message)
+        self.publisher.publish(message)
 
 
 def status(name: str, hardware_id: str, condition: Condition) -> DiagnosticStatus:

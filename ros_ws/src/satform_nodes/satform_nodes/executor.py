@@ -83,6 +83,16 @@ class _Ear:
                 return True
         return False
 
+    def hear_all(self) -> bool:
+        """Hand on what has arrived; whether there was anything."""
+        heard = False
+        # A bound: a stranger may write faster than anyone can read.
+        for _ in range(_AT_ONCE):
+            if not self.hear():
+                break
+            heard = True
+        return heard
+
     def reconsider(self) -> None:
         """Hand on what was held back, where it is known by now whose it is; each writer's in order."""
         for writer, said in list(self._held.items()):
@@ -127,6 +137,7 @@ class StepExecutor(SingleThreadedExecutor):
         self._taker = Taker()
         self._names: list[str] = []
         self._hot: list[_Ear] = []
+        self._overheard: list[_Ear] = []
         self._ears: dict[int, _Ear] = {}
         self._chores: list[Callable[[], None]] = []
         self._cold: list[Any] = []
@@ -157,6 +168,8 @@ class StepExecutor(SingleThreadedExecutor):
         callback: Callable[[bytes, str], None],
         qos: Any,
         speakers: Speakers | None = None,
+        *,
+        vital: bool = True,
     ) -> Any:
         """Subscribe to a topic on the fast path.
 
@@ -167,6 +180,8 @@ class StepExecutor(SingleThreadedExecutor):
             callback: called with the serialised message and the name of the node that said it.
             qos: quality of service.
             speakers: who is believed there; anyone, whose name is empty then, when left out.
+            vital: whether its messages are waited for and count as progress; if not, they are taken at the
+                looks at what is not hot.
 
         Returns:
             rclpy's subscription.
@@ -177,9 +192,12 @@ class StepExecutor(SingleThreadedExecutor):
 
         subscription = node.create_subscription(message_type, topic, _never_called, qos, raw=True)
         ear = _Ear(subscription, speakers, self._traced(topic, callback), self._taker)
-        self._hot.append(ear)
         self._ears[id(subscription)] = ear
-        self._hot_wait_set = None
+        if vital:
+            self._hot.append(ear)
+            self._hot_wait_set = None
+        else:
+            self._overheard.append(ear)
         return subscription
 
     def _traced(self, topic: str, callback: Callable[[bytes, str], None]) -> Callable[[bytes, str], None]:
@@ -317,7 +335,7 @@ class StepExecutor(SingleThreadedExecutor):
 
     def _reconsider(self) -> None:
         """Hand on what was held back until it was known whose it is."""
-        for ear in tuple(self._hot):
+        for ear in (*self._hot, *self._overheard):
             if ear.holds:
                 ear.reconsider()
 
@@ -349,11 +367,7 @@ class StepExecutor(SingleThreadedExecutor):
             return self._take_hot(0.0)
         taken_any = False
         for ear in tuple(self._hot):
-            # A bound: a stranger may write faster than anyone can read.
-            for _ in range(_AT_ONCE):
-                if not ear.hear():
-                    break
-                taken_any = True
+            taken_any |= ear.hear_all()
         return taken_any
 
     def _look_at_cold(self, now: float) -> None:
@@ -362,6 +376,8 @@ class StepExecutor(SingleThreadedExecutor):
         self._reconsider()
         for chore in self._chores:
             chore()
+        for ear in self._overheard:
+            ear.hear_all()
         if now >= self._next_housekeeping:
             self._next_housekeeping = now + HOUSEKEEPING_PERIOD
             self._gather_cold()

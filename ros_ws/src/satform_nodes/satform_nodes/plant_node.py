@@ -104,6 +104,9 @@ class PlantNode:
             self.ears.hear_recorder(self._company, self._go_on)
         self._voice.expect_listeners(self._company, recorded=recorded)
         self._health = Health(node, "plant: formation", "plant", self._condition)
+        if recorded:
+            self._company.listens(self._health.publisher, [RECORDER])
+        executor.add_chore(self._health.due)
         self._services = FormationServices(node, self)
         executor.add_chore(self._chore)
 

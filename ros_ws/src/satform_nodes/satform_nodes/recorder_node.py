@@ -1,7 +1,7 @@
 """The node that keeps the flight: every message of every step, written as it passes."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from multiprocessing.connection import Connection
@@ -21,7 +21,7 @@ from satform_nodes import topics
 from satform_nodes.absences import Absences
 from satform_nodes.bag_writer import BagWriter
 from satform_nodes.definitions import definition, type_name
-from satform_nodes.diagnostics import DIAGNOSTICS, Condition, Course, Health
+from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
@@ -126,15 +126,11 @@ class RecorderNode:
         for channel in heard:
             if channel.rhythm != "now and then":
                 self._follow(executor, channel)
-        diagnostics = self._add_topic(DIAGNOSTICS, "diagnostics", topics.SEEN)
-        node.create_subscription(
-            topics.TYPES["diagnostics"],
-            DIAGNOSTICS,
-            lambda message: self._write_diagnostics(message, diagnostics),
-            topics.SEEN,
-        )
         self._now = (0, 0)
+        (health,) = [channel for channel in heard if channel.kind == "diagnostics"]
+        self._overhear(executor, health)
         self._health = Health(node, "recorder: bag", "recorder", self._condition)
+        executor.add_chore(self._health.due)
 
     @property
     def ended(self) -> FormationStatus | None:
@@ -223,13 +219,13 @@ class RecorderNode:
             topic,
             _on_message,
             topics.STEPPED_READER,
-            self._only(topic, speaker),
+            self._only(topic, [speaker]),
         )
         self._company.speaks(subscription, [speaker])
 
-    def _only(self, topic: str, speaker: str) -> Speakers:
-        """One node that is to be believed on a topic."""
-        speakers = Speakers(self.node, topic, [speaker], self.refusals)
+    def _only(self, topic: str, names: Collection[str]) -> Speakers:
+        """The nodes that are to be believed on a topic, and nobody else."""
+        speakers = Speakers(self.node, topic, names, self.refusals)
         self._speakers.append(speakers)
         return speakers
 
@@ -270,14 +266,34 @@ class RecorderNode:
                 callback(message, channel)
 
         subscription = executor.subscribe(
-            self.node, message_type, topic, _on_message, topics.LATCHED_READER, self._only(topic, speaker)
+            self.node, message_type, topic, _on_message, topics.LATCHED_READER, self._only(topic, [speaker])
         )
         self._company.speaks(subscription, [speaker])
 
-    def _write_diagnostics(self, message: Any, channel: int) -> None:
-        """Written with the simulated time at which it came, as all else in the bag."""
-        seconds, nanoseconds = self._now
-        self.bag.write(channel, seconds * NANOSECONDS + nanoseconds, serialize_message(message), 0)
+    def _overhear(self, executor: StepExecutor, channel: Channel) -> None:
+        """Write what the nodes say of their health, which nobody waits for.
+
+        It has the simulated time at which it came, as all else in the bag.
+        """
+        topic = channel.topic
+        number = self._add_topic(topic, channel.kind, topics.SEEN)
+
+        def _on_message(data: bytes, _name: str) -> None:
+            # A stranger's process may have one of the names; the bag has to be readable all the same.
+            if decoded(data, topics.TYPES[channel.kind], topic, self.refusals) is not None:
+                seconds, nanoseconds = self._now
+                self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
+
+        subscription = executor.subscribe(
+            self.node,
+            topics.TYPES[channel.kind],
+            topic,
+            _on_message,
+            topics.SEEN,
+            self._only(topic, channel.speakers),
+            vital=False,
+        )
+        self._company.speaks(subscription, [name for name in channel.speakers if name != RECORDER])
 
     def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
         stamp = message.header.stamp

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from satform_msgs.msg import FormationStatus
 
+from satform.channels import RECORDER
 from satform.control.protocol import Motion
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.formation import falls, planned, returns
@@ -130,6 +131,9 @@ class SatelliteNode:
         )
         self.voice.expect_listeners(self._ears.company, recorded=settings.recorded)
         self._health = Health(node, f"{name}: flight software", name, self._condition)
+        if settings.recorded:
+            self._ears.company.listens(self._health.publisher, [RECORDER])
+        executor.add_chore(self._health.due)
 
     # Before and after the flight, and when it does not go on
 
