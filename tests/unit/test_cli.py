@@ -2,7 +2,9 @@
 
 import json
 import os
+import platform
 import re
+import signal
 import subprocess
 import sys
 import types
@@ -244,14 +246,50 @@ def test_test_runs_every_part_and_fails_when_one_does(
 ) -> None:
     called = record_calls(monkeypatch, fails="mypy")
     assert cli.main(["test"]) == 1
-    assert [command[2] for command in called] == ["ruff", "ruff", "mypy", *["pytest"] * 4]
+    assert [command[2] for command in called] == ["ruff", "ruff", "mypy", *["pytest"] * 3]
     printed = capsys.readouterr().out
     assert "mypy --strict: failed" in printed
     assert "unit tests: passed" in printed
 
 
+def test_a_part_that_runs_beside_others_counts_and_what_it_printed_comes_at_the_end(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    parts = [
+        testing.Part("beside", ("this_module_is_missing",), beside=True),
+        testing.Part("in front", ("platform",)),
+    ]
+    monkeypatch.setattr(testing, "PARTS", parts)
+    assert cli.main(["test"]) == 1
+    printed = capfd.readouterr().out
+    assert "in front: passed" in printed
+    assert "beside: failed" in printed
+    assert printed.index(platform.platform(aliased=True)) < printed.index("this_module_is_missing")
+
+
+def test_a_part_that_runs_beside_others_ends_when_the_command_is_stopped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    begun: list[subprocess.Popen[bytes]] = []
+
+    class Noted(subprocess.Popen[bytes]):
+        def __init__(self, *given: Any, **named: Any) -> None:
+            super().__init__(*given, **named)
+            begun.append(self)
+
+    def stop(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    parts = [testing.Part("beside", ("http.server", "0"), beside=True), testing.Part("in front", ("this",))]
+    monkeypatch.setattr(testing, "PARTS", parts)
+    monkeypatch.setattr(testing.subprocess, "Popen", Noted)
+    monkeypatch.setattr(testing.subprocess, "run", stop)
+    assert cli.main(["test"]) == EXIT_STOPPED
+    assert [process.returncode for process in begun] == [-signal.SIGTERM]
+
+
 def test_the_parts_of_the_test_command_run_every_folder_of_tests() -> None:
-    told = {word for _, command in testing.PARTS if command[0] == "pytest" for word in command}
+    told = {word for part in testing.PARTS if part.command[0] == "pytest" for word in part.command}
     folders_of_tests = {file.parent for file in (testing.ROOT / "tests").rglob("test_*.py")}
     assert {str(folder.relative_to(testing.ROOT)) for folder in folders_of_tests} <= told
 
@@ -269,7 +307,19 @@ def record_calls(monkeypatch: pytest.MonkeyPatch, fails: str) -> list[list[str]]
         called.append(command)
         return subprocess.CompletedProcess(command, int(fails in command))
 
+    class Begun:
+        def __init__(self, command: list[str], **_: Any) -> None:
+            # Without the words before it that take away its priority.
+            called.append(command[3:])
+
+        def wait(self) -> int:
+            return 0
+
+        def terminate(self) -> None:
+            pass
+
     monkeypatch.setattr(testing.subprocess, "run", call)
+    monkeypatch.setattr(testing.subprocess, "Popen", Begun)
     return called
 
 

@@ -133,9 +133,7 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
         if fresh:
             return fresh
         stamp = build_workspace(job)
-        if anew:
-            # Later changes are to our own few modules, which are soon compiled.
-            _keep_bytecode(job, stamp)
+        _keep_bytecode(job, stamp, everything=anew)
         return stamp
 
 
@@ -165,19 +163,31 @@ for name in sys.argv[1:]:
 """
 
 
-def _keep_bytecode(job: Job, stamp: dict[str, Any]) -> None:
+_COMPILE = "import compileall, sys; [compileall.compile_dir(folder, quiet=2) for folder in sys.argv[1:]]"
+
+
+def _keep_bytecode(job: Job, stamp: dict[str, Any], *, everything: bool) -> None:
     """Compile what nodes, command line and tests import, once: else every process would do it again.
 
     pip and uv leave that to the first import, which keeps nothing where `PYTHONDONTWRITEBYTECODE` is set or
     another user has made the environment. Nothing depends on its success.
+
+    Args:
+        job: the set-up.
+        stamp: of the build.
+        everything: whether the environment is new; else only the project's own modules are compiled, where
+            they have changed.
     """
     from satform_setup.processes import Progress, run_logged  # noqa: PLC0415 - later starts do without
 
     variables = applied(stamp["variables"], shell_variables(job.ros, job.environment))
     variables.pop("PYTHONDONTWRITEBYTECODE", None)
-    command = [str(job.layout.python), "-P", "-c", _IMPORT_ALL, *_OFTEN_IMPORTED]
+    python = [str(job.layout.python), "-P", "-c"]
+    own = [str(folder) for folder in (job.layout.install / "lib", job.layout.root / "tools")]
     progress = Progress("compiling what is imported (a few seconds)")
-    run_logged(job, command, variables, progress, job.layout.root)
+    run_logged(job, [*python, _COMPILE, *own], variables, progress, job.layout.root)
+    if everything:
+        run_logged(job, [*python, _IMPORT_ALL, *_OFTEN_IMPORTED], variables, progress, job.layout.root)
     progress.end()
 
 
