@@ -21,6 +21,9 @@ from satform_tools import cli
 LONG = ("--set", "timing.duration=100000.0", "--set", "expect=[]", "--set", "graph={kind: line}")
 """A flight that does not end before the looks do, on a graph on which not everyone hears everyone."""
 
+CLOCKED = ("--mode", "realtime", "--rate", "10")
+"""On the wall clock: a flight that leaves the processor to those who look."""
+
 PATIENCE = ("--wait", "60")
 
 Look = Callable[..., str]
@@ -42,7 +45,7 @@ def look(capsys: pytest.CaptureFixture[str]) -> Look:
 def test_nodes_and_topics_are_those_of_the_formation_and_whoever_looks_is_none_of_them(
     start_run: Callable[..., subprocess.Popen[str]], look: Look, domain: int, tmp_path: Path
 ) -> None:
-    start_run("triangle", *LONG)
+    start_run("triangle", *LONG, *CLOCKED)
     assert json.loads(look("nodes", "--json")) == ["/plant", "/recorder", "/sat1", "/sat2", "/sat3"]
     (run,) = (run for run in runs_under_way() if run.domain == domain)
     assert (run.scenario, run.folder) == ("triangle", str(tmp_path / "run"))
@@ -101,7 +104,7 @@ def test_what_is_heard_is_what_was_flown_and_the_flight_stays_the_same(
 def test_a_gain_is_described_and_changed_and_its_node_says_no_with_a_reason(
     start_run: Callable[..., subprocess.Popen[str]], look: Look
 ) -> None:
-    start_run("triangle", *LONG)
+    start_run("triangle", *LONG, *CLOCKED)
     gain = ("sat1", "controller.switching_gain")
     described = json.loads(look("params", "describe", *gain, "--json"))
     assert described["type"] == "double array"

@@ -79,6 +79,16 @@ def start(
     return process, ours
 
 
+def is_stopped(process: BaseProcess) -> bool:
+    """Whether a process that was started here has been stopped by a signal and not been continued."""
+    try:
+        words = Path(f"/proc/{process.pid}/stat").read_text()
+    except OSError:
+        return False
+    # The state follows the name in brackets, which may hold anything.
+    return words.rpartition(") ")[2].startswith("T")
+
+
 @contextmanager
 def _without_main_module() -> Iterator[None]:
     """Keep the caller's main script out of the new process, which would otherwise run it again."""

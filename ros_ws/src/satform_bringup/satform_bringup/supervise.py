@@ -331,8 +331,15 @@ class _Watch:
                 told = self.stopped = True
                 self.reason = self.reason or "stopped by a signal"
                 self._end_flight()
-            if self.over_since is not None and time.monotonic() - self.over_since > FAREWELL:
+            if self.over_since is not None and (
+                time.monotonic() - self.over_since > FAREWELL or self._nobody_moves()
+            ):
                 return
+
+    def _nobody_moves(self) -> bool:
+        """Whether all that are left have been stopped by a signal, as by Ctrl-Z, and end only when killed."""
+        left = [entry for entry in self.running.values() if not entry.node.optional]
+        return bool(left) and all(nursery.is_stopped(entry.process) for entry in left)
 
     def _end_flight(self) -> None:
         """Ask the plant to end the flight for everyone; without a plant or a first step, ask everyone."""
