@@ -126,6 +126,24 @@ def test_a_signal_to_everyone_in_the_terminal_is_a_clean_end(
         assert read_bag(folder / "bag").record.steps > 100
 
 
+def test_when_a_run_has_ended_nothing_of_it_is_left(
+    start_run: Callable[..., subprocess.Popen[str]],
+) -> None:
+    process = start_run("triangle", "--set", "timing.duration=20.0", "--set", "expect=[]")
+    assert process.wait(60) == 0
+    # Nodes have sessions of their own and have ended before; who helped to start them is of the run's.
+    sessions = [int(words[3]) for words in map(fields_of_stat, Path("/proc").glob("[0-9]*/stat")) if words]
+    assert process.pid not in sessions
+
+
+def fields_of_stat(file: Path) -> list[str]:
+    """What the kernel says of a process after its name: state, parent, group, session, and so on."""
+    try:
+        return file.read_text().rpartition(") ")[2].split()
+    except OSError:
+        return []
+
+
 def test_nobody_flies_on_when_the_one_who_started_it_is_killed(
     start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:

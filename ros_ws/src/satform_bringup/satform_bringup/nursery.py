@@ -5,14 +5,16 @@ formation has many processes on few cores. Here one server imports once, without
 and every node's process is a fork of it.
 """
 
+import atexit
 import ctypes
 import importlib
 import multiprocessing
 import os
+import select
 import signal
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext
@@ -31,6 +33,9 @@ _SET_PARENT_DEATH_SIGNAL = 1
 
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({})
 
+_FAREWELL = 5.0
+"""Wall-clock time that a helper of Python's is given to end, s."""
+
 _TITLE_LENGTH = 15
 """Characters that Linux keeps of a process's name."""
 
@@ -44,7 +49,40 @@ def prepare() -> ForkServerContext:
     # A terminal's signals reach the server too, which is to end with its starter and not before.
     with _signals_held():
         forkserver.ensure_running()
+    atexit.unregister(close)
+    atexit.register(close)
     return context
+
+
+def close() -> None:
+    """End the server, and the tracker that Python runs beside it; both are gone when this returns.
+
+    Both would end soon after this process; whoever looks then is to find nothing left of a flight. Nodes that
+    still run are asked to end by the kernel.
+    """
+    server, tracker = forkserver._forkserver, resource_tracker._resource_tracker
+    alive, process = server._forkserver_alive_fd, server._forkserver_pid
+    if process is not None:
+        server._forkserver_alive_fd = server._forkserver_pid = server._forkserver_address = None
+        _see_off(alive, process)
+    alive, process = tracker._fd, tracker._pid
+    if process is not None:
+        tracker._fd = tracker._pid = None
+        _see_off(alive, process)
+
+
+def _see_off(alive: int, process: int) -> None:
+    """Let a helper end by itself, within `_FAREWELL`; it is not left to itself after that."""
+    # A fork of the process that started it finds it to be no child of its own.
+    with suppress(ChildProcessError, ProcessLookupError):
+        os.close(alive)
+        ended = os.pidfd_open(process)
+        try:
+            if not select.select([ended], [], [], _FAREWELL)[0]:
+                os.kill(process, signal.SIGKILL)
+            os.waitpid(process, 0)
+        finally:
+            os.close(ended)
 
 
 def start(
