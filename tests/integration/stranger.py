@@ -5,6 +5,7 @@ import sys
 from contextlib import suppress
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
@@ -20,6 +21,7 @@ from satform_msgs.msg import (
 )
 
 from satform_nodes import topics
+from satform_nodes.diagnostics import DIAGNOSTICS
 
 NUMBERS = (0.0, 1.0, -1e3, 1e300, float("nan"), float("inf"))
 
@@ -68,6 +70,7 @@ def main(names: list[str]) -> None:
         topics.STATUS: FormationStatus,
         topics.READY: Ready,
         topics.RECORDED: Recorded,
+        DIAGNOSTICS: DiagnosticArray,
     }
     for name in names:
         kinds |= {topics.state(name): RelativeState, topics.arc_length(name): ArcLength}
@@ -88,6 +91,11 @@ def main(names: list[str]) -> None:
             kind = kinds[topic]
             if kind is FormationStatus:
                 message = lie_of_the_formation(draw, names, steps)
+            elif kind is DiagnosticArray:
+                lie = KeyValue(key="refused messages: none", value="1")
+                message = DiagnosticArray(
+                    status=[DiagnosticStatus(hardware_id="stranger", message="all is well", values=[lie])]
+                )
             elif kind is Ready:
                 message = Ready(node=f"/{draw.choice(names)}", step=draw.choice(steps), checkpoint=7)
             elif kind is ParameterChange:

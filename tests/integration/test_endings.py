@@ -15,6 +15,7 @@ from rosbags.highlevel import AnyReader
 from flights import shortened
 from flown import assert_flies_again, processes_of
 from satform.simulate import simulate
+from satform_bringup import supervise
 from satform_bringup.processes import processes
 from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import read_bag
@@ -90,7 +91,11 @@ def test_a_lost_satellite_is_named_and_the_others_fly_on_as_one_process_does(tmp
     assert np.isnan(bag.record.arc_length[loss.step + 1 :, 1]).all()
 
 
-def test_a_silent_plant_is_named_and_not_those_who_notice(tmp_path: Path) -> None:
+def test_a_silent_plant_is_named_and_not_those_who_notice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Nobody waits for the end of one that stands still: that would take ten minutes here.
+    monkeypatch.setattr(supervise, "FAREWELL", 600.0)
     scenario = shortened("triangle", 12000.0, "tolerated_silence=3.0")
     held: list[int] = []
 
@@ -124,6 +129,19 @@ def test_a_signal_to_everyone_in_the_terminal_is_a_clean_end(
     assert processes_of(folder) == {}
     if moment == "in flight":
         assert read_bag(folder / "bag").record.steps > 100
+
+
+def test_a_folder_for_temporary_files_whose_path_is_too_long_is_a_sentence(
+    start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / ("x" * 100)
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    process = start_run("triangle")
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "set TMPDIR to a shorter one" in errors
+    assert "Traceback" not in errors
 
 
 def test_when_a_run_has_ended_nothing_of_it_is_left(

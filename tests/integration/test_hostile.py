@@ -50,6 +50,7 @@ def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
     assert flight.lost == ()
     assert_as_in_one_process(bag)
     counted = refused(bag.path)
+    assert {reason.partition(":")[0] for reason in counted} == {"plant", "recorder", "sat1", "sat2", "sat3"}
     for who, topic in [
         ("plant", "/sat1/command"),
         ("plant", "/formation/ready"),
@@ -60,6 +61,7 @@ def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
         ("recorder", "/clock"),
         ("recorder", "/sat3/tracking"),
         ("recorder", "/sat1/parameter_changes"),
+        ("recorder", "/diagnostics"),
     ]:
         assert counted.get(f"{who}: {topic}: not for stranger to say", 0) > 0, (who, topic, counted)
 

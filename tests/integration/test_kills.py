@@ -47,8 +47,10 @@ def test_a_kill_at_any_moment_costs_the_killed_and_nothing_else(seed: int, tmp_p
         # Killed before its first command there is nothing that could be flown again without it.
         assert "before its first command" in flight.reason
         return
+    assert killer.hit
     if not flight.losses:
         # The word of its step came to the killer when all had been taken: nothing was lost.
+        assert flight.lost == ()
         assert_as_in_one_process(bag)
         return
     (loss,) = flight.losses

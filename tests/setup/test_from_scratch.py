@@ -68,12 +68,16 @@ def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_build
     assert satform("setup").stderr.count("\n") == 1  # nothing to do, said in one line
     with (clone / "ros_ws" / "src" / "satform_bringup" / "README.md").open("a", encoding="utf-8") as file:
         file.write("\n")
+    bare_environment["PYTHONDONTWRITEBYTECODE"] = "1"
     third = satform("setup")
     assert [line for line in third.stderr.splitlines() if "building" in line] == [
         "satform: building satform_bringup (a few seconds)"
     ]
     after = json.loads(stamp.read_text())["built"]
     assert {name for name in after if after[name] != before[name]} == {"satform_bringup"}
+    # What is built is compiled, also where Python is told to keep no bytecode: else each start would do it.
+    assert list((clone / "ros_ws" / "install").rglob("satform_bringup/__pycache__/supervise.*.pyc"))
+    assert list((clone / "tools" / "satform_tools" / "__pycache__").glob("cli.*.pyc"))
 
     fourth = satform("exec", "true")
     assert (fourth.returncode, fourth.stderr) == (0, "")

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import types
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -267,25 +268,45 @@ def test_a_part_that_runs_beside_others_counts_and_what_it_printed_comes_at_the_
     assert printed.index(platform.platform(aliased=True)) < printed.index("this_module_is_missing")
 
 
-def test_a_part_that_runs_beside_others_ends_when_the_command_is_stopped(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_part_that_runs_beside_others_ends_with_all_it_started_when_the_command_is_stopped(
+    number: signal.Signals, tmp_path: Path
 ) -> None:
-    begun: list[subprocess.Popen[bytes]] = []
-
-    class Noted(subprocess.Popen[bytes]):
-        def __init__(self, *given: Any, **named: Any) -> None:
-            super().__init__(*given, **named)
-            begun.append(self)
-
-    def stop(*_: Any, **__: Any) -> None:
-        raise KeyboardInterrupt
-
-    parts = [testing.Part("beside", ("http.server", "0"), beside=True), testing.Part("in front", ("this",))]
-    monkeypatch.setattr(testing, "PARTS", parts)
-    monkeypatch.setattr(testing.subprocess, "Popen", Noted)
-    monkeypatch.setattr(testing.subprocess, "run", stop)
-    assert cli.main(["test"]) == EXIT_STOPPED
-    assert [process.returncode for process in begun] == [-signal.SIGTERM]
+    # A part that starts another process and waits for it; the other one tells its number.
+    (tmp_path / "part.py").write_text(
+        "import subprocess, sys\n"
+        "tell = 'import os, time; print(os.getpid(), flush=True); time.sleep(600)'\n"
+        f"subprocess.run([sys.executable, '-c', tell], stdout=open({str(tmp_path / 'number')!r}, 'w'))\n"
+    )
+    (tmp_path / "front.py").write_text(
+        "import os, pathlib, signal, time\n"
+        f"number = pathlib.Path({str(tmp_path / 'number')!r})\n"
+        "while not (number.exists() and number.read_text().endswith('\\n')): time.sleep(0.01)\n"
+        f"os.kill(os.getppid(), {int(number)})\n"
+        "time.sleep(600)\n"
+    )
+    command = (
+        "import sys; from satform_tools import cli, testing\n"
+        "part = testing.Part('beside', ('part',), beside=True)\n"
+        "testing.PARTS = (part, testing.Part('in front', ('front',)))\n"
+        "sys.exit(cli.main(['test']))\n"
+    )
+    search = os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]])
+    environment = {**os.environ, "PYTHONPATH": search}
+    # The one in front is of the group that is stopped, as in a terminal; the one beside is not.
+    stopped = subprocess.Popen(
+        [sys.executable, "-c", command], env=environment, stdout=subprocess.PIPE, start_new_session=True
+    )
+    try:
+        output, _ = stopped.communicate(timeout=60)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(stopped.pid, signal.SIGKILL)
+    assert stopped.returncode == 128 + number
+    assert b"KeyboardInterrupt" in output
+    started = int((tmp_path / "number").read_text())
+    with pytest.raises(ProcessLookupError):
+        os.kill(started, 0)
 
 
 def test_the_parts_of_the_test_command_run_every_folder_of_tests() -> None:
@@ -308,15 +329,14 @@ def record_calls(monkeypatch: pytest.MonkeyPatch, fails: str) -> list[list[str]]
         return subprocess.CompletedProcess(command, int(fails in command))
 
     class Begun:
+        pid, returncode = 0, 0
+
         def __init__(self, command: list[str], **_: Any) -> None:
             # Without the words before it that take away its priority.
             called.append(command[3:])
 
         def wait(self) -> int:
             return 0
-
-        def terminate(self) -> None:
-            pass
 
     monkeypatch.setattr(testing.subprocess, "run", call)
     monkeypatch.setattr(testing.subprocess, "Popen", Begun)

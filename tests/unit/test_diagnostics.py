@@ -1,7 +1,7 @@
 """What a node says of its health, when, and in which form."""
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -30,12 +30,22 @@ class Clock:
         return self.now
 
 
+class Timer(NamedTuple):
+    """Stands for a timer of a node."""
+
+    period: float
+    callback: Any
+
+    def reset(self) -> None:
+        """Begin its period anew."""
+
+
 class RecordingNode:
     """Stands for a node: keeps what is published and the timer that was made."""
 
     def __init__(self) -> None:
         self.published: list[DiagnosticArray] = []
-        self.timers: list[tuple[float, Any]] = []
+        self.timers: list[Timer] = []
         self.topic = ""
 
     def create_publisher(self, message_type: Any, topic: str, _profile: Any) -> Any:
@@ -44,7 +54,7 @@ class RecordingNode:
         return SimpleNamespace(publish=self.published.append)
 
     def create_timer(self, period: float, callback: Any) -> Any:
-        self.timers.append((period, callback))
+        self.timers.append(Timer(period, callback))
         return self.timers[-1]
 
     def destroy_timer(self, timer: Any) -> None:

@@ -41,7 +41,7 @@ def test_ports_of_the_domain_are_taken_away_with_all_that_belongs_to_them(
     # Domain 1 has the ports from 7650 to 7899.
     put(memory, "fastrtps_port7667", "fastrtps_port7667_el", "sem.fastrtps_port7667_mutex")
     put(memory, "sem.fastrtps_port7899_mutex", "fastrtps_port7649", "fastrtps_port7900", "somebody_elses")
-    gone = leftovers.clear(1, folder=memory, processes=processes)
+    gone = leftovers.clear(1, memory, processes)
     assert sorted(gone) == [
         "fastrtps_port7667",
         "fastrtps_port7667_el",
@@ -51,12 +51,12 @@ def test_ports_of_the_domain_are_taken_away_with_all_that_belongs_to_them(
     assert there(memory) == ["fastrtps_port7649", "fastrtps_port7900", "somebody_elses"]
 
 
-def test_ports_of_no_domain_go_too_and_those_of_domain_0_never(memory: Path, processes: Path) -> None:
+def test_unused_ports_of_no_domain_go_too_and_those_of_domain_0_never(memory: Path, processes: Path) -> None:
     put(memory, "fastrtps_port6999", "fastrtps_port7000", "fastrtps_port7011", "fastrtps_port7011_sl")
     put(memory, "fastrtps_port7410")
-    assert leftovers.clear(0, folder=memory, processes=processes) == []
+    assert leftovers.clear(0, memory, processes) == []
     gone = ["fastrtps_port7000", "fastrtps_port7011", "fastrtps_port7011_sl"]
-    assert leftovers.clear(1, folder=memory, processes=processes) == gone
+    assert leftovers.clear(1, memory, processes) == gone
     assert there(memory) == ["fastrtps_port6999", "fastrtps_port7410"]
 
 
@@ -66,9 +66,9 @@ def test_a_port_that_somebody_reads_stays_though_its_memory_is_not_seen(
     put(memory, "fastrtps_port7660", "fastrtps_port7660_sl")
     reader = os.open(memory / "fastrtps_port7660_sl", os.O_RDONLY)
     fcntl.flock(reader, fcntl.LOCK_SH)
-    assert leftovers.clear(1, folder=memory, processes=processes) == []
+    assert leftovers.clear(1, memory, processes) == []
     os.close(reader)
-    assert leftovers.clear(1, folder=memory, processes=processes) == [
+    assert leftovers.clear(1, memory, processes) == [
         "fastrtps_port7660",
         "fastrtps_port7660_sl",
     ]
@@ -83,34 +83,51 @@ def test_where_not_every_process_can_be_asked_ports_stay_and_segments_go(
         raise PermissionError
 
     monkeypatch.setattr(Path, "read_text", refuse)
-    assert leftovers.clear(1, folder=memory, processes=processes) == [SEGMENT, f"{SEGMENT}_el"]
+    assert leftovers.clear(1, memory, processes) == [SEGMENT, f"{SEGMENT}_el"]
     assert there(memory) == ["fastrtps_port7660"]
 
 
-def test_a_port_in_the_hands_of_the_dead_goes_in_a_flight_too_whoever_has_it_in_memory(
-    memory: Path, processes: Path
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth of a second is longer than a port is held by the living."""
+    monkeypatch.setattr(leftovers, "_LONGEST_HOLD", 0.1)
+
+
+@pytest.mark.parametrize("domain", [0, 1])
+@pytest.mark.usefixtures("hasty")
+def test_a_port_in_the_hands_of_the_dead_goes_also_in_a_flight_and_nothing_else_does(
+    domain: int, memory: Path
 ) -> None:
     """Who is started next in a flight under way would wait for it as well."""
-    put(memory, "fastrtps_port7660", "fastrtps_port7662", "fastrtps_port7662_el")
+    stuck, free, read = (f"fastrtps_port{7400 + 250 * domain + place}" for place in (10, 12, 14))
+    put(memory, stuck, f"{stuck}_el", free, read, f"{read}_el", SEGMENT, f"{SEGMENT}_el")
     # glibc keeps the count in a semaphore's first bytes: 0 is taken, 1 is free.
+    for port, count in ((stuck, 0), (free, 1), (read, 0)):
+        (memory / f"sem.{port}_mutex").write_bytes(bytes([count, *[0] * 31]))
+    reader = os.open(memory / f"{read}_el", os.O_RDONLY)
+    try:
+        fcntl.flock(reader, fcntl.LOCK_EX)
+        assert leftovers.release(domain, memory) == [stuck, f"{stuck}_el", f"sem.{stuck}_mutex"]
+    finally:
+        os.close(reader)
+    assert set(there(memory)) >= {free, read, f"sem.{read}_mutex", SEGMENT}
+
+
+@pytest.mark.usefixtures("hasty")
+def test_what_is_stuck_goes_though_a_process_waits_for_it(memory: Path, processes: Path) -> None:
+    put(memory, "fastrtps_port7660")
     (memory / "sem.fastrtps_port7660_mutex").write_bytes(bytes(32))
-    (memory / "sem.fastrtps_port7662_mutex").write_bytes(bytes([1, *[0] * 31]))
-    assert leftovers.clear(1, in_flight=True, folder=memory, processes=processes) == [
-        "fastrtps_port7660",
-        "sem.fastrtps_port7660_mutex",
-    ]
-    (memory / "sem.fastrtps_port7662_mutex").write_bytes(bytes(32))
-    (processes / "17" / "maps").write_text(f"7f00-7f10 rw-s 00000000 00:1a 5 {memory}/fastrtps_port7662\n")
-    assert leftovers.clear(1, folder=memory, processes=processes)[-1] == "sem.fastrtps_port7662_mutex"
-    assert there(memory) == []
+    (processes / "17" / "maps").write_text(f"7f00-7f10 rw-s 00000000 00:1a 5 {memory}/fastrtps_port7660\n")
+    assert leftovers.clear(1, memory, processes) == ["fastrtps_port7660", "sem.fastrtps_port7660_mutex"]
 
 
-def test_a_port_that_is_held_for_a_moment_stays(memory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_port_that_somebody_lets_go_of_stays(memory: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     put(memory, "fastrtps_port7660")
     semaphore = memory / "sem.fastrtps_port7660_mutex"
     semaphore.write_bytes(bytes(32))
     monkeypatch.setattr(leftovers.time, "sleep", lambda _: semaphore.write_bytes(bytes([1, *[0] * 31])))
-    assert leftovers.clear(1, in_flight=True, folder=memory) == []
+    assert leftovers.release(1, memory) == []
+    assert semaphore.exists()
 
 
 def test_what_a_process_has_in_its_memory_stays(memory: Path, processes: Path) -> None:
@@ -119,7 +136,7 @@ def test_what_a_process_has_in_its_memory_stays(memory: Path, processes: Path) -
         f"7f00-7f10 rw-s 00000000 00:1a 5 {memory}/fastrtps_port7660\n"
         f"7f10-7f20 rw-s 00000000 00:1a 6 {memory}/sem.fastrtps_port7661_mutex\n"
     )
-    assert leftovers.clear(1, folder=memory, processes=processes) == []
+    assert leftovers.clear(1, memory, processes) == []
 
 
 def test_segments_go_when_their_owner_has_let_go_of_its_lock(memory: Path, processes: Path) -> None:
@@ -127,10 +144,10 @@ def test_segments_go_when_their_owner_has_let_go_of_its_lock(memory: Path, proce
     owner = os.open(memory / f"{OTHER}_el", os.O_RDONLY)
     try:
         fcntl.flock(owner, fcntl.LOCK_SH)
-        assert leftovers.clear(1, folder=memory, processes=processes) == [SEGMENT, f"{SEGMENT}_el"]
+        assert leftovers.clear(1, memory, processes) == [SEGMENT, f"{SEGMENT}_el"]
     finally:
         os.close(owner)
-    assert leftovers.clear(1, folder=memory, processes=processes) == [OTHER, f"{OTHER}_el"]
+    assert leftovers.clear(1, memory, processes) == [OTHER, f"{OTHER}_el"]
     assert there(memory) == ["fastrtps_being_made"]
 
 
@@ -139,4 +156,4 @@ def test_files_of_other_users_are_left_alone(
 ) -> None:
     put(memory, "fastrtps_port7667", SEGMENT, f"{SEGMENT}_el")
     monkeypatch.setattr(os, "getuid", lambda: 4711)
-    assert leftovers.clear(1, folder=memory, processes=processes) == []
+    assert leftovers.clear(1, memory, processes) == []

@@ -140,6 +140,7 @@ def test_a_name_given_twice_is_said_where_it_is_given_again() -> None:
         ("", "found nothing"),
         ("- a\n- b\n", "found a list"),
         ("hello", "found 'hello'"),
+        pytest.param("0x" + "f" * 4000, "found 'inf'", id="a number that Python does not print"),
         ("a: [1, 2\n", "is not YAML"),
         ("a: 1\na: 2\n", "is not YAML: found duplicate key"),
         ("a: 1\n---\nb: 2\n", "expected a single document"),

@@ -8,6 +8,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from flights import SCENARIOS, shipped
+from satform.scenario import parse_scenario
 from satform_tools import advice, schemas
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
@@ -47,3 +48,11 @@ def test_the_schema_refuses_what_the_loader_refuses() -> None:
 def test_the_schema_beside_the_scenarios_is_that_of_the_code() -> None:
     kept = (SCENARIOS / "scenario.schema.json").read_text()
     assert kept == schemas.text(), "run ./tools/satform schema > scenarios/scenario.schema.json"
+
+
+@pytest.mark.parametrize(
+    "character", ["\x7f", "\x85", "\x9f", "\u2028", "\ufeff", "\uffff", "\U0001f6f0", "é"]
+)
+def test_a_title_of_any_character_is_read_again_from_what_is_kept(character: str) -> None:
+    scenario = shipped("triangle").model_copy(update={"title": f"before{character}after"})
+    assert parse_scenario(scenario.to_json()).title == scenario.title

@@ -184,7 +184,8 @@ def _keep_bytecode(job: Job, stamp: dict[str, Any], *, everything: bool) -> None
     variables.pop("PYTHONDONTWRITEBYTECODE", None)
     python = [str(job.layout.python), "-P", "-c"]
     own = [str(folder) for folder in (job.layout.install / "lib", job.layout.root / "tools")]
-    progress = Progress("compiling what is imported (a few seconds)")
+    what = "what is imported" if everything else "the project's own modules"
+    progress = Progress(f"compiling {what} (a few seconds)")
     run_logged(job, [*python, _COMPILE, *own], variables, progress, job.layout.root)
     if everything:
         run_logged(job, [*python, _IMPORT_ALL, *_OFTEN_IMPORTED], variables, progress, job.layout.root)

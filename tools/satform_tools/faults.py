@@ -12,5 +12,6 @@ def sentence_of(error: OSError) -> str:
     if error.errno == errno.ENOSPC:
         reason = "the disk is full"
     else:
-        reason = (error.strerror or str(error) or type(error).__name__).lower()
+        # The system begins its words with a capital letter; ours may hold names that are written so.
+        reason = error.strerror.lower() if error.strerror else str(error) or type(error).__name__
     return f"{error.filename}: {reason}" if error.filename else reason

@@ -1,25 +1,30 @@
 """The whole test command: code checks, types, tests."""
 
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
 from tempfile import TemporaryFile
-from typing import IO
 
 from satform_tools import say
 from satform_tools.catalogue import ROOT
+from satform_tools.leaving import leaving_in_order
 
 _PARALLEL = ("-n", "2", "--dist", "worksteal")
-"""Tests that start no nodes share two processes; whichever is done first takes over from the other."""
+"""Tests that start no formation share two processes; which is done first takes over from the other."""
 
 _TYPED = ("ros_ws/src/satform/satform", "tools/satform_tools", "tools/satform_setup")
 
 _LEAST = 19
 """Niceness at which a process gets what of the processor nobody else wants."""
+
+_FAREWELL = 20.0
+"""Wall-clock time in which a part that is stopped can put away what it has, s."""
 
 
 @dataclass(frozen=True)
@@ -43,22 +48,56 @@ PARTS = (
     Part("ruff format", ("ruff", "format", "--check", ".")),
     Part("mypy --strict", ("mypy", "--strict", *_TYPED)),
     Part("unit tests", ("pytest", *_PARALLEL, "tests/unit")),
-    # Flights over DDS wait a good part of their time, for each other and for what is to be noticed late.
+    # Flights over DDS wait a good part of their time, for each other and for what is to be noticed late; only
+    # what they leave of the processor is for the parts beside them.
     Part("whole flights, set-up", ("pytest", *_PARALLEL, "tests/whole_flights", "tests/setup"), beside=True),
-    # One after another: nodes that wait for each other want the cores for themselves.
+    # One after another: two at a time take as long, since nodes that wait for each other want the cores.
     Part("flights over DDS", ("pytest", "tests/integration")),
 )
 """In the order in which they begin."""
 
 
-@dataclass
-class _Running:
-    """A part that runs beside others."""
+class _Beside:
+    """A part that runs beside others, in a session of its own, in which all that it starts ends with it."""
 
-    part: Part
-    process: subprocess.Popen[bytes]
-    output: IO[bytes]
-    start: float = field(default_factory=time.perf_counter)
+    def __init__(self, part: Part) -> None:
+        self.part = part
+        self._output = TemporaryFile()  # noqa: SIM115 - open for as long as the part runs
+        self._start = time.perf_counter()
+        self._seconds = 0.0
+        command = ("nice", "-n", str(_LEAST), sys.executable, "-m", *part.command)
+        self._process = subprocess.Popen(
+            command,
+            cwd=ROOT,
+            env=_environment(),
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        self._watch = threading.Thread(target=self._note_end, daemon=True)
+        self._watch.start()
+
+    def _note_end(self) -> None:
+        self._process.wait()
+        self._seconds = time.perf_counter() - self._start
+
+    def result(self) -> tuple[str, int, float]:
+        """Name, exit code and wall-clock time in s, when it has ended."""
+        self._watch.join()
+        return self.part.name, self._process.returncode, self._seconds
+
+    def close(self) -> None:
+        """Stop it if it still runs, as Ctrl-C would, and print what it has printed."""
+        for number in (signal.SIGINT, signal.SIGKILL):
+            if self._watch.is_alive():
+                with suppress(ProcessLookupError):
+                    os.killpg(self._process.pid, number)
+                self._watch.join(_FAREWELL)
+        self._output.seek(0)
+        say.note(f"== {self.part.name}")
+        sys.stdout.write(self._output.read().decode(errors="replace"))
+        sys.stdout.flush()
+        self._output.close()
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -73,44 +112,21 @@ def run(arguments: Sequence[str]) -> int:
     if arguments:
         return _call(("pytest", *arguments))
     results: list[tuple[str, int, float]] = []
-    with _beside() as running:
+    with leaving_in_order(), ExitStack() as beside:
+        running: list[_Beside] = []
         for part in PARTS:
             say.note(f"== {part.name}{', beside what follows' if part.beside else ''}")
             if part.beside:
-                running.append(_begin(part))
+                running.append(_Beside(part))
+                beside.callback(running[-1].close)
                 continue
             start = time.perf_counter()
             code = _call(part.command)
             results.append((part.name, code, time.perf_counter() - start))
-        for other in running:
-            say.note(f"== {other.part.name}")
-            code = other.process.wait()
-            results.append((other.part.name, code, time.perf_counter() - other.start))
-            other.output.seek(0)
-            sys.stdout.write(other.output.read().decode(errors="replace"))
+        results += [other.result() for other in running]
     for name, code, seconds in results:
         say.line(f"{name}: {'failed' if code else 'passed'} ({seconds:.1f} s)", "red" if code else "green")
     return int(any(code for _, code, _ in results))
-
-
-@contextmanager
-def _beside() -> Iterator[list[_Running]]:
-    """Room for parts that run beside others; whatever happens, none of them is left running."""
-    running: list[_Running] = []
-    try:
-        yield running
-    finally:
-        for other in running:
-            other.process.terminate()
-            other.process.wait()
-            other.output.close()
-
-
-def _begin(part: Part) -> _Running:
-    output = TemporaryFile()  # noqa: SIM115 - open for as long as the part runs
-    command = ("nice", "-n", str(_LEAST), sys.executable, "-m", *part.command)
-    process = subprocess.Popen(command, cwd=ROOT, env=_environment(), stdout=output, stderr=subprocess.STDOUT)
-    return _Running(part, process, output)
 
 
 def _call(command: Sequence[str]) -> int:

@@ -6,12 +6,10 @@ are made on topics that are rarely spoken on, and dropped once they have been he
 """
 
 import os
-import signal
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import Any
 
 import rclpy
 from rclpy.context import Context
@@ -24,6 +22,7 @@ from satform_msgs.msg import FormationStatus
 from satform_bringup.domain import stay_on_this_machine
 from satform_nodes import topics
 from satform_tools.faults import CommandError
+from satform_tools.leaving import leaving_in_order
 from satform_tools.looking import where
 
 _LOOK = 0.05
@@ -156,24 +155,6 @@ class Looker:
 
 
 @contextmanager
-def _leaving_in_order() -> Iterator[None]:
-    """Have SIGTERM and SIGHUP end the block as Ctrl-C does.
-
-    One who looks and vanishes without a word is spoken to for another 20 s by everyone it listened to.
-    """
-
-    def leave(number: int, _frame: Any) -> NoReturn:
-        sys.exit(128 + number)
-
-    before = {number: signal.signal(number, leave) for number in (signal.SIGTERM, signal.SIGHUP)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextmanager
 def looking(domain: int, patience: float) -> Iterator[Looker]:
     """Be in the domain of a formation for the length of the block.
 
@@ -189,7 +170,8 @@ def looking(domain: int, patience: float) -> Iterator[Looker]:
     # Python's own handling of Ctrl-C ends every wait here within a moment.
     rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        with _leaving_in_order():
+        # One who vanishes without a word is spoken to for another 20 s by everyone it listened to.
+        with leaving_in_order():
             # An underscore hides a node from those who ask for the nodes of the formation.
             node = Node(
                 f"_looker_{os.getpid()}",

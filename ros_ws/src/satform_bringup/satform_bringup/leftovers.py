@@ -1,9 +1,9 @@
-"""What killed processes have left in shared memory, taken away before a new flight comes upon it.
+"""What killed processes have left in shared memory, taken away before somebody new comes upon it.
 
 Fast DDS hands messages between processes of a machine through files in `/dev/shm`: a segment for each
 participant, and a port, with a semaphore, for each address of a domain. A process that is killed leaves its
 own behind. A segment costs half a megabyte. A port can have been in the hands of the killed: whoever opens
-it next, in any later flight in that domain, then waits for ever.
+it next, in any later flight in that domain or in place of the killed, then waits for ever.
 """
 
 import fcntl
@@ -25,70 +25,97 @@ _FIRST_OF_ANY_DOMAIN = 7000
 _TAKEN = bytes(4)
 """How a semaphore of glibc begins when it is taken: with a count of 0."""
 
-_LOOKS, _BETWEEN_LOOKS = 20, 0.01
-"""How often a semaphore has to be found taken, and the wall-clock time between, s."""
+_LONGEST_HOLD = 3.0
+"""Wall-clock time for which a port is held at most, s: opening one takes up to 1 s, waiting for it 2 s."""
+
+_BETWEEN_LOOKS = 0.01
+"""Wall-clock time between two looks at a semaphore, s."""
 
 _PREFIX, _SEMAPHORE, _LOCKS = "fastrtps_", "sem.", ("_el", "_sl")
 
 
-def clear(
-    domain: int, *, in_flight: bool = False, folder: Path = FOLDER, processes: Path = Path("/proc")
-) -> list[str]:
-    """Take away what no process uses any more: ports of a domain, and segments of any.
+def clear(domain: int, folder: Path = FOLDER, processes: Path = Path("/proc")) -> list[str]:
+    """Take away what no process uses any more: ports of a domain, and segments of any; and what is stuck.
 
-    Files of other users are left alone, and so is what any process has mapped or locked. Where a process
-    cannot be looked into, as another user's or the system's first, a lock does not tell of all who use a
-    port: then, and in domain 0, in which anything may begin at any moment, a port goes only when it is stuck.
+    Files of other users are left alone, and so is what any process has locked or, unless it is stuck, mapped.
+    Where a process cannot be looked into, as another user's or the system's first, locks do not tell who else
+    uses a port: then, and in domain 0, in which anything may begin at any moment, it goes only when stuck.
 
     Args:
-        domain: that the caller holds, so that no flight but its own is in it.
-        in_flight: whether the caller's flight is under way, in which a port may just be coming to life: a
-            port goes only when it is stuck.
+        domain: that the caller holds, so that no flight in it is about to begin.
         folder: with the shared memory's files.
         processes: the system's folder of processes.
 
     Returns:
-        Names of the files that were taken away, in order.
+        Names of the files that were taken away.
     """
-    found = {_stem(file) for file in _own_files(folder)}
-    stems = sorted(stem for stem in found if _is_segment(stem) or _is_port_of(stem, domain))
-    gone: list[str] = []
+    gone = release(domain, folder)
+    stems = [stem for stem in _stems(folder) if _is_segment(stem) or _is_port_of(stem, domain)]
     with ExitStack() as held:
-        # Locked until the end: whoever would come to life meanwhile waits, or makes new files.
+        # Locked until the end: whoever would come to life meanwhile makes new files.
         dead = [stem for stem in stems if _take_locks(folder, stem, held)]
         used = _mapped(folder, processes) if dead else set()
-        ports_may_go = used is not None and domain != 0 and not in_flight
+        ports_stay = used is None or domain == 0
         for stem in dead:
-            unused = stem not in (used or ()) and (ports_may_go or _is_segment(stem))
-            if not (unused or _is_stuck(folder, stem)):
-                continue
-            names = (stem, *(f"{stem}{lock}" for lock in _LOCKS), _semaphore(stem))
-            for name in names:
-                with suppress(OSError):
-                    (folder / name).unlink()
-                    gone.append(name)
+            if stem not in (used or ()) and not (ports_stay and not _is_segment(stem)):
+                gone += _remove(folder, stem)
     return gone
 
 
-def _is_stuck(folder: Path, port: str) -> bool:
-    """Whether a port that nobody reads from is in the hands of one who does not let go.
+def release(domain: int, folder: Path = FOLDER) -> list[str]:
+    """Take away the ports of a domain that are stuck, also while a flight is under way in it.
 
-    A port is held for microseconds, while it is opened or closed.
+    Stuck is a port that nobody reads from and that somebody has held all the time for longer than Fast DDS
+    ever does. What came to hold it and to map it waits for ever.
+
+    Args:
+        domain: of the flight.
+        folder: with the shared memory's files.
+
+    Returns:
+        Names of the files that were taken away.
     """
-    for _ in range(_LOOKS):
-        try:
-            count = (folder / _semaphore(port)).read_bytes()[:4]
-        except OSError:
-            return False
-        if count != _TAKEN:
-            return False
-        # Between two looks at what another process holds, which tells nobody when it lets go.
+    gone: list[str] = []
+    for port in _stuck(folder, [stem for stem in _stems(folder) if _is_port_of(stem, domain)]):
+        with ExitStack() as held:
+            if _take_locks(folder, port, held):
+                gone += _remove(folder, port)
+    return gone
+
+
+def _stuck(folder: Path, ports: list[str]) -> list[str]:
+    """Those of some ports whose semaphores are taken at every look; at once when none is."""
+    until = time.monotonic() + _LONGEST_HOLD
+    while ports := [port for port in ports if _is_taken(folder / _semaphore(port))]:
+        if time.monotonic() > until:
+            return ports
+        # Who lets go of a semaphore tells nobody.
         time.sleep(_BETWEEN_LOOKS)
-    return True
+    return []
+
+
+def _is_taken(semaphore: Path) -> bool:
+    try:
+        return semaphore.read_bytes()[: len(_TAKEN)] == _TAKEN
+    except OSError:
+        return False
+
+
+def _remove(folder: Path, stem: str) -> Iterator[str]:
+    """Remove a segment or port with all that belongs to it; gives the names of what there was."""
+    for name in (stem, *(f"{stem}{lock}" for lock in _LOCKS), _semaphore(stem)):
+        with suppress(OSError):
+            (folder / name).unlink()
+            yield name
 
 
 def _semaphore(port: str) -> str:
     return f"{_SEMAPHORE}{port}_mutex"
+
+
+def _stems(folder: Path) -> list[str]:
+    """Names of the segments and ports of this user, in order."""
+    return sorted({_stem(file) for file in _own_files(folder)})
 
 
 def _own_files(folder: Path) -> Iterator[Path]:

@@ -13,6 +13,7 @@ import os
 import select
 import signal
 import sys
+import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from multiprocessing import forkserver, resource_tracker
@@ -36,19 +37,36 @@ _AS_IT_IS: Mapping[str, str] = MappingProxyType({})
 _FAREWELL = 5.0
 """Wall-clock time that a helper of Python's is given to end, s."""
 
+_owner = -1
+"""Number of the process that has started the server."""
+
 _TITLE_LENGTH = 15
 """Characters that Linux keeps of a process's name."""
 
 
 def prepare() -> ForkServerContext:
-    """Begin to make the server ready, in the background; calling it again changes nothing."""
+    """Begin to make the server ready, in the background; calling it again changes nothing.
+
+    Raises:
+        OSError: it cannot be started.
+    """
+    global _owner  # noqa: PLW0603 - as Python's own server, of which there is one in a process
+    _owner = os.getpid()
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([_PRELOADED])
     # The tracker lets signals through again when it starts, so it goes first.
     resource_tracker.ensure_running()
     # A terminal's signals reach the server too, which is to end with its starter and not before.
-    with _signals_held():
-        forkserver.ensure_running()
+    try:
+        with _signals_held():
+            forkserver.ensure_running()
+    except OSError as error:
+        if "AF_UNIX" not in str(error):
+            raise
+        raise OSError(
+            f"the path of the folder for temporary files, {tempfile.gettempdir()}, is too long for sockets "
+            "below it, whose paths have 107 characters at most; set TMPDIR to a shorter one"
+        ) from None
     atexit.unregister(close)
     atexit.register(close)
     return context
@@ -60,25 +78,28 @@ def close() -> None:
     Both would end soon after this process; whoever looks then is to find nothing left of a flight. Nodes that
     still run are asked to end by the kernel.
     """
+    if os.getpid() != _owner:
+        # A fork has no helpers of its own.
+        return
     server, tracker = forkserver._forkserver, resource_tracker._resource_tracker
     alive, process = server._forkserver_alive_fd, server._forkserver_pid
     if process is not None:
         server._forkserver_alive_fd = server._forkserver_pid = server._forkserver_address = None
-        _see_off(alive, process)
+        # It has nothing to put away, and would first import all that it was to.
+        _see_off(alive, process, 0.0)
     alive, process = tracker._fd, tracker._pid
     if process is not None:
         tracker._fd = tracker._pid = None
-        _see_off(alive, process)
+        _see_off(alive, process, _FAREWELL)
 
 
-def _see_off(alive: int, process: int) -> None:
-    """Let a helper end by itself, within `_FAREWELL`; it is not left to itself after that."""
-    # A fork of the process that started it finds it to be no child of its own.
+def _see_off(alive: int, process: int, patience: float) -> None:
+    """Let a helper end by itself within some time in s, and end it after that."""
+    os.close(alive)
     with suppress(ChildProcessError, ProcessLookupError):
-        os.close(alive)
         ended = os.pidfd_open(process)
         try:
-            if not select.select([ended], [], [], _FAREWELL)[0]:
+            if not select.select([ended], [], [], patience)[0]:
                 os.kill(process, signal.SIGKILL)
             os.waitpid(process, 0)
         finally:

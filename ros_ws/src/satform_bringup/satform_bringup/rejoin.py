@@ -60,7 +60,7 @@ def rejoin(run: Path, name: str) -> int:
     """
     node, domain, environment = process_of(run, name)
     log = _free(run / LOG_FOLDER, name)
-    leftovers.clear(domain, in_flight=True)
+    leftovers.release(domain)
     process, pipe = nursery.start(node.executable, node.arguments(), domain, log, environment)
     try:
         while process.exitcode is None:

@@ -33,6 +33,9 @@ from satform_bringup.peers import flight_domain, step_told, variables
 from satform_bringup.processes import NodeProcess, processes
 from satform_bringup.under_way import described
 
+_STANDSTILL = 2.0
+"""Wall-clock time for which all that are left have to have been stopped before they are given up, s."""
+
 FAREWELL = 15.0
 """Wall-clock time that processes have to end once the flight is over, s."""
 
@@ -318,7 +321,7 @@ class _Watch:
 
     def until_over(self) -> None:
         """Watch until every process has ended, or those that do not end in time are to be ended."""
-        told = False
+        told, moved = False, time.monotonic()
         while any(not entry.node.optional for entry in self.running.values()):
             for key, _ in self.selector.select(_LOOK):
                 entry, handle = key.data
@@ -331,13 +334,13 @@ class _Watch:
                 told = self.stopped = True
                 self.reason = self.reason or "stopped by a signal"
                 self._end_flight()
-            if self.over_since is not None and (
-                time.monotonic() - self.over_since > FAREWELL or self._nobody_moves()
-            ):
+            now = time.monotonic()
+            moved = moved if self.over_since is not None and self._nobody_moves() else now
+            if now - moved > _STANDSTILL or now - (self.over_since or now) > FAREWELL:
                 return
 
     def _nobody_moves(self) -> bool:
-        """Whether all that are left have been stopped by a signal, as by Ctrl-Z, and end only when killed."""
+        """Whether all that are left have been stopped by SIGSTOP or its like."""
         left = [entry for entry in self.running.values() if not entry.node.optional]
         return bool(left) and all(nursery.is_stopped(entry.process) for entry in left)
 
@@ -453,7 +456,7 @@ class _Watch:
         if wanted and self.restarts[entry.name] < MOST_RESTARTS:
             self.restarts[entry.name] += 1
             # What it was doing when it was killed, it may never have let go of.
-            leftovers.clear(self.domain, in_flight=True)
+            leftovers.release(self.domain)
             self._start(entry.node)
 
     def _comes_back(self, names: list[str]) -> bool:

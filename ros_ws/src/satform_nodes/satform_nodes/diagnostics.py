@@ -91,6 +91,7 @@ class Health:
         self._clock = clock
         self._told: tuple[Level, str] | None = None
         self._told_at = float("-inf")
+        self._begun = clock()
         self.publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=10))
         self._timer = node.create_timer(PERIOD, self.tell)
 
@@ -107,7 +108,8 @@ class Health:
 
     def due(self) -> None:
         """Tell if nothing has been told for `LATEST`; to be called now and then while the node is at work."""
-        if self._clock() - self._told_at > LATEST:
+        if self._clock() - max(self._told_at, self._begun) > LATEST:
+            self._timer.reset()
             self.tell()
 
     def tell(self) -> None:

@@ -58,7 +58,7 @@ _NANOSECONDS = 1_000_000_000
 
 
 class _Ear:
-    """A hot subscription: what comes in is handed on if it is from those who may speak there."""
+    """A subscription that is read here: what comes in is handed on if its writer may speak there."""
 
     def __init__(
         self,
@@ -191,7 +191,7 @@ class StepExecutor(SingleThreadedExecutor):
             """What is taken for the parent goes through the ear, too."""
 
         subscription = node.create_subscription(message_type, topic, _never_called, qos, raw=True)
-        ear = _Ear(subscription, speakers, self._traced(topic, callback), self._taker)
+        ear = _Ear(subscription, speakers, self._traced(topic, callback, vital=vital), self._taker)
         self._ears[id(subscription)] = ear
         if vital:
             self._hot.append(ear)
@@ -200,7 +200,9 @@ class StepExecutor(SingleThreadedExecutor):
             self._overheard.append(ear)
         return subscription
 
-    def _traced(self, topic: str, callback: Callable[[bytes, str], None]) -> Callable[[bytes, str], None]:
+    def _traced(
+        self, topic: str, callback: Callable[[bytes, str], None], *, vital: bool
+    ) -> Callable[[bytes, str], None]:
         """A callback that leaves its marks where a trace is asked for."""
         trace = self.trace
         if not (trace.on or self._stock):
@@ -208,7 +210,7 @@ class StepExecutor(SingleThreadedExecutor):
         name = trace.name(topic)
 
         def marked(data: bytes, speaker: str) -> None:
-            self._handed_out += 1
+            self._handed_out += vital
             trace.begin(name)
             callback(data, speaker)
             trace.end(name)
@@ -371,7 +373,7 @@ class StepExecutor(SingleThreadedExecutor):
         return taken_any
 
     def _look_at_cold(self, now: float) -> None:
-        """Hand to the parent what has become ready besides hot messages, and do the chores."""
+        """Do the chores, take what is overheard, and hand to the parent what else has become ready."""
         self._next_cold_look = now + LONGEST_WAIT
         self._reconsider()
         for chore in self._chores:

@@ -289,7 +289,7 @@ class RecorderNode:
             topics.TYPES[channel.kind],
             topic,
             _on_message,
-            topics.SEEN,
+            topics.STEPPED_READER,
             self._only(topic, channel.speakers),
             vital=False,
         )

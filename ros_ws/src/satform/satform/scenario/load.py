@@ -201,7 +201,8 @@ class _CheckedParser(RoundTripParser):
 
 
 def _found(value: Any) -> str:
-    text = str(value)
+    # Python does not print the largest numbers.
+    text = str(_plain(value))
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 

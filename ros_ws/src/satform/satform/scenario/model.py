@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
 
@@ -24,6 +25,9 @@ from satform.orientation import AttitudeSpec
 from satform.scenario.hosts import HostSpec, host_complaints
 from satform.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.thruster import ThrusterSpec
+
+_NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+"""Characters that stand in JSON as they are, but not in YAML, which reads it otherwise as its own."""
 
 _RESERVED_NAMES = frozenset({"plant", "recorder", "display", "formation", "clock"})
 
@@ -508,7 +512,8 @@ class Scenario(Spec):
 
     def to_json(self) -> str:
         """The scenario as JSON text, from which the same scenario is read again."""
-        return self.model_dump_json(indent=1, exclude_unset=True)
+        text = self.model_dump_json(indent=1, exclude_unset=True)
+        return _NOT_IN_YAML.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
     def digest(self) -> str:
         """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
