@@ -207,7 +207,7 @@ def test_a_satellite_that_stood_still_for_too_long_is_fenced_when_it_goes_on(tmp
     assert flight.lost == ("sat2",)
     assert flight.steps == scenario.timing.steps
     (loss,) = flight.losses
-    assert "no answer within 2 s" in loss.reason
+    assert "no answer within 2 s from sat2" in loss.reason
     words = (tmp_path / "log" / "sat2.log").read_text()
     assert "the plant counts sat2 as lost" in words
     assert_flies_again(bag)

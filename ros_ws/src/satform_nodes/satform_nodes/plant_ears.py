@@ -1,5 +1,6 @@
 """What the plant hears: commands, who can fly, and how far the recorder is."""
 
+import time
 from collections.abc import Callable, Iterable
 from functools import partial
 
@@ -70,6 +71,7 @@ class PlantEars:
         self._on_offer = on_offer
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
+        self._heard_at = [time.monotonic()] * len(names)
         speakers = {channel.topic: channel.speakers for channel in heard}
         self._ready_speakers = Speakers(node, topics.READY, speakers[topics.READY], refusals)
         executor.subscribe(
@@ -129,6 +131,19 @@ class PlantEars:
             self._last_commands.pop(event.satellite, None)
             self.promptness.heard(event.satellite)
 
+    def quiet(self, names: Iterable[str], silence: float) -> list[str]:
+        """Those of some nodes that have not even repeated themselves.
+
+        A satellite that waits for another one's word does not answer either, but repeats what it said last.
+
+        Args:
+            names: of nodes that keep a step from going on.
+            silence: wall-clock time within which one that is there says something, s.
+        """
+        now = time.monotonic()
+        places = {name: index for index, name in enumerate(self._muster.names)}
+        return [name for name in names if name not in places or now - self._heard_at[places[name]] >= silence]
+
     def last_word(self, satellite: int) -> Command:
         """The last command of a satellite; an empty one when it has never commanded."""
         data = self._last_commands.get(satellite)
@@ -136,6 +151,7 @@ class PlantEars:
 
     def _on_command(self, index: int, data: bytes, _name: str) -> None:
         muster = self._muster
+        self._heard_at[index] = time.monotonic()
         if not muster.formation.alive[index]:
             return
         step = muster.step

@@ -411,12 +411,13 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
         lambda: not (plant.over or stop.asked), silence, plant.say_again, plant.progress
     ):
         silent = plant.missing()
-        reason = f"no answer within {silence:g} s from {', '.join(silent)}"
         if plant.waits_for_return:
             late = f"{', '.join(silent)} has not come back within {plant.start_timeout:g} s"
             plant.aborted = (silent, late)
         else:
-            plant.lose(silent, reason)
+            # Where nobody is quiet nobody is to blame, and all the same it does not go on.
+            quiet = plant.ears.quiet(silent, silence) or silent
+            plant.lose(quiet, f"no answer within {silence:g} s from {', '.join(quiet)}")
 
 
 def _abort(plant: PlantNode, who: list[str], reason: str) -> int:
