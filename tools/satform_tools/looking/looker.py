@@ -21,6 +21,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform_bringup.domain import stay_on_this_machine
 from satform_nodes import topics
+from satform_nodes.speakers import UNKNOWN_NODE
 from satform_tools.faults import CommandError
 from satform_tools.leaving import leaving_in_order
 from satform_tools.looking import where
@@ -148,7 +149,9 @@ class Looker:
         for topic, _ in self.node.get_topic_names_and_types():
             speakers = {entry.node_name for entry in self.node.get_publishers_info_by_topic(topic)}
             listeners = {entry.node_name for entry in self.node.get_subscriptions_info_by_topic(topic)}
-            # An endpoint may be found before the node that it belongs to.
+            # An endpoint may be found before the node that it belongs to, and that before its name.
+            if UNKNOWN_NODE in speakers | listeners:
+                return False
             if not named >= own & (speakers | listeners) or (own & listeners and not speakers):
                 return False
         return True

@@ -21,7 +21,7 @@ UNDECIDED = ""
 _LOOK = 0.02
 """Wall-clock time between two look-ups of a writer whose node is not known yet, s."""
 
-_UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
 """How rmw calls the node of an endpoint before its name has arrived."""
 
 _ANONYMOUS = 10.0
@@ -111,7 +111,7 @@ class Speakers:
             del self._met[writer]
             return "a nameless node"
         for other in self._endpoints():
-            if bytes(other.endpoint_gid) == writer and other.node_name != _UNKNOWN_NODE:
+            if bytes(other.endpoint_gid) == writer and other.node_name != UNKNOWN_NODE:
                 self._met.pop(writer, None)
                 return str(other.node_name)
         self._next_look = now + _LOOK
