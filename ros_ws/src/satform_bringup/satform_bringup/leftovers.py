@@ -89,8 +89,7 @@ def _stuck(folder: Path, ports: list[str]) -> list[str]:
     while ports := [port for port in ports if _is_taken(folder / _semaphore(port))]:
         if time.monotonic() > until:
             return ports
-        # Who lets go of a semaphore tells nobody.
-        time.sleep(_BETWEEN_LOOKS)
+        time.sleep(_BETWEEN_LOOKS)  # what is awaited is another process's letting go, of which nobody tells
     return []
 
 
