@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 
 from flights import shortened
 from flown import assert_flies_again
+from satform.formation import Back, planned
 from satform.scenario import Scenario
 from satform.simulate import simulate
 from satform_bringup.processes import processes
@@ -205,4 +206,27 @@ def test_a_planned_loss_in_single_steps_and_another_graph_at_the_same_step_keep_
     operator.ask(services.RESUME)
     bag = operator.landed()
     assert list(bag.events) == [due]
+    assert_flies_again(bag)
+
+
+def test_a_satellite_comes_back_from_a_checkpoint_of_before_it_got_another_neighbour(operator: Operator) -> None:
+    # Checkpoints every 50 steps; lost at 60 and every 200 steps from there, and back 20 steps later.
+    losses = ", ".join(
+        f"{{kind: satellite_lost, satellite: sat1, at: {at}, back: {at + 10}}}"
+        for at in range(30, STEPS // 2 - 50, 100)
+    )
+    changes = (f"faults=[{losses}]", "checkpoint_period=25.0", "graph={kind: line}")
+    operator.fly(shortened("triangle", STEPS * 0.5, *changes), group=3)
+    paused = operator.pause()
+    due = paused // 200 * 200 + (55 if paused % 200 < 54 else 255)
+    for _ in range(due - paused):
+        operator.ask(services.STEP)
+    reply = operator.set_graph([[0, 1, 1], [1, 0, 1], [1, 1, 0]])
+    assert reply.success
+    assert reply.step == due
+    operator.ask(services.RESUME)
+    bag = operator.landed()
+    assert list(bag.events) == [due]
+    (first,) = [event for event in planned(bag.scenario)[due + 25] if isinstance(event, Back)]
+    assert first.checkpoint == due - 5
     assert_flies_again(bag)

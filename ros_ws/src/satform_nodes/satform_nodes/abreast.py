@@ -203,7 +203,7 @@ class Abreast:
             voice.say_announcement(self._announcement.pack(*stamp, step + 1, *between, *words))
         for row, node in enumerate(nodes):
             if node.memory.due(step + 1):
-                node.memory.keep(self.single(row))
+                node.memory.keep(self.single(row), node.hearsay.neighbours)
         reference, motion = decision.reference, decision.motion
         shown = np.concatenate(
             (

@@ -1,14 +1,21 @@
 """A satellite's checkpoints on disk: the last one, written whole or not at all."""
 
+import struct
+from collections.abc import Sequence
 from pathlib import Path
+
+import numpy as np
 
 from satform.checkpoint import restore, save
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.satellite import Satellite
 from satform_nodes.lifetime import NodeError
 
-_STEP_BYTES = 8
-"""At the beginning of the file, the step; then the state."""
+_HEAD = struct.Struct("<qI")
+"""At the beginning of the file: the step, and how many neighbours follow; then the state."""
+
+_PLACE = "<u4"
+"""The place of a neighbour in the formation, as a number of the file."""
 
 
 class CheckpointFile:
@@ -33,6 +40,7 @@ class CheckpointFile:
         self._every = every or 0
         self.step = -1
         self._data = b""
+        self._neighbours: list[int] = []
         self.load()
 
     def load(self) -> None:
@@ -43,31 +51,50 @@ class CheckpointFile:
             data = self._file.read_bytes()
         except OSError as error:
             raise NodeError(f"{self._file}: cannot be read: {error.strerror}", EXIT_BAD_INPUT) from None
-        self.step, self._data = int.from_bytes(data[:_STEP_BYTES], "little"), data[_STEP_BYTES:]
+        try:
+            step, count = _HEAD.unpack_from(data)
+            places = np.frombuffer(data, _PLACE, count, _HEAD.size)
+        except (struct.error, ValueError):
+            raise NodeError(f"{self._file}: is no checkpoint, or cut short", EXIT_BAD_INPUT) from None
+        self.step, self._neighbours = step, places.tolist()
+        self._data = data[_HEAD.size + places.nbytes :]
 
-    def restore(self, satellite: Satellite) -> None:
+    def restore(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
         """Put a satellite into the state of the checkpoint.
+
+        Args:
+            satellite: whose state it becomes.
+            neighbours: places of those whom it may hear by now; the graph may have changed since.
 
         Raises:
             NodeError: the checkpoint is damaged, or another satellite's.
         """
+        before = self._neighbours
         try:
+            satellite.rearrange([None] * len(before))
             restore(satellite, self._data)
         except ValueError as error:
             raise NodeError(f"{self._file}: {error}", EXIT_LOST) from None
+        satellite.rearrange([before.index(place) if place in before else None for place in neighbours])
 
     def due(self, step: int) -> bool:
         """Whether a checkpoint is to be written before a step."""
         return self._file is not None and step % self._every == 0
 
-    def keep(self, satellite: Satellite) -> None:
-        """Write a checkpoint if one is due at the satellite's step."""
+    def keep(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
+        """Write a checkpoint if one is due at the satellite's step.
+
+        Args:
+            satellite: whose state is kept.
+            neighbours: places of those whom it may hear.
+        """
         if self._file is None or not self.due(satellite.state.step):
             return
         new = self._file.with_suffix(".new")
         try:
             self._file.parent.mkdir(exist_ok=True)
-            new.write_bytes(satellite.state.step.to_bytes(_STEP_BYTES, "little") + save(satellite))
+            head = _HEAD.pack(satellite.state.step, len(neighbours))
+            new.write_bytes(head + np.array(neighbours, dtype=_PLACE).tobytes() + save(satellite))
             new.replace(self._file)
         except OSError as error:
             sentence = f"{self._file}: the checkpoint cannot be written: {error.strerror}"

@@ -219,7 +219,7 @@ class SatelliteNode:
             if returned[0] != step:
                 return False
             if returned[1] >= 0:
-                self.memory.restore(self.satellite)
+                self.memory.restore(self.satellite, self.hearsay.neighbours)
             self.satellite.join(step)
         self.flying = True
         self.step = step
@@ -371,7 +371,7 @@ class SatelliteNode:
         voice = self.voice
         words = voice.words(self.satellite.announce(), self.step)
         voice.command(seconds, nanoseconds, step, decision, words)
-        self.memory.keep(self.satellite)
+        self.memory.keep(self.satellite, self.hearsay.neighbours)
         voice.announce(step + 1, words)
         voice.show(seconds, nanoseconds, step, decision)
         if self._changes:
