@@ -209,7 +209,9 @@ def test_a_planned_loss_in_single_steps_and_another_graph_at_the_same_step_keep_
     assert_flies_again(bag)
 
 
-def test_a_satellite_comes_back_from_a_checkpoint_of_before_it_got_another_neighbour(operator: Operator) -> None:
+def test_a_satellite_comes_back_from_a_checkpoint_of_before_it_got_another_neighbour(
+    operator: Operator,
+) -> None:
     # Checkpoints every 50 steps; lost at 60 and every 200 steps from there, and back 20 steps later.
     losses = ", ".join(
         f"{{kind: satellite_lost, satellite: sat1, at: {at}, back: {at + 10}}}"

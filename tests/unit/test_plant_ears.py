@@ -10,10 +10,12 @@ from satform_msgs.msg import Command
 from flights import shortened
 from satform.channels import PLANT, channels, heard_by
 from satform.muster import Muster
+from satform.scenario import Scenario
 from satform_nodes import plant_ears, topics
 from satform_nodes.entry import Refusals
 from satform_nodes.plant_ears import PlantEars
 from satform_nodes.wire import layout
+from satform_tools.benchmarks.scaling import ring
 
 
 class Network:
@@ -22,8 +24,14 @@ class Network:
     def __init__(self) -> None:
         self._callbacks: dict[str, Callable[[bytes, str], None]] = {}
 
-    def subscribe(self, _node: Any, _kind: Any, topic: str, callback: Any, *_: Any) -> None:
+        self.next_awaited: Callable[[], Any] | None = None
+
+    def subscribe(self, _node: Any, _kind: Any, topic: str, callback: Any, *_: Any) -> str:
         self._callbacks[topic] = callback
+        return topic
+
+    def await_in_turn(self, next_awaited: Callable[[], Any] | None) -> None:
+        self.next_awaited = next_awaited
 
     def command(self, name: str, step: int) -> None:
         data = layout(Command, topics.FRAME).pack(0, 0, step, *[0.0] * 6, 0, 0, *[0.0] * 8)
@@ -37,19 +45,23 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     return clock
 
 
-def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(clock: SimpleNamespace) -> None:
-    scenario = shortened("triangle", 10.0)
-    network = Network()
-    ears = PlantEars(
+def plant_ears_of(scenario: Scenario, network: Network, muster: Muster) -> PlantEars:
+    return PlantEars(
         SimpleNamespace(),  # type: ignore[arg-type]
         network,  # type: ignore[arg-type]
         heard_by(PLANT, channels(scenario)),
-        Muster(scenario, ["recorder"]),
+        muster,
         Refusals(),
         lambda: None,
         lambda _name, _checkpoint: None,
         clocked=False,
     )
+
+
+def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(clock: SimpleNamespace) -> None:
+    scenario = shortened("triangle", 10.0)
+    network = Network()
+    ears = plant_ears_of(scenario, network, Muster(scenario, ["recorder"]))
     names = ["sat1", "sat2", "sat3"]
     for name in names:
         network.command(name, 0)
@@ -61,3 +73,34 @@ def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(cloc
     assert ears.quiet(names, 2.0) == ["sat2"]
     assert ears.quiet(["sat1", "recorder"], 2.0) == ["recorder"]
     assert ears.quiet(names, 0.5) == names
+
+
+def test_of_many_the_first_whose_command_is_due_is_waited_for_and_the_lost_are_not(
+    clock: SimpleNamespace,
+) -> None:
+    scenario, network = ring(9, 10), Network()
+    muster = Muster(scenario, [])
+    ears = plant_ears_of(scenario, network, muster)
+    assert network.next_awaited is None
+    ears.begin()
+    assert network.next_awaited is not None
+    assert network.next_awaited() == topics.command("s0")
+    for place in range(9):
+        network.command(f"s{place}", 0)
+    assert network.next_awaited() is None
+    assert muster.complete
+    muster.begin(1)
+    assert network.next_awaited() is None
+    muster.close()
+    assert network.next_awaited() == topics.command("s0")
+    for name in ("s1", "s0", "s3"):
+        network.command(name, 1)
+    assert network.next_awaited() == topics.command("s2")
+    muster.lose(2, "gone")
+    assert network.next_awaited() == topics.command("s4")
+
+
+def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:
+    scenario, network = shortened("triangle", 10.0), Network()
+    plant_ears_of(scenario, network, Muster(scenario, [])).begin()
+    assert network.next_awaited is None

@@ -59,6 +59,18 @@ def test_the_node_that_has_to_speak_is_believed_and_looked_up_once(believed: Spe
     assert graph.asked == 1
 
 
+def test_a_writer_that_was_found_before_the_flight_is_not_looked_up_and_needs_the_right_name_too(
+    believed: Speakers, graph: Graph
+) -> None:
+    graph.owner = {writer(1): "sat1", writer(2): "stranger", writer(3): "sat1"}
+    believed.introduce(graph.get_publishers_info_by_topic(TOPIC))
+    asked = graph.asked
+    assert believed.who(writer(1)) == "sat1"
+    assert graph.asked == asked
+    assert believed.who(writer(2)) is None
+    assert believed.who(writer(3)) is None
+
+
 def test_a_stranger_is_refused_by_name_each_time_and_looked_up_once(
     believed: Speakers, graph: Graph, refusals: Refusals
 ) -> None:

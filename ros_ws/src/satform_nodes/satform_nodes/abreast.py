@@ -24,6 +24,9 @@ from satform_nodes.satellite_node import SatelliteNode
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
+_STATES, _ATTITUDES, _HEARD = range(3)
+"""What a step needs, by kind."""
+
 _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
 
@@ -85,8 +88,39 @@ class Abreast:
         self._silence: Words = (0.0,) * (1 + WIDTH[self._announces])
         self._heard = [self._unheard(), self._unheard()]
         self._missing = [self._edges, self._edges]
-        self._step = 0
+        self._step = self._turn = 0
         self._begin_step()
+        self._awaited_in_turn = self._expected()
+        self._executor = satellites[0].executor
+        self._executor.await_in_turn(self._next_awaited)
+
+    def _expected(self) -> list[tuple[int, int, Any]]:
+        """What a step needs, about in the order in which it comes: which list it fills, where, whence."""
+        kinds = [(_STATES, "state"), (_ATTITUDES, "attitude")] if self._turns else [(_STATES, "state")]
+        own = [
+            (filled, row, node.ears.subscriptions[kind])
+            for filled, kind in kinds
+            for row, node in enumerate(self._nodes)
+        ]
+        heard = [
+            (_HEARD, slot, node.ears.subscriptions[neighbour])
+            for node, places in zip(self._nodes, self._places, strict=True)
+            for neighbour, slot in places.items()
+        ]
+        return [*own, *heard]
+
+    def _next_awaited(self) -> Any:
+        """The subscription of the first message that the present step still lacks; None when it has all."""
+        filled = (self._states, self._attitudes, self._heard[self._step & 1])
+        awaited, turn = self._awaited_in_turn, self._turn
+        while turn < len(awaited):
+            kind, place, subscription = awaited[turn]
+            if filled[kind][place] is None:
+                self._turn = turn
+                return subscription
+            turn += 1
+        self._turn = turn
+        return None
 
     def _unheard(self) -> list[Words | None]:
         """Nothing from those who are heard, zeros where there is nobody to be heard."""
@@ -100,6 +134,7 @@ class Abreast:
         self._states: list[tuple[Any, ...] | None] = [None] * len(self._nodes)
         self._attitudes: list[tuple[Any, ...] | None] = [None] * len(self._nodes)
         self._awaited = len(self._nodes) * (2 if self._turns else 1)
+        self._turn = 0
 
     def hear(self, row: int, neighbour: int, step: int, words: Words) -> None:
         """Take in what a neighbour of a satellite says for the present step or for the next one."""
@@ -134,6 +169,7 @@ class Abreast:
 
     def part(self) -> None:
         """Go on one by one, each with its share of the state and of what has arrived."""
+        self._executor.await_in_turn(None)
         nodes, begun = self._nodes, self._satellite.state.begun
         for row, node in enumerate(nodes):
             node.fly_alone(self.single(row) if begun else None)

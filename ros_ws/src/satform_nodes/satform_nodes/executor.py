@@ -9,7 +9,6 @@ to the parent class.
 
 import os
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -17,12 +16,16 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
-from satform_nodes.speakers import UNDECIDED, Speakers
+from satform_nodes.ear import Ear
+from satform_nodes.speakers import Speakers
 from satform_nodes.taking import Taker
 from satform_nodes.trace import AnyTrace, trace_from_environment
 
 HOUSEKEEPING_PERIOD = 1.0
 """Wall-clock time between two looks at what no wait set holds: timers, events, new entities; s."""
+
+HOUSEKEEPING_AT_LEISURE = 20.0
+"""Times its own length that passes between the beginnings of two such looks at least."""
 
 LONGEST_WAIT = 0.02
 """Wall-clock time after which a wait is broken off to look at the condition and at all else, s."""
@@ -48,82 +51,7 @@ LONGEST_IDLE = 1.0
 STOCK = "SATFORM_STOCK_EXECUTOR"
 """Environment variable: when set, all is left to the parent class, to measure what this one gains."""
 
-_AT_ONCE = 256
-"""Messages of strangers that are put aside at once on the way to one that is believed."""
-
-_HELD = 256
-"""Writers of whom it is not known yet who they are, and messages of each, that are held back at most."""
-
 _NANOSECONDS = 1_000_000_000
-
-
-class _Ear:
-    """A subscription that is read here: what comes in is handed on if its writer may speak there."""
-
-    def __init__(
-        self,
-        subscription: Any,
-        speakers: Speakers | None,
-        callback: Callable[[bytes, str], None],
-        taker: Taker,
-    ) -> None:
-        self.subscription = subscription
-        self._speakers = speakers
-        self._callback = callback
-        self._taker = taker
-        self._held: dict[bytes, deque[bytes]] = {}
-
-    def hear(self) -> bool:
-        """Hand on the next message that is believed, if there is one; whether there was."""
-        for _ in range(_AT_ONCE):
-            taken = self._taker.take(self.subscription)
-            if taken is None:
-                return False
-            if self._hand_on(*taken):
-                return True
-        return False
-
-    def hear_all(self) -> bool:
-        """Hand on what has arrived; whether there was anything."""
-        heard = False
-        # A bound: a stranger may write faster than anyone can read.
-        for _ in range(_AT_ONCE):
-            if not self.hear():
-                break
-            heard = True
-        return heard
-
-    def reconsider(self) -> None:
-        """Hand on what was held back, where it is known by now whose it is; each writer's in order."""
-        for writer, said in list(self._held.items()):
-            name = self._name_of(writer)
-            if name != UNDECIDED:
-                del self._held[writer]
-                for data in said:
-                    if name is not None:
-                        self._callback(data, name)
-
-    def _hand_on(self, data: bytes, writer: bytes) -> bool:
-        if writer in self._held:
-            self._held[writer].append(data)
-            return False
-        name = "" if self._speakers is None else self._speakers.who(writer)
-        if self._speakers is not None and name == UNDECIDED:
-            if len(self._held) < _HELD:
-                self._held[writer] = deque([data], maxlen=_HELD)
-            return False
-        if name is None:
-            return False
-        self._callback(data, name)
-        return True
-
-    def _name_of(self, writer: bytes) -> str | None:
-        return self._speakers.who(writer) if self._speakers else None
-
-    @property
-    def holds(self) -> bool:
-        """Whether something is held back."""
-        return bool(self._held)
 
 
 class StepExecutor(SingleThreadedExecutor):
@@ -136,13 +64,15 @@ class StepExecutor(SingleThreadedExecutor):
         self._handed_out = 0
         self._taker = Taker()
         self._names: list[str] = []
-        self._hot: list[_Ear] = []
-        self._overheard: list[_Ear] = []
-        self._ears: dict[int, _Ear] = {}
+        self._hot: list[Ear] = []
+        self._overheard: list[Ear] = []
+        self._ears: dict[int, Ear] = {}
         self._chores: list[Callable[[], None]] = []
         self._cold: list[Any] = []
         self._services: list[Any] = []
         self._hot_wait_set: Any = None
+        self._next_awaited: Callable[[], Any] | None = None
+        self._single_wait_set: Any = None
         self._cold_wait_set: Any = None
         self._next_housekeeping = 0.0
         self._next_cold_look = 0.0
@@ -191,7 +121,7 @@ class StepExecutor(SingleThreadedExecutor):
             """What is taken for the parent goes through the ear, too."""
 
         subscription = node.create_subscription(message_type, topic, _never_called, qos, raw=True)
-        ear = _Ear(subscription, speakers, self._traced(topic, callback, vital=vital), self._taker)
+        ear = Ear(subscription, speakers, self._traced(topic, callback, vital=vital), self._taker)
         self._ears[id(subscription)] = ear
         if vital:
             self._hot.append(ear)
@@ -199,6 +129,18 @@ class StepExecutor(SingleThreadedExecutor):
         else:
             self._overheard.append(ear)
         return subscription
+
+    def await_in_turn(self, next_awaited: Callable[[], Any] | None) -> None:
+        """Wait for one hot subscription after another instead of for all of them at once.
+
+        Where a step needs a message from each of many, a wait for all of them costs time for each of them
+        every time that some have come. What else arrives is taken at the looks at what is not hot.
+
+        Args:
+            next_awaited: tells a subscription without whose next message the step does not go on, or None
+                where that is not known and all are waited for; None to wait for all from now on.
+        """
+        self._next_awaited = next_awaited
 
     def _traced(
         self, topic: str, callback: Callable[[bytes, str], None], *, vital: bool
@@ -317,10 +259,10 @@ class StepExecutor(SingleThreadedExecutor):
         return True
 
     def spin_until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Work in the stock way until a condition holds; for what is not hot, such as readiness.
+        """Work until a condition holds, whatever arrives meanwhile.
 
         Args:
-            condition: asked after every callback.
+            condition: asked after every round.
             timeout: wall-clock time after which to give up, s.
 
         Returns:
@@ -328,11 +270,12 @@ class StepExecutor(SingleThreadedExecutor):
         """
         end = time.monotonic() + timeout
         while not condition():
-            left = end - time.monotonic()
-            if left <= 0.0:
+            now = time.monotonic()
+            if now >= end:
                 return False
-            super().spin_once(timeout_sec=min(left, LONGEST_WAIT))
-            self._reconsider()
+            if now >= self._next_cold_look:
+                self._look_at_cold(now)
+            self._take_hot(min(end - now, LONGEST_WAIT))
         return True
 
     def _reconsider(self) -> None:
@@ -343,10 +286,32 @@ class StepExecutor(SingleThreadedExecutor):
 
     def _take_hot(self, timeout: float) -> bool:
         """Wait for hot messages and hand them out; whether there were any."""
-        if self._stock:
+        if self._stock or not self._hot:
             before = self._handed_out
             super().spin_once(timeout_sec=timeout)
             return self._handed_out != before
+        awaited = self._next_awaited and self._next_awaited()
+        return self._take_any(timeout) if awaited is None else self._take_in_turn(awaited, timeout)
+
+    def _take_in_turn(self, awaited: Any, timeout: float) -> bool:
+        """Hand out what is awaited, one after another, as long as it is there; wait for the first of them."""
+        taken_any = False
+        while awaited is not None and self._ears[id(awaited)].hear():
+            taken_any = True
+            awaited = self._next_awaited and self._next_awaited()
+        if taken_any:
+            return True
+        wait_set = self._single_wait_set
+        if wait_set is None:
+            wait_set = self._single_wait_set = _rclpy.WaitSet(1, 0, 0, 0, 0, 0, self.context.handle)
+        wait_set.clear_entities()
+        wait_set.add_subscription(awaited.handle)
+        wait_set.wait(int(timeout * _NANOSECONDS))
+        # When it does not come there may be a reason, which somebody else has told.
+        return self._ears[id(awaited)].hear() or self._take_any(0.0)
+
+    def _take_any(self, timeout: float) -> bool:
+        """Wait for hot messages of anyone, and hand out one of each that has some; whether there were any."""
         wait_set = self._hot_wait_set
         if wait_set is None:
             wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, self.context.handle)
@@ -365,7 +330,7 @@ class StepExecutor(SingleThreadedExecutor):
 
     def _drain_hot(self) -> bool:
         """Hand out the hot messages that have arrived, without waiting; whether there were any."""
-        if self._stock:
+        if self._stock or not self._hot:
             return self._take_hot(0.0)
         taken_any = False
         for ear in tuple(self._hot):
@@ -380,10 +345,14 @@ class StepExecutor(SingleThreadedExecutor):
             chore()
         for ear in self._overheard:
             ear.hear_all()
+        if self._next_awaited is not None and not self._stock:
+            self._take_any(0.0)
         if now >= self._next_housekeeping:
-            self._next_housekeeping = now + HOUSEKEEPING_PERIOD
             self._gather_cold()
             super().spin_once(timeout_sec=0.0)
+            # The parent class looks at every entity of every node, of which a group has thousands.
+            spent = time.monotonic() - now
+            self._next_housekeeping = now + max(HOUSEKEEPING_PERIOD, HOUSEKEEPING_AT_LEISURE * spent)
         wait_set = self._cold_wait_set
         wait_set.clear_entities()
         for subscription in self._cold:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.wording import listed
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import NodeError, StopRequest, patience
 
@@ -29,7 +30,7 @@ def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop:
     Raises:
         NodeError: the others are not there, or no longer heard.
     """
-    names = ", ".join(satellite.name for satellite in satellites)
+    names = listed([satellite.name for satellite in satellites])
     longest = patience(len(satellites[0].scenario.satellites))
 
     def over() -> bool:
@@ -80,5 +81,5 @@ def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> No
     if not in_time:
         sentence = f"nothing heard from the plant at step {first.step}"
         first.report.say("lost", who=["plant"], step=first.step, reason=sentence)
-        names = ", ".join(satellite.name for satellite in satellites)
+        names = listed([satellite.name for satellite in satellites])
         raise NodeError(f"{names}: {sentence}; thrusters off, stopping", EXIT_LOST)

@@ -31,7 +31,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         raise NodeError(sentence, EXIT_BAD_INPUT)
     satellites = []
     for name in names:
-        own = FormationNode(name, log_topic=False, services=len(names) <= MOST_WITH_SERVICES)
+        own = FormationNode(name, log_topic=False, lean=len(names) > MOST_WITH_SERVICES)
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, scenario, settings, report))

@@ -7,6 +7,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -20,20 +21,35 @@ class FormationNode(Node):
     rclpy drops the reason that a callback gives for accepting a change; here it reaches the caller.
     """
 
-    def __init__(self, name: str, *, log_topic: bool = True, services: bool = True) -> None:
+    def __init__(self, name: str, *, log_topic: bool = True, lean: bool = False) -> None:
         """A node.
 
         Args:
             name: of the node.
             log_topic: whether what it logs is told on `/rosout` too.
-            services: whether its parameters can be read and set from outside.
+            lean: whether it does without what costs most where there are many nodes: the services by which
+                its parameters can be read and set from outside, and the warning about others whose quality
+                of service does not fit.
         """
         self.sentence = ""
-        # With them goes the service that describes message types.
-        bare = [] if services else [Parameter("start_type_description_service", value=False)]
+        self._lean = lean
+        # With the services for parameters goes the one that describes message types.
+        bare = [Parameter("start_type_description_service", value=False)] if lean else []
         super().__init__(
-            name, enable_rosout=log_topic, start_parameter_services=services, parameter_overrides=bare
+            name, enable_rosout=log_topic, start_parameter_services=not lean, parameter_overrides=bare
         )
+
+    def create_publisher(self, *arguments: Any, **options: Any) -> Any:
+        """As in rclpy; a lean node is not told about others whose quality of service does not fit."""
+        if self._lean:
+            options.setdefault("event_callbacks", PublisherEventCallbacks(use_default_callbacks=False))
+        return super().create_publisher(*arguments, **options)
+
+    def create_subscription(self, *arguments: Any, **options: Any) -> Any:
+        """As in rclpy; a lean node is not told about others whose quality of service does not fit."""
+        if self._lean:
+            options.setdefault("event_callbacks", SubscriptionEventCallbacks(use_default_callbacks=False))
+        return super().create_subscription(*arguments, **options)
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Change parameters together; the result's reason is what the change's acceptor said."""

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterable
 from functools import partial
+from typing import Any
 
 import numpy as np
 from rclpy.node import Node
@@ -21,6 +22,9 @@ from satform_nodes.wire import layout
 
 _COMMAND = layout(Command, topics.FRAME)
 _RECORDED = layout(Recorded, topics.FRAME)
+
+_MANY = 8
+"""Satellites from which on the plant waits for one command after another instead of for all at once."""
 
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
@@ -71,6 +75,7 @@ class PlantEars:
         self._on_offer = on_offer
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
+        self._turn = (0, 0)
         self._heard_at = [time.monotonic()] * len(names)
         speakers = {channel.topic: channel.speakers for channel in heard}
         self._ready_speakers = Speakers(node, topics.READY, speakers[topics.READY], refusals)
@@ -92,10 +97,30 @@ class PlantEars:
             for index, topic in enumerate(commands)
         ]
 
+    def begin(self) -> None:
+        """The flight begins: from now on commands are due."""
+        self.promptness.begin()
+        if len(self._subscriptions) >= _MANY and not self._clocked:
+            self._executor.await_in_turn(self._next_awaited)
+
+    def _next_awaited(self) -> Any:
+        """The subscription of the first satellite whose command is due; None when none is."""
+        muster = self._muster
+        if muster.open or muster.over:
+            return None
+        step, place = self._turn
+        if step != muster.step:
+            place = 0
+        answered, alive = muster.answered, muster.formation.alive
+        while place < len(alive) and (place in answered or not alive[place]):
+            place += 1
+        self._turn = (muster.step, place)
+        return self._subscriptions[place] if place < len(alive) else None
+
     def expect_speakers(self, company: Company) -> None:
         """Have those waited for that are to command."""
-        for name, subscription in zip(self._muster.names, self._subscriptions, strict=True):
-            company.speaks(subscription, [name])
+        for subscription, speakers in zip(self._subscriptions, self._speakers, strict=True):
+            company.speaks(subscription, speakers)
 
     def hear_recorder(self, company: Company, on_recorded: Callable[[], None]) -> None:
         """Listen to how far the recorder is.
@@ -117,7 +142,7 @@ class PlantEars:
         progress = self._executor.subscribe(
             self._node, Recorded, topics.RECORDED, note, topics.STEPPED_READER, speakers
         )
-        company.speaks(progress, [RECORDER])
+        company.speaks(progress, speakers)
 
     def take(self, change: Change) -> None:
         """Go by the commands of those who fly from now on, and by nobody else's."""

@@ -16,6 +16,7 @@ from satform.formation import Event
 from satform.muster import Change, Muster
 from satform.plant import Plant
 from satform.scenario import Scenario
+from satform.wording import listed
 from satform_nodes import topics
 from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import Refusals
@@ -163,7 +164,7 @@ class PlantNode:
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
         self.flying = True
-        self.ears.promptness.begin()
+        self.ears.begin()
         self.say_status(FormationStatus.FLYING, "")
         self._begin_step()
 
@@ -329,7 +330,7 @@ class PlantNode:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
         if self.muster.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
             silent = self.missing()
-            self.aborted = (silent, f"{', '.join(silent)} has not come back within {self.start_timeout:g} s")
+            self.aborted = (silent, f"{listed(silent)} has not come back within {self.start_timeout:g} s")
 
     def tick(self) -> None:
         """Take the next step with the commands that there are: those of the step before hold on."""
@@ -375,7 +376,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, plant.start_timeout
     ):
         late = plant.not_ready()
-        return _abort(plant, late, f"not ready within {plant.start_timeout:g} s: {', '.join(late)}")
+        return _abort(plant, late, f"not ready within {plant.start_timeout:g} s: {listed(late)}")
     begin = time.perf_counter()
     plant.report.say("flying")
     if not (stop.asked or plant.stop_asked):
@@ -412,12 +413,12 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
     ):
         silent = plant.missing()
         if plant.waits_for_return:
-            late = f"{', '.join(silent)} has not come back within {plant.start_timeout:g} s"
+            late = f"{listed(silent)} has not come back within {plant.start_timeout:g} s"
             plant.aborted = (silent, late)
         else:
             # Where nobody is quiet nobody is to blame, and all the same it does not go on.
             quiet = plant.ears.quiet(silent, silence) or silent
-            plant.lose(quiet, f"no answer within {silence:g} s from {', '.join(quiet)}")
+            plant.lose(quiet, f"no answer within {silence:g} s from {listed(quiet)}")
 
 
 def _abort(plant: PlantNode, who: list[str], reason: str) -> int:

@@ -6,6 +6,8 @@ from typing import Any
 
 from rclpy.node import Node
 
+from satform_nodes.speakers import Speakers
+
 
 class Company:
     """The nodes at the other ends of a node's topics.
@@ -16,15 +18,21 @@ class Company:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._missing: list[tuple[Any, bool, set[str]]] = []
+        self._missing: list[tuple[Any, Speakers | None, set[str]]] = []
 
-    def speaks(self, subscription: Any, names: Collection[str]) -> None:
-        """Expect these nodes to publish on the subscription's topic."""
-        self._missing.append((subscription, True, set(names)))
+    def speaks(self, subscription: Any, speakers: Speakers, names: Collection[str] | None = None) -> None:
+        """Expect nodes to publish on the subscription's topic.
+
+        Args:
+            subscription: of the node.
+            speakers: who is believed there; they are told whose the writers are that have been found.
+            names: of those who are expected; all who are believed when left out.
+        """
+        self._missing.append((subscription, speakers, set(speakers.expected if names is None else names)))
 
     def listens(self, publisher: Any, names: Collection[str]) -> None:
         """Expect these nodes to subscribe to the publisher's topic."""
-        self._missing.append((publisher, False, set(names)))
+        self._missing.append((publisher, None, set(names)))
 
     def complete(self, lost: Collection[str] = ()) -> bool:
         """Whether all of them are there; endpoints once found are not looked for again.
@@ -33,19 +41,22 @@ class Company:
             lost: nodes that are not to be waited for at present.
         """
         gone = set(lost)
-        missing = [(end, speaking, names - gone) for end, speaking, names in self._missing]
+        missing = [(end, speakers, names - gone) for end, speakers, names in self._missing]
         self._missing = [entry for entry in missing if not self._there(*entry)]
         return not self._missing
 
-    def _there(self, endpoint: Any, speaking: bool, names: set[str]) -> bool:
-        count = endpoint.get_publisher_count() if speaking else endpoint.get_subscription_count()
-        if count < len(names):
+    def _there(self, endpoint: Any, speakers: Speakers | None, names: set[str]) -> bool:
+        if speakers is None:
+            if endpoint.get_subscription_count() < len(names):
+                return False
+            listening = self._node.get_subscriptions_info_by_topic(endpoint.topic_name)
+            return names <= {other.node_name for other in listening}
+        if endpoint.get_publisher_count() < len(names):
             return False
-        look = (
-            self._node.get_publishers_info_by_topic
-            if speaking
-            else self._node.get_subscriptions_info_by_topic
-        )
-        found = Counter(other.node_name for other in look(endpoint.topic_name))
+        speaking = self._node.get_publishers_info_by_topic(endpoint.topic_name)
+        found = Counter(other.node_name for other in speaking)
         # Two writers with one name cannot be told apart before either has spoken.
-        return all(found[name] == 1 if speaking else found[name] >= 1 for name in names)
+        if any(found[name] != 1 for name in names):
+            return False
+        speakers.introduce(speaking)
+        return True

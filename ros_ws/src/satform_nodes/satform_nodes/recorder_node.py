@@ -213,15 +213,11 @@ class RecorderNode:
             self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
             self._report_progress(step)
 
+        speakers = self._only(topic, [speaker])
         subscription = executor.subscribe(
-            self.node,
-            topics.TYPES[kind],
-            topic,
-            _on_message,
-            topics.STEPPED_READER,
-            self._only(topic, [speaker]),
+            self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED_READER, speakers
         )
-        self._company.speaks(subscription, [speaker])
+        self._company.speaks(subscription, speakers)
 
     def _only(self, topic: str, names: Collection[str]) -> Speakers:
         """The nodes that are to be believed on a topic, and nobody else."""
@@ -265,10 +261,11 @@ class RecorderNode:
             if message is not None:
                 callback(message, channel)
 
+        speakers = self._only(topic, [speaker])
         subscription = executor.subscribe(
-            self.node, message_type, topic, _on_message, topics.LATCHED_READER, self._only(topic, [speaker])
+            self.node, message_type, topic, _on_message, topics.LATCHED_READER, speakers
         )
-        self._company.speaks(subscription, [speaker])
+        self._company.speaks(subscription, speakers)
 
     def _overhear(self, executor: StepExecutor, channel: Channel) -> None:
         """Write what the nodes say of their health, which nobody waits for.
@@ -284,16 +281,17 @@ class RecorderNode:
                 seconds, nanoseconds = self._now
                 self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
 
+        speakers = self._only(topic, channel.speakers)
         subscription = executor.subscribe(
             self.node,
             topics.TYPES[channel.kind],
             topic,
             _on_message,
             topics.STEPPED_READER,
-            self._only(topic, channel.speakers),
+            speakers,
             vital=False,
         )
-        self._company.speaks(subscription, [name for name in channel.speakers if name != RECORDER])
+        self._company.speaks(subscription, speakers, [name for name in channel.speakers if name != RECORDER])
 
     def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
         stamp = message.header.stamp

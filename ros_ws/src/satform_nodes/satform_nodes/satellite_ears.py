@@ -42,7 +42,12 @@ class Hearer:
 
 
 class SatelliteEars:
-    """A satellite's subscriptions, who is believed on them, and who is waited for."""
+    """A satellite's subscriptions, who is believed on them, and who is waited for.
+
+    Attributes:
+        company: who is waited for.
+        subscriptions: by kind for what the plant says, and by the neighbour's place for what it announces.
+    """
 
     def __init__(
         self,
@@ -75,20 +80,21 @@ class SatelliteEars:
         self._names = [satellite.name for satellite in scenario.satellites]
         self._announces = scenario.consensus.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
+        self.subscriptions: dict[str | int, Any] = {}
         self._speakers: dict[int, Speakers] = {}
         own = scenario.satellite(index)
         jump = topics.FASTEST * scenario.timing.step + topics.NEAR
         for channel in heard_by(own.name, satellite_channels(scenario, index)):
             if channel.kind == "state":
                 entry = Entry(channel.topic, _STATE, refusals, _PLACE, jump)
-                self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT)
+                self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT, "state")
             else:
                 entry = Entry(channel.topic, _ATTITUDE, refusals)
-                self._hear(Attitude, channel.topic, partial(hearer.attitude, entry), PLANT)
+                self._hear(Attitude, channel.topic, partial(hearer.attitude, entry), PLANT, "attitude")
         for neighbour in scenario.possible_graph().neighbours(index):
             self.listen_to(neighbour)
         # Made last: whoever sees this subscription has seen all others of this satellite.
-        self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, topics.LATCHED_READER)
+        self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, "status", topics.LATCHED_READER)
 
     def listen_to(self, neighbour: int) -> None:
         """Hear what a neighbour announces from now on."""
@@ -96,7 +102,8 @@ class SatelliteEars:
         topic = topic_name(self._announces, speaker)
         entry = Entry(topic, self._announcement, self._refusals)
         callback = partial(self._hearer.announcement, neighbour, entry)
-        self._speakers[neighbour] = self._hear(topics.TYPES[self._announces], topic, callback, speaker)
+        kind = topics.TYPES[self._announces]
+        self._speakers[neighbour] = self._hear(kind, topic, callback, speaker, neighbour)
 
     def vacate(self, lost: Collection[int]) -> None:
         """Believe those who are started in place of lost neighbours."""
@@ -105,11 +112,18 @@ class SatelliteEars:
                 speakers.vacate(self._names[place])
 
     def _hear(
-        self, kind: Any, topic: str, callback: Callable[[bytes, str], None], speaker: str, profile: Any = None
+        self,
+        kind: Any,
+        topic: str,
+        callback: Callable[[bytes, str], None],
+        speaker: str,
+        what: str | int,
+        profile: Any = None,
     ) -> Speakers:
         speakers = Speakers(self._node, topic, [speaker], self._refusals)
         subscription = self._executor.subscribe(
             self._node, kind, topic, callback, profile or self._profile, speakers
         )
-        self.company.speaks(subscription, [speaker])
+        self.subscriptions[what] = subscription
+        self.company.speaks(subscription, speakers)
         return speakers

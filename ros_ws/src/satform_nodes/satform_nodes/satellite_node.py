@@ -19,6 +19,7 @@ from satform.formation import falls, planned, returns
 from satform.orientation import Attitude
 from satform.satellite import Satellite, flight_plan
 from satform.scenario import Scenario
+from satform.wording import listed
 from satform_nodes import topics
 from satform_nodes.checkpoint_file import CheckpointFile
 from satform_nodes.diagnostics import Condition, Course, Health
@@ -69,6 +70,7 @@ class SatelliteNode:
     Attributes:
         view: who flies and who hears whom, as the plant says.
         hearsay: what the neighbours said.
+        ears: take in what others say.
         voice: says what this satellite has to say.
         memory: where its checkpoints are kept.
         step: the one that comes next.
@@ -91,7 +93,7 @@ class SatelliteNode:
         name = settings.name
         if name not in names:
             raise NodeError(
-                f"there is no satellite {name!r} in the scenario; there are {', '.join(names)}",
+                f"there is no satellite {name!r} in the scenario; there are {listed(names)}",
                 EXIT_BAD_INPUT,
             )
         self.node = node
@@ -126,20 +128,20 @@ class SatelliteNode:
         self._parameters = SatelliteParameters(node, scenario, self.index, self._to_change, self._changes)
         self.voice = SatelliteVoice(node, scenario, self.index, self._stamps)
         hearer = Hearer(self._on_state, self._on_attitude, self._on_announcement, self._on_status)
-        self._ears = SatelliteEars(
+        self.ears = SatelliteEars(
             node, executor, scenario, self.index, self.refusals, hearer, clocked=self.clocked
         )
-        self.voice.expect_listeners(self._ears.company, recorded=settings.recorded)
+        self.voice.expect_listeners(self.ears.company, recorded=settings.recorded)
         self._health = Health(node, f"{name}: flight software", name, self._condition)
         if settings.recorded:
-            self._ears.company.listens(self._health.publisher, [RECORDER])
+            self.ears.company.listens(self._health.publisher, [RECORDER])
         executor.add_chore(self._health.due)
 
     # Before and after the flight, and when it does not go on
 
     def matched(self) -> bool:
         """Whether everyone this satellite talks to or listens to is there, seen from this side."""
-        return self._ears.company.complete(self.view.lost)
+        return self.ears.company.complete(self.view.lost)
 
     def say_ready(self) -> None:
         """Tell the plant that this satellite can fly, and from which checkpoint it would go on."""
@@ -203,7 +205,7 @@ class SatelliteNode:
         if formation.number == before:
             return
         self._part()
-        self._ears.vacate(np.flatnonzero(~formation.alive).tolist())
+        self.ears.vacate(np.flatnonzero(~formation.alive).tolist())
         if not formation.alive[self.index]:
             self._fall()
         self._meet_new_neighbours()
@@ -259,7 +261,7 @@ class SatelliteNode:
             return
         places = self.hearsay.meet(new)
         for neighbour in new:
-            self._ears.listen_to(neighbour)
+            self.ears.listen_to(neighbour)
         self.satellite.rearrange(places)
 
     def _new_software(self) -> Satellite:

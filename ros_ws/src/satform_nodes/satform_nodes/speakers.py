@@ -7,7 +7,7 @@ again. Names are looked up once for each writer.
 
 import time
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from rclpy.node import Node
@@ -53,6 +53,22 @@ class Speakers:
         self._strangers: dict[bytes, str] = {}
         self._next_look = 0.0
         self._met: dict[bytes, float] = {}
+        self._introduced: dict[bytes, str] = {}
+
+    @property
+    def expected(self) -> frozenset[str]:
+        """Names of the nodes that have to speak there."""
+        return self._expected
+
+    def introduce(self, endpoints: Iterable[Any]) -> None:
+        """Take note of whose writers these are, which need not be looked up any more.
+
+        Args:
+            endpoints: of the topic, as rclpy tells of publishers.
+        """
+        for other in endpoints:
+            if other.node_name in self._expected:
+                self._introduced[bytes(other.endpoint_gid)] = other.node_name
 
     def vacate(self, name: str) -> None:
         """A node has been lost: one that is started in its place is believed, too."""
@@ -104,6 +120,9 @@ class Speakers:
         return reason
 
     def _look_up(self, writer: bytes) -> str:
+        introduced = self._introduced.pop(writer, None)
+        if introduced is not None:
+            return introduced
         now = time.monotonic()
         if now < self._next_look:
             return UNDECIDED
