@@ -13,6 +13,7 @@ from satform.muster import Muster
 from satform.scenario import Scenario
 from satform_nodes import plant_ears, topics
 from satform_nodes.entry import Refusals
+from satform_nodes.executor import MANY
 from satform_nodes.plant_ears import PlantEars
 from satform_nodes.wire import layout
 from satform_tools.benchmarks.scaling import ring
@@ -75,29 +76,30 @@ def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(cloc
     assert ears.quiet(names, 0.5) == names
 
 
-def test_of_many_the_first_whose_command_is_due_is_waited_for_and_the_lost_are_not(
+def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_not(
     clock: SimpleNamespace,
 ) -> None:
-    scenario, network = ring(9, 10), Network()
+    scenario, network = ring(MANY, 10), Network()
     muster = Muster(scenario, [])
     ears = plant_ears_of(scenario, network, muster)
     assert network.next_awaited is None
     ears.begin()
     assert network.next_awaited is not None
-    assert network.next_awaited() == topics.command("s0")
-    for place in range(9):
-        network.command(f"s{place}", 0)
+    last = f"s{MANY - 1}"
+    assert network.next_awaited() == topics.command(last)
+    for name in muster.names:
+        network.command(name, 0)
     assert network.next_awaited() is None
     assert muster.complete
     muster.begin(1)
     assert network.next_awaited() is None
     muster.close()
-    assert network.next_awaited() == topics.command("s0")
-    for name in ("s1", "s0", "s3"):
-        network.command(name, 1)
-    assert network.next_awaited() == topics.command("s2")
-    muster.lose(2, "gone")
-    assert network.next_awaited() == topics.command("s4")
+    assert network.next_awaited() == topics.command(last)
+    for place in (2, 1, 4):
+        network.command(f"s{MANY - place}", 1)
+    assert network.next_awaited() == topics.command(f"s{MANY - 3}")
+    muster.lose(MANY - 3, "gone")
+    assert network.next_awaited() == topics.command(f"s{MANY - 5}")
 
 
 def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:

@@ -19,6 +19,7 @@ from satform.post import Ears
 from satform.satellite import Decision, Satellite
 from satform.scenario import Scenario
 from satform_nodes import topics
+from satform_nodes.executor import MANY
 from satform_nodes.hearsay import Words
 from satform_nodes.satellite_node import SatelliteNode
 from satform_nodes.stamps import Stamps
@@ -92,15 +93,22 @@ class Abreast:
         self._begin_step()
         self._awaited_in_turn = self._expected()
         self._executor = satellites[0].executor
-        self._executor.await_in_turn(self._next_awaited)
+        if len(self._awaited_in_turn) >= MANY:
+            self._executor.await_in_turn(self._next_awaited)
 
     def _expected(self) -> list[tuple[int, int, Any]]:
-        """What a step needs, about in the order in which it comes: which list it fills, where, whence."""
-        kinds = [(_STATES, "state"), (_ATTITUDES, "attitude")] if self._turns else [(_STATES, "state")]
+        """What a step needs, about in the order in which it comes, the last one first.
+
+        Who waits for the last one is woken once, where all others have come before it.
+
+        Returns:
+            For each the list that it fills, its place there, and its subscription.
+        """
+        kinds = [(_ATTITUDES, "attitude"), (_STATES, "state")] if self._turns else [(_STATES, "state")]
         own = [
             (filled, row, node.ears.subscriptions[kind])
             for filled, kind in kinds
-            for row, node in enumerate(self._nodes)
+            for row, node in reversed(list(enumerate(self._nodes)))
         ]
         heard = [
             (_HEARD, slot, node.ears.subscriptions[neighbour])
@@ -110,7 +118,7 @@ class Abreast:
         return [*own, *heard]
 
     def _next_awaited(self) -> Any:
-        """The subscription of the first message that the present step still lacks; None when it has all."""
+        """The subscription of the last message that the present step still lacks; None when it has all."""
         filled = (self._states, self._attitudes, self._heard[self._step & 1])
         awaited, turn = self._awaited_in_turn, self._turn
         while turn < len(awaited):

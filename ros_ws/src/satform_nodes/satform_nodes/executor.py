@@ -48,6 +48,9 @@ ABSENCE = 0.25
 LONGEST_IDLE = 1.0
 """Longest wall-clock time between two such repetitions, s."""
 
+MANY = 64
+"""Awaited messages of a step from which on it pays to wait for one after another."""
+
 STOCK = "SATFORM_STOCK_EXECUTOR"
 """Environment variable: when set, all is left to the parent class, to measure what this one gains."""
 
@@ -133,8 +136,9 @@ class StepExecutor(SingleThreadedExecutor):
     def await_in_turn(self, next_awaited: Callable[[], Any] | None) -> None:
         """Wait for one hot subscription after another instead of for all of them at once.
 
-        Where a step needs a message from each of many, a wait for all of them costs time for each of them
-        every time that some have come. What else arrives is taken at the looks at what is not hot.
+        Where a step needs a message from each of `MANY`, a wait for all of them costs time for each of them
+        every time that some have come. What else arrives is taken at the looks at what is not hot. Among
+        fewer it gains more to take what comes while the others are still speaking.
 
         Args:
             next_awaited: tells a subscription without whose next message the step does not go on, or None

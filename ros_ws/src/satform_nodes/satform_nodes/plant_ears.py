@@ -14,7 +14,7 @@ from satform.channels import RECORDER, Channel
 from satform.muster import Change, Muster
 from satform_nodes import topics
 from satform_nodes.entry import Entry, Refusals
-from satform_nodes.executor import StepExecutor
+from satform_nodes.executor import MANY, StepExecutor
 from satform_nodes.on_the_clock import Promptness
 from satform_nodes.readiness import Company
 from satform_nodes.speakers import Speakers, decoded
@@ -22,9 +22,6 @@ from satform_nodes.wire import layout
 
 _COMMAND = layout(Command, topics.FRAME)
 _RECORDED = layout(Recorded, topics.FRAME)
-
-_MANY = 8
-"""Satellites from which on the plant waits for one command after another instead of for all at once."""
 
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
@@ -75,7 +72,7 @@ class PlantEars:
         self._on_offer = on_offer
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
-        self._turn = (0, 0)
+        self._turn = (-1, 0)
         self._heard_at = [time.monotonic()] * len(names)
         speakers = {channel.topic: channel.speakers for channel in heard}
         self._ready_speakers = Speakers(node, topics.READY, speakers[topics.READY], refusals)
@@ -100,22 +97,25 @@ class PlantEars:
     def begin(self) -> None:
         """The flight begins: from now on commands are due."""
         self.promptness.begin()
-        if len(self._subscriptions) >= _MANY and not self._clocked:
+        if len(self._subscriptions) >= MANY and not self._clocked:
             self._executor.await_in_turn(self._next_awaited)
 
     def _next_awaited(self) -> Any:
-        """The subscription of the first satellite whose command is due; None when none is."""
+        """The subscription of the last satellite whose command is due; None when none is.
+
+        It was told its state after all others: when its command comes theirs have come as a rule.
+        """
         muster = self._muster
         if muster.open or muster.over:
             return None
         step, place = self._turn
         if step != muster.step:
-            place = 0
+            place = len(self._subscriptions) - 1
         answered, alive = muster.answered, muster.formation.alive
-        while place < len(alive) and (place in answered or not alive[place]):
-            place += 1
+        while place >= 0 and (place in answered or not alive[place]):
+            place -= 1
         self._turn = (muster.step, place)
-        return self._subscriptions[place] if place < len(alive) else None
+        return self._subscriptions[place] if place >= 0 else None
 
     def expect_speakers(self, company: Company) -> None:
         """Have those waited for that are to command."""

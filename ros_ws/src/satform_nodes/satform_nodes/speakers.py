@@ -129,7 +129,11 @@ class Speakers:
         if now - self._met.setdefault(writer, now) > _ANONYMOUS:
             del self._met[writer]
             return "a nameless node"
-        for other in self._endpoints():
+        endpoints = self._endpoints()
+        # On a topic where everyone speaks the list is long, and is not to be asked for by each.
+        self.introduce(endpoints)
+        self._introduced.pop(writer, None)
+        for other in endpoints:
             if bytes(other.endpoint_gid) == writer and other.node_name != UNKNOWN_NODE:
                 self._met.pop(writer, None)
                 return str(other.node_name)
