@@ -44,7 +44,6 @@ def filled(message: object, draw: random.Random, steps: list[int]) -> object:
 
 def lie_of_the_formation(draw: random.Random, names: list[str], steps: list[int]) -> FormationStatus:
     """All are lost, or the flight is over, or nobody hears anybody."""
-    count = len(names)
     return FormationStatus(
         step=draw.choice(steps),
         number=draw.randrange(1, 1000),
@@ -52,7 +51,6 @@ def lie_of_the_formation(draw: random.Random, names: list[str], steps: list[int]
         last_step=draw.choice(steps),
         satellites=names,
         alive=[draw.random() < 0.5 for _ in names],
-        adjacency=[0] * count * count,
         lost=names,
         last_words=[Command() for _ in names],
         back=names[:1],

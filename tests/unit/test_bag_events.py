@@ -18,7 +18,7 @@ from satform_tools.happenings import connections, happenings
 from satform_tools.kept import Kept
 
 NAMES = ["sat1", "sat2", "sat3"]
-COMPLETE = [0, 1, 1, 1, 0, 1, 1, 1, 0]
+COMPLETE = {"listeners": [0, 0, 1, 1, 2, 2], "speakers": [1, 2, 0, 2, 0, 1]}
 STATUS_TEXT = definition(FormationStatus)
 
 
@@ -30,7 +30,7 @@ def status(step: int, alive: list[bool], reason: str = "", phase: int = Formatio
         last_step=40,
         satellites=NAMES,
         alive=alive,
-        adjacency=COMPLETE,
+        **COMPLETE,
         # Of a complete graph of n it is n.
         algebraic_connectivity=float(living),
         reason=reason,

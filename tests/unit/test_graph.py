@@ -214,3 +214,23 @@ def test_a_random_regular_graph_stays_the_same_from_release_to_release():
 def test_a_random_regular_graph_that_does_not_exist_is_refused_with_the_reason(count, degree, words):
     with pytest.raises(ValueError, match=words):
         RandomRegularSpec(degree=degree).build(count)
+
+
+def test_a_graph_is_what_its_edges_say() -> None:
+    graph = Graph.of_edges(4, [0, 0, 2], [1, 3, 0])
+    assert graph.adjacency.tolist() == [[0, 1, 0, 1], [0, 0, 0, 0], [1, 0, 0, 0], [0, 0, 0, 0]]
+    assert Graph.of_edges(2, [], []).adjacency.tolist() == [[0, 0], [0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("listeners", "speakers", "sentence"),
+    [
+        ([0, 1], [1], "2 listeners and 1 speakers"),
+        ([0], [3], "none of the 3 satellites"),
+        ([-1], [0], "none of the 3 satellites"),
+        ([1], [1], "cannot hear itself"),
+    ],
+)
+def test_edges_of_no_graph_are_refused(listeners: list[int], speakers: list[int], sentence: str) -> None:
+    with pytest.raises(ValueError, match=sentence):
+        Graph.of_edges(3, listeners, speakers)

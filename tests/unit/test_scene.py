@@ -202,7 +202,7 @@ def test_each_satellite_has_half_a_line_to_everyone_whom_it_hears() -> None:
 def test_who_is_lost_is_grey_and_whoever_hears_it_sees_red() -> None:
     scene = Scene(shipped("triangle"), 200, 10)
     seen_once(scene, 4)
-    scene.decided([True, False, True], [0, 1, 1, 1, 0, 1, 1, 1, 0])
+    scene.decided([True, False, True], [0, 0, 1, 1, 2, 2], [1, 2, 0, 2, 0, 1])
     picture = scene.picture()
     assert [view.colour == GREY for view in picture.satellites] == [False, True, False]
     colours = {(link.start[0], link.end[0]): link.colour for link in picture.links}
@@ -215,15 +215,17 @@ def test_who_is_lost_is_grey_and_whoever_hears_it_sees_red() -> None:
 def test_a_link_that_the_plant_takes_out_of_the_graph_is_gone() -> None:
     scene = Scene(shipped("triangle"), 200, 10)
     seen_once(scene, 4)
-    scene.decided([True, True, True], [0, 1, 0, 1, 0, 1, 0, 1, 0])
+    scene.decided([True, True, True], [0, 1, 1, 2], [1, 0, 2, 1])
     assert len(scene.picture().links) == 4
 
 
 def test_a_status_of_another_formation_changes_nothing() -> None:
     scene = Scene(shipped("triangle"), 200, 10)
     seen_once(scene, 4)
-    scene.decided([False, False], [0, 0, 0, 0])
+    scene.decided([False, False], [], [])
+    scene.decided([True, True, False], [0, 3], [1, 0])
     assert len(scene.picture().links) == 6
+    assert GREY not in [view.colour for view in scene.picture().satellites]
 
 
 def test_a_speaker_turns_from_fresh_to_stale_as_it_stays_silent() -> None:

@@ -19,7 +19,10 @@ MOST_PROCESSES = 64
 """Satellites up to which each is flown as a process of its own, too."""
 
 PROCESSES_OF_GROUPS = 2
-"""Processes that the satellites of a grouped flight share."""
+"""Processes that the satellites of a grouped flight share, at least."""
+
+LARGEST_GROUP = 100
+"""Satellites of a process at most: the time that a node takes to be made grows with those made before it."""
 
 _DOCS = Path(__file__).resolve().parents[2] / "docs"
 _PAGE, _FIGURE = _DOCS / "scaling.md", _DOCS / "scaling.png"
@@ -81,7 +84,8 @@ def measure(counts: Sequence[int], steps: int) -> Iterator[Row]:
         steps: of each flight; those of many satellites fly fewer, so that it ends.
     """
     for count in counts:
-        groups = {-(-count // PROCESSES_OF_GROUPS), *([1] if count <= MOST_PROCESSES else [])}
+        together = min(-(-count // PROCESSES_OF_GROUPS), LARGEST_GROUP)
+        groups = {together, *([1] if count <= MOST_PROCESSES else [])}
         for words, graph in GRAPHS.items():
             if graph != "ring" and count < 6:
                 continue
@@ -142,7 +146,7 @@ def _draw(rows: Sequence[Row]) -> None:
             own = [row for row in rows if row.flown and row.graph == words and (row.group > 1) == grouped]
             if not own:
                 continue
-            label = f"{words}, {'two processes' if grouped else 'a process each'}"
+            label = f"{words}, {'in groups' if grouped else 'a process each'}"
             counts = [row.satellites for row in own]
             style = "o--" if grouped else "o-"
             left.plot(counts, [1e3 * r.flown.processor_per_step for r in own if r.flown], style, label=label)

@@ -20,6 +20,7 @@ dynamics: {{kind: cw, perturbations: [{{kind: harmonic, amplitude: 0.01, phase_s
 graph: {{kind: {graph}}}
 consensus: {{kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}}
 circulation: {{period: 6000.0}}
+tolerated_silence: {silence}
 every_satellite:
   curve: {{kind: circle, radius: 50.0e3}}
   controller: {{kind: sliding_mode, boundary_layer: 0.1}}
@@ -79,7 +80,7 @@ def ring(count: int, steps: int, graph: str = "ring") -> Scenario:
     satellites = "".join(
         f"  - {{name: s{index}, arc_length: {1000.0 * (index * 7 % count)}}}\n" for index in range(count)
     )
-    return parse_scenario(_RING.format(steps=steps, graph=graph) + satellites, f"a ring of {count}")
+    return parse_scenario(_RING.format(steps=steps, graph=graph, silence=max(10.0, 0.1 * count)) + satellites, f"a ring of {count}")
 
 
 def over_dds(

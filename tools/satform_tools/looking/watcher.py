@@ -249,13 +249,12 @@ class Watcher:
     def _links(self, moment: float) -> tuple[LinkLook, ...]:
         names = list(self.status.satellites)
         links = []
-        for index, hears in enumerate(self.status.adjacency):
-            listener, speaker = names[index // len(names)], names[index % len(names)]
-            if hears:
-                word = self._satellites[speaker].word.message
-                # A word for the step to come is there before that step.
-                age = math.nan if word is None else max(0.0, moment - _seconds(word))
-                links.append(LinkLook(listener, speaker, age))
+        for hears, heard in zip(self.status.listeners, self.status.speakers, strict=True):
+            listener, speaker = names[hears], names[heard]
+            word = self._satellites[speaker].word.message
+            # A word for the step to come is there before that step.
+            age = math.nan if word is None else max(0.0, moment - _seconds(word))
+            links.append(LinkLook(listener, speaker, age))
         return tuple(links)
 
 

@@ -258,7 +258,9 @@ class Formation:
     @property
     def connectivity(self) -> float:
         """Algebraic connectivity of the graph of those that are alive, no unit."""
-        return self.graph.subgraph(self.alive).algebraic_connectivity if self.alive.any() else 0.0
+        # The whole graph keeps its eigenvalues, which take a while for a thousand satellites.
+        graph = self.graph if self.alive.all() else self.graph.subgraph(self.alive)
+        return graph.algebraic_connectivity if self.alive.any() else 0.0
 
     def linked(self, listener: int, speakers: Sequence[int]) -> Array:
         """1 for each of these speakers whom a satellite hears at present, else 0, shape (K,)."""

@@ -7,11 +7,13 @@ where it was last seen, with the step at which that was.
 import math
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from satform.consensus.graph import Graph
 from satform.control.pointing import CircularOrbit
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.elementwise import Array, norm
@@ -160,12 +162,14 @@ class Scene:
         """A satellite announced what holds at a simulated time in s."""
         self._spoken[index] = time
 
-    def decided(self, alive: Sequence[bool], adjacency: Sequence[int]) -> None:
-        """The plant said who takes part and who hears whom (row-major); what does not fit is left out."""
+    def decided(self, alive: Sequence[bool], listeners: Sequence[int], speakers: Sequence[int]) -> None:
+        """The plant said who takes part and who hears whom, edge by edge; what does not fit is left out."""
         count = len(self.names)
-        if len(alive) == count and len(adjacency) == count * count:
+        if len(alive) != count:
+            return
+        with suppress(ValueError):
+            self._hears = Graph.of_edges(count, listeners, speakers).adjacency.astype(bool)
             self._alive = [bool(takes_part) for takes_part in alive]
-            self._hears = np.array(adjacency, dtype=bool).reshape(count, count)
 
     def picture(self) -> Picture:
         """The formation as it was last seen; the trails grow by what is new."""

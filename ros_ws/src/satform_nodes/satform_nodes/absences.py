@@ -64,17 +64,17 @@ def happened(
     names = [satellite.name for satellite in scenario.satellites]
     expected, count = planned(scenario), len(names)
     plan: Plan = {}
-    adjacency = scenario.communication_graph().adjacency
+    graph = scenario.communication_graph()
     number = 0
     for status in statuses:
         if status.number <= number:
             continue
         number, step = int(status.number), int(status.step)
         events: list[Event] = [Lost(names.index(name), status.reason) for name in status.lost]
-        now = np.array(status.adjacency, dtype=np.float64).reshape(count, count)
-        if not np.array_equal(now, adjacency):
-            adjacency = now
-            events.append(Rewired(Graph(now), status.reason))
+        now = Graph.of_edges(count, status.listeners, status.speakers)
+        if not np.array_equal(now.adjacency, graph.adjacency):
+            graph = now
+            events.append(Rewired(now, status.reason))
         for name, checkpoint in zip(status.back, status.checkpoints, strict=True):
             events.append(Back(names.index(name), int(checkpoint) if checkpoint >= 0 else None))
         for event in events:

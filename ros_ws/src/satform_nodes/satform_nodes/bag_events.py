@@ -8,7 +8,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from satform.consensus.graph import Graph
 
 STATUS_TYPE = "satform_msgs/msg/FormationStatus"
 CHANGE_TYPE = "satform_msgs/msg/ParameterChange"
@@ -136,7 +139,8 @@ def _decoded(told: Told) -> tuple[list[Any], dict[int, str]]:
 
 def _status(message: Any, phases: dict[int, str]) -> Status:
     count = len(message.satellites)
-    hears = message.adjacency.reshape(count, count).tolist()
+    graph = Graph.of_edges(count, message.listeners, message.speakers)
+    hears = graph.adjacency.astype(np.int64).tolist()
     if len(message.alive) != count:
         raise ValueError(f"{len(message.alive)} entries of alive for {count} satellites")
     return Status(

@@ -195,7 +195,7 @@ class DisplayNode:
 
     def _on_status(self, status: FormationStatus) -> None:
         self.seen_anything = True
-        self.scene.decided(status.alive, status.adjacency)
+        self.scene.decided(status.alive, status.listeners, status.speakers)
         if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             self.ended = status
 

@@ -36,22 +36,21 @@ class FormationView:
 
     def take(self, status: FormationStatus) -> bool:
         """Take in a word of the plant; False for one that is not about this formation."""
-        count = len(self._names)
-        if list(status.satellites) != self._names or len(status.alive) != count:
+        if not self._fits(status):
             return False
-        if len(status.adjacency) != count * count or len(status.back) != len(status.checkpoints):
-            return False
-        if not {*status.lost, *status.back} <= set(self._names):
+        newer = status.number > self.formation.number
+        # What holds already is not built again: each of a thousand satellites hears it a few times.
+        graph = self._graph(status) if newer else self.formation.graph
+        if graph is None:
             return False
         self.heard += 1
         if status.phase in OVER:
             self.ended = status
         self.paused = status.phase == FormationStatus.PAUSED
-        if status.number <= self.formation.number:
+        if not newer:
             return True
-        adjacency = np.array(status.adjacency, dtype=np.float64).reshape(count, count)
-        if not np.array_equal(adjacency, self.formation.graph.adjacency):
-            self.formation.graph = Graph(adjacency)
+        if not np.array_equal(graph.adjacency, self.formation.graph.adjacency):
+            self.formation.graph = graph
         self.formation.alive = np.array(status.alive, dtype=np.bool_)
         self.formation.number, self.formation.step = int(status.number), int(status.step)
         self.formation.reason = status.reason
@@ -61,6 +60,21 @@ class FormationView:
             if name in self._names:
                 self.returns[self._names.index(name)] = (int(status.step), int(checkpoint))
         return True
+
+    def _fits(self, status: FormationStatus) -> bool:
+        """Whether a word is about this formation, and as long in its parts as it has to be."""
+        if list(status.satellites) != self._names or len(status.alive) != len(self._names):
+            return False
+        if len(status.back) != len(status.checkpoints):
+            return False
+        return {*status.lost, *status.back} <= set(self._names)
+
+    def _graph(self, status: FormationStatus) -> Graph | None:
+        """Who hears whom; None where that is no graph of this formation."""
+        try:
+            return Graph.of_edges(len(self._names), status.listeners, status.speakers)
+        except ValueError:
+            return None
 
     def _lose(self, name: str, command: Command, step: int) -> None:
         if name in self._names:

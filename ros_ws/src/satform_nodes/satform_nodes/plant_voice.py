@@ -177,6 +177,7 @@ class PlantVoice:
             change: of the formation at this step.
             last_words: the last command of each satellite that is lost now.
         """
+        listeners, speakers = np.nonzero(formation.graph.adjacency)
         self._status = FormationStatus(
             step=self._plant.step,
             number=formation.number,
@@ -184,7 +185,8 @@ class PlantVoice:
             last_step=self._last_step,
             satellites=self._names,
             alive=formation.alive.tolist(),
-            adjacency=formation.graph.adjacency.astype(np.uint8).ravel().tolist(),
+            listeners=listeners.tolist(),
+            speakers=speakers.tolist(),
             algebraic_connectivity=float(formation.connectivity),
             lost=[self._names[index] for index in change.lost],
             last_words=list(last_words),

@@ -1,5 +1,6 @@
 """Who hears whom: communication topologies and what their Laplacian says about agreement."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
@@ -27,6 +28,31 @@ class Graph:
     """
 
     adjacency: Array
+
+    @classmethod
+    def of_edges(cls, count: int, listeners: Sequence[int], speakers: Sequence[int]) -> "Graph":
+        """The graph with these edges.
+
+        Args:
+            count: of satellites, N.
+            listeners: of each edge the index of the satellite that hears.
+            speakers: of each edge the index of the satellite that is heard.
+
+        Raises:
+            ValueError: there are not as many speakers as listeners, an index is none of a satellite, or a
+                satellite would hear itself.
+        """
+        hears, heard = np.array(listeners, dtype=np.int64), np.array(speakers, dtype=np.int64)
+        if len(hears) != len(heard):
+            raise ValueError(f"{len(hears)} listeners and {len(heard)} speakers; an edge has one of each")
+        ends = np.concatenate((hears, heard))
+        if np.any((ends < 0) | (ends >= count)):
+            raise ValueError(f"an edge ends at none of the {count} satellites, which count from 0")
+        if np.any(hears == heard):
+            raise ValueError("a satellite cannot hear itself")
+        adjacency = np.zeros((count, count))
+        adjacency[hears, heard] = 1.0
+        return cls(adjacency)
 
     def __len__(self) -> int:
         """Number of satellites."""
