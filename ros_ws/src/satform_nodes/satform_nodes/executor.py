@@ -89,6 +89,11 @@ class StepExecutor(SingleThreadedExecutor):
         """Have something done at every look at what is not hot, some fifty times a second."""
         self._chores.append(chore)
 
+    def wake(self) -> None:
+        """Called by rclpy when a node has got or given up something: what is not hot is gathered anew."""
+        self._next_housekeeping = 0.0
+        super().wake()
+
     def look_soon(self) -> None:
         """Look at what is not hot as soon as the present callback has ended."""
         self._next_cold_look = 0.0
