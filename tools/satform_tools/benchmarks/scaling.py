@@ -27,6 +27,9 @@ every_satellite:
 satellites:
 """
 
+_SILENCE, _SILENCE_OF_A_SATELLITE = 10.0, 0.1
+"""Silence that is tolerated at least, and for each satellite, s: the first step of many takes its time."""
+
 
 @dataclass(frozen=True)
 class OverDds:
@@ -80,7 +83,9 @@ def ring(count: int, steps: int, graph: str = "ring") -> Scenario:
     satellites = "".join(
         f"  - {{name: s{index}, arc_length: {1000.0 * (index * 7 % count)}}}\n" for index in range(count)
     )
-    return parse_scenario(_RING.format(steps=steps, graph=graph, silence=max(10.0, 0.1 * count)) + satellites, f"a ring of {count}")
+    silence = max(_SILENCE, _SILENCE_OF_A_SATELLITE * count)
+    text = _RING.format(steps=steps, graph=graph, silence=silence) + satellites
+    return parse_scenario(text, f"a ring of {count}")
 
 
 def over_dds(

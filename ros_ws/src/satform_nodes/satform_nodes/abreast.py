@@ -90,6 +90,7 @@ class Abreast:
         self._heard = [self._unheard(), self._unheard()]
         self._missing = [self._edges, self._edges]
         self._step = self._turn = 0
+        self._begun = False
         self._begin_step()
         self._awaited_in_turn = self._expected()
         self._executor = satellites[0].executor
@@ -118,7 +119,9 @@ class Abreast:
         return [*own, *heard]
 
     def _next_awaited(self) -> Any:
-        """The subscription of the last message that the present step still lacks; None when it has all."""
+        """The subscription of the last message that the step lacks; None when it has all or none."""
+        if not self._begun:
+            return None
         filled = (self._states, self._attitudes, self._heard[self._step & 1])
         awaited, turn = self._awaited_in_turn, self._turn
         while turn < len(awaited):
@@ -163,6 +166,7 @@ class Abreast:
         if not node.flying and not node.join(step):
             self.part()
             return
+        self._begun = True
         self._awaited -= self._states[row] is None
         self._states[row] = state
         self._act_if_complete()

@@ -2,9 +2,9 @@
 
 The stock executor gathers all entities, builds a wait set and makes a task for every message, which
 costs several times what DDS itself does. Here the hot subscriptions stand in a wait set that is built
-once, and their messages go straight to their callbacks, in the thread that waits. A second wait set,
-looked at now and then, holds all else (parameter services, latched topics); what is ready there is handed
-to the parent class.
+once, and their messages go straight to their callbacks, in the thread that waits; where a step awaits very
+many, in a wait set of the one that is awaited. Another one, looked at now and then, holds all else
+(parameter services, latched topics); what is ready there is handed to the parent class.
 """
 
 import os
@@ -22,10 +22,13 @@ from satform_nodes.taking import Taker
 from satform_nodes.trace import AnyTrace, trace_from_environment
 
 HOUSEKEEPING_PERIOD = 1.0
-"""Wall-clock time between two looks at what no wait set holds: timers, events, new entities; s."""
+"""Wall-clock time between two looks at what no wait set holds, such as timers and events, s."""
 
 HOUSEKEEPING_AT_LEISURE = 20.0
 """Times its own length that passes between the beginnings of two such looks at least."""
+
+LONGEST_HOUSEKEEPING_PERIOD = 30.0
+"""Wall-clock time that passes between them at most, however long one took, s."""
 
 LONGEST_WAIT = 0.02
 """Wall-clock time after which a wait is broken off to look at the condition and at all else, s."""
@@ -305,11 +308,14 @@ class StepExecutor(SingleThreadedExecutor):
     def _take_in_turn(self, awaited: Any, timeout: float) -> bool:
         """Hand out what is awaited, one after another, as long as it is there; wait for the first of them."""
         taken_any = False
-        while awaited is not None and self._ears[id(awaited)].hear():
+        # A bound: what is believed and yet no answer to a step may come faster than it is read.
+        for _ in range(len(self._hot)):
+            if awaited is None or not self._ears[id(awaited)].hear():
+                break
             taken_any = True
             awaited = self._next_awaited and self._next_awaited()
-        if taken_any:
-            return True
+        if taken_any or awaited is None:
+            return taken_any
         wait_set = self._single_wait_set
         if wait_set is None:
             wait_set = self._single_wait_set = _rclpy.WaitSet(1, 0, 0, 0, 0, 0, self.context.handle)
@@ -357,11 +363,7 @@ class StepExecutor(SingleThreadedExecutor):
         if self._next_awaited is not None and not self._stock:
             self._take_any(0.0)
         if now >= self._next_housekeeping:
-            self._gather_cold()
-            super().spin_once(timeout_sec=0.0)
-            # The parent class looks at every entity of every node, of which a group has thousands.
-            spent = time.monotonic() - now
-            self._next_housekeeping = now + max(HOUSEKEEPING_PERIOD, HOUSEKEEPING_AT_LEISURE * spent)
+            self._keep_house()
         wait_set = self._cold_wait_set
         wait_set.clear_entities()
         for subscription in self._cold:
@@ -373,6 +375,16 @@ class StepExecutor(SingleThreadedExecutor):
         ready += len(wait_set.get_ready_entities("service"))
         for _ in range(ready):
             super().spin_once(timeout_sec=0.0)
+
+    def _keep_house(self) -> None:
+        """Let the parent class look at everything, and find out what is not hot."""
+        begin = time.monotonic()
+        super().spin_once(timeout_sec=0.0)
+        # After the callback, which may have given something up; another one that does wakes this executor.
+        self._gather_cold()
+        # The parent class looks at every entity of every node, of which a group has thousands.
+        pause = min(HOUSEKEEPING_AT_LEISURE * (time.monotonic() - begin), LONGEST_HOUSEKEEPING_PERIOD)
+        self._next_housekeeping = begin + max(HOUSEKEEPING_PERIOD, pause)
 
     def _gather_cold(self) -> None:
         nodes = self.get_nodes()

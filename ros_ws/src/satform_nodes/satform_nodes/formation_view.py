@@ -65,7 +65,7 @@ class FormationView:
         """Whether a word is about this formation, and as long in its parts as it has to be."""
         if list(status.satellites) != self._names or len(status.alive) != len(self._names):
             return False
-        if len(status.back) != len(status.checkpoints):
+        if len(status.back) != len(status.checkpoints) or len(status.listeners) != len(status.speakers):
             return False
         return {*status.lost, *status.back} <= set(self._names)
 

@@ -13,11 +13,13 @@ from satform_nodes.parameters import FormationNode, declare_fixed
 from satform_nodes.report import Report
 from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings
 
-MOST_WITH_SERVICES = 32
-"""Satellites in a process whose parameters can be read and set from outside.
+LARGEST_FULL_GROUP = 32
+"""Satellites in a process whose parameters can be read and set from outside, and who warn of misfits.
 
-Every endpoint that a process makes has it tell all others of all its endpoints anew, and these services are
-more than half of them: above this number nodes go without, so that a large formation starts at all.
+Every endpoint that a process makes has it tell all others of all its endpoints anew, and the services for
+parameters are more than half of them; each endpoint's handler of misfitting qualities of service is compared
+with all others at the executor's housekeeping. Above this number nodes are lean: a large formation would
+hardly start otherwise.
 """
 
 
@@ -31,7 +33,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         raise NodeError(sentence, EXIT_BAD_INPUT)
     satellites = []
     for name in names:
-        own = FormationNode(name, log_topic=False, lean=len(names) > MOST_WITH_SERVICES)
+        own = FormationNode(name, log_topic=False, lean=len(names) > LARGEST_FULL_GROUP)
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, scenario, settings, report))

@@ -21,6 +21,8 @@ class FormationNode(Node):
     rclpy drops the reason that a callback gives for accepting a change; here it reaches the caller.
     """
 
+    _lean = False
+
     def __init__(self, name: str, *, log_topic: bool = True, lean: bool = False) -> None:
         """A node.
 

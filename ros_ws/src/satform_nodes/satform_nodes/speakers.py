@@ -66,9 +66,13 @@ class Speakers:
         Args:
             endpoints: of the topic, as rclpy tells of publishers.
         """
-        for other in endpoints:
-            if other.node_name in self._expected:
-                self._introduced[bytes(other.endpoint_gid)] = other.node_name
+        there = {
+            bytes(other.endpoint_gid): other.node_name
+            for other in endpoints
+            if other.node_name in self._expected
+        }
+        known = self._name_of.keys() | self._strangers.keys()
+        self._introduced = {writer: name for writer, name in there.items() if writer not in known}
 
     def vacate(self, name: str) -> None:
         """A node has been lost: one that is started in its place is believed, too."""
@@ -122,6 +126,7 @@ class Speakers:
     def _look_up(self, writer: bytes) -> str:
         introduced = self._introduced.pop(writer, None)
         if introduced is not None:
+            self._met.pop(writer, None)
             return introduced
         now = time.monotonic()
         if now < self._next_look:

@@ -36,7 +36,7 @@ class Graph:
         Args:
             count: of satellites, N.
             listeners: of each edge the index of the satellite that hears.
-            speakers: of each edge the index of the satellite that is heard.
+            speakers: of each edge the index of the satellite that is heard; the same edge twice is one edge.
 
         Raises:
             ValueError: there are not as many speakers as listeners, an index is none of a satellite, or a
