@@ -38,6 +38,8 @@ def clear(domain: int, folder: Path = FOLDER, processes: Path = Path("/proc")) -
     """Take away what no process uses any more: ports of a domain, and segments of any; and what is stuck.
 
     Files of other users are left alone, and so is what any process has locked or, unless it is stuck, mapped.
+    Ports by which participants of all domains are reached go only when stuck: another flight that is about to
+    begin may want one of them at this very moment, and would do without it if it were locked here.
     Where a process cannot be looked into, as another user's or the system's first, locks do not tell who else
     uses a port: then, and in domain 0, in which anything may begin at any moment, it goes only when stuck.
 
@@ -76,7 +78,8 @@ def release(domain: int, folder: Path = FOLDER) -> list[str]:
         Names of the files that were taken away.
     """
     gone: list[str] = []
-    for port in _stuck(folder, [stem for stem in _stems(folder) if _is_port_of(stem, domain)]):
+    ports = [stem for stem in _stems(folder) if _is_port_of(stem, domain) or _is_port_of_all(stem)]
+    for port in _stuck(folder, ports):
         with ExitStack() as held:
             if _take_locks(folder, port, held):
                 gone += _remove(folder, port)
@@ -139,15 +142,20 @@ def _is_segment(stem: str) -> bool:
 
 
 def _is_port_of(stem: str, domain: int) -> bool:
-    """Whether it is a port by which participants of a domain are reached."""
-    address = stem.removeprefix(f"{_PREFIX}port")
-    if not address.isdecimal():
-        return False
+    """Whether it is a port by which participants of this domain alone are reached."""
     first = _FIRST_PORT + _PORTS_OF_A_DOMAIN * domain
-    return (
-        _FIRST_OF_ANY_DOMAIN <= int(address) < _FIRST_PORT
-        or first <= int(address) < first + _PORTS_OF_A_DOMAIN
-    )
+    return first <= _port(stem) < first + _PORTS_OF_A_DOMAIN
+
+
+def _is_port_of_all(stem: str) -> bool:
+    """Whether it is a port by which participants of all domains are reached."""
+    return _FIRST_OF_ANY_DOMAIN <= _port(stem) < _FIRST_PORT
+
+
+def _port(stem: str) -> int:
+    """Number of a port; -1 for what is none."""
+    number = stem.removeprefix(f"{_PREFIX}port")
+    return int(number) if number.isdecimal() else -1
 
 
 def _mapped(folder: Path, processes: Path) -> set[str] | None:
