@@ -68,6 +68,29 @@ class Operator:
     def set_graph(self, rows: list[list[int]]) -> object:
         return self.call(SetGraph, services.SET_GRAPH, SetGraph.Request(adjacency=np.ravel(rows).tolist()))
 
+    def fly_with_losses(self, satellite: str, first: int, checkpoint_period: float) -> None:
+        """Fly the triangle as a group on a line, a satellite lost every 200 steps and back 20 steps later.
+
+        In a group it comes back without anyone to start it.
+        """
+        losses = ", ".join(
+            f"{{kind: satellite_lost, satellite: {satellite}, at: {at}, back: {at + 10}}}"
+            for at in range(first // 2, STEPS // 2 - 50, 100)
+        )
+        changes = (f"faults=[{losses}]", f"checkpoint_period={checkpoint_period}", "graph={kind: line}")
+        self.fly(shortened("triangle", STEPS * 0.5, *changes), group=3)
+
+    def set_graph_at(self, step: int, rows: list[list[int]]) -> int:
+        """Set the graph at the next step that is this one or 200, 400, ... steps later; its number."""
+        paused = self.pause()
+        due = paused // 200 * 200 + (step if paused % 200 < step - 1 else step + 200)
+        for _ in range(due - paused):
+            self.ask(services.STEP)
+        reply = self.set_graph(rows)
+        assert reply.success
+        assert reply.step == due
+        return due
+
     def set(self, satellite: str, name: str, value: object) -> object:
         kinds = {
             float: ("double_value", ParameterType.PARAMETER_DOUBLE),
@@ -187,20 +210,8 @@ def test_a_hostile_value_is_refused_with_a_reason_and_changes_nothing(operator: 
 def test_a_planned_loss_in_single_steps_and_another_graph_at_the_same_step_keep_their_bits(
     operator: Operator,
 ) -> None:
-    # In a group the satellite comes back without anyone to start it.
-    losses = ", ".join(
-        f"{{kind: satellite_lost, satellite: sat2, at: {at}, back: {at + 10}}}"
-        for at in range(50, STEPS // 2 - 50, 100)
-    )
-    changes = (f"faults=[{losses}]", "checkpoint_period=10.0", "graph={kind: line}")
-    operator.fly(shortened("triangle", STEPS * 0.5, *changes), group=3)
-    paused = operator.pause()
-    due = paused // 200 * 200 + (100 if paused % 200 < 99 else 300)
-    for _ in range(due - paused):
-        operator.ask(services.STEP)
-    reply = operator.set_graph([[0, 0, 1], [1, 0, 1], [1, 1, 0]])
-    assert reply.success
-    assert reply.step == due
+    operator.fly_with_losses("sat2", 100, 10.0)
+    due = operator.set_graph_at(100, [[0, 0, 1], [1, 0, 1], [1, 1, 0]])
     for _ in range(30):
         operator.ask(services.STEP)
     operator.ask(services.RESUME)
@@ -212,20 +223,9 @@ def test_a_planned_loss_in_single_steps_and_another_graph_at_the_same_step_keep_
 def test_a_satellite_comes_back_from_a_checkpoint_of_before_it_got_another_neighbour(
     operator: Operator,
 ) -> None:
-    # Checkpoints every 50 steps; lost at 60 and every 200 steps from there, and back 20 steps later.
-    losses = ", ".join(
-        f"{{kind: satellite_lost, satellite: sat1, at: {at}, back: {at + 10}}}"
-        for at in range(30, STEPS // 2 - 50, 100)
-    )
-    changes = (f"faults=[{losses}]", "checkpoint_period=25.0", "graph={kind: line}")
-    operator.fly(shortened("triangle", STEPS * 0.5, *changes), group=3)
-    paused = operator.pause()
-    due = paused // 200 * 200 + (55 if paused % 200 < 54 else 255)
-    for _ in range(due - paused):
-        operator.ask(services.STEP)
-    reply = operator.set_graph([[0, 1, 1], [1, 0, 1], [1, 1, 0]])
-    assert reply.success
-    assert reply.step == due
+    # Checkpoints every 50 steps; lost 10 steps after the last one, between which the graph changes.
+    operator.fly_with_losses("sat1", 60, 25.0)
+    due = operator.set_graph_at(55, [[0, 1, 1], [1, 0, 1], [1, 1, 0]])
     operator.ask(services.RESUME)
     bag = operator.landed()
     assert list(bag.events) == [due]
