@@ -149,7 +149,8 @@ def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: st
     flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
     assert name in flight.lost
     assert flight.steps < STEPS
-    assert flight.reason
+    assert name in flight.reason
+    assert not flight.stopped
     assert processes_of(tmp_path) == {}
 
 

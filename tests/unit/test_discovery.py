@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 import pytest
 
 from satform_bringup import discovery, middleware
+from satform_nodes import LEAN
 
 
 @pytest.fixture(autouse=True)
@@ -20,16 +21,23 @@ def texts(file: str, element: str) -> list[str | None]:
     return [found.text for found in tree.iter() if found.tag.endswith("}" + element)]
 
 
-def test_a_small_run_is_found_by_whoever_looks_in_without_being_told_how(tmp_path: Path) -> None:
-    told = discovery.variables(5, 3, tmp_path)
-    assert set(told) == set(middleware.VARIABLES)
-    assert texts(told[middleware.VARIABLES[0]], "useBuiltinTransports") == []
+def test_a_run_talks_on_the_loopback_interface_alone(tmp_path: Path) -> None:
+    for processes in (5, 66):
+        told = discovery.variables(processes, processes - 2, tmp_path)
+        assert told[discovery.RANGE] == "SYSTEM_DEFAULT"
+        profile = told[middleware.VARIABLES[0]]
+        assert texts(profile, "type") == ["UDPv4"]
+        assert texts(profile, "useBuiltinTransports") == ["false"]
+        assert set(texts(profile, "address")) == {"127.0.0.1"}
 
 
-def test_a_large_run_has_no_transport_that_leaves_the_machine(tmp_path: Path) -> None:
-    profile = discovery.variables(66, 64, tmp_path)[middleware.VARIABLES[0]]
-    assert texts(profile, "type") == ["SHM"]
-    assert texts(profile, "useBuiltinTransports") == ["false"]
+def test_a_small_run_calls_where_whoever_looks_in_calls_and_a_large_one_at_every_port(tmp_path: Path) -> None:
+    small = discovery.variables(5, 3, tmp_path)
+    assert texts(small[middleware.VARIABLES[0]], "maxInitialPeersRange") == ["32"]
+    assert LEAN not in small
+    large = discovery.variables(66, 64, tmp_path)
+    assert texts(large[middleware.VARIABLES[0]], "maxInitialPeersRange") == ["104"]
+    assert large[LEAN]
 
 
 def test_what_is_lost_on_its_way_is_noticed_the_later_the_more_have_to_tell(tmp_path: Path) -> None:
@@ -42,7 +50,7 @@ def test_what_is_lost_on_its_way_is_noticed_the_later_the_more_have_to_tell(tmp_
 def test_another_range_is_left_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(discovery.RANGE, "SUBNET")
     told = discovery.variables(66, 64, tmp_path)
-    assert set(told) == set(middleware.VARIABLES)
+    assert set(told) == {LEAN, *middleware.VARIABLES}
     assert texts(told[middleware.VARIABLES[0]], "useBuiltinTransports") == []
 
 
@@ -51,7 +59,7 @@ def test_settings_of_the_users_own_are_left_as_they_are(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(name, "/etc/own_profile.xml")
-    assert discovery.variables(66, 64, tmp_path) == {}
+    assert discovery.variables(5, 3, tmp_path) == {}
     assert list(tmp_path.iterdir()) == []
 
 

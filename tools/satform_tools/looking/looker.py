@@ -21,10 +21,10 @@ from satform_msgs.msg import FormationStatus
 
 from satform_bringup.domain import stay_on_this_machine
 from satform_nodes import topics
-from satform_nodes.speakers import UNKNOWN_NODE
 from satform_tools.faults import CommandError
 from satform_tools.leaving import leaving_in_order
 from satform_tools.looking import where
+from satform_tools.looking.found import Ends, Graph, is_whole
 
 _LOOK = 0.05
 """Wall-clock time between two looks at what is awaited, s."""
@@ -123,38 +123,31 @@ class Looker:
         return any(publisher.node_name == "plant" for publisher in publishers)
 
     def _graph_is_calm(self, heard: list[FormationStatus]) -> Callable[[], bool]:
-        """Whether all nodes are there with all their topics, and nothing new has come for a moment."""
-        seen: list[Any] = [None]
+        """Whether all nodes are there with all their endpoints, and nothing new has come for a moment."""
+        seen: list[Graph | None] = [None]
         since = [time.monotonic()]
 
         def calm() -> bool:
-            now = time.monotonic()
-            graph = (sorted(self.node.get_topic_names_and_types()), sorted(self.node.get_node_names()))
+            now, graph = time.monotonic(), self._graph()
             if graph != seen[0]:
                 seen[0], since[0] = graph, now
-            return now - since[0] >= _CALM and bool(heard) and self._graph_is_whole(heard[-1])
+            return now - since[0] >= _CALM and bool(heard) and is_whole(graph, heard[-1])
 
         return calm
 
-    def _graph_is_whole(self, status: FormationStatus) -> bool:
-        """Whether each satellite that flies is there, and whoever listens has someone to listen to."""
-        # A satellite's subscription to the status is made last of all.
-        there = {entry.node_name for entry in self.node.get_subscriptions_info_by_topic(topics.STATUS)}
-        flying = (name for name, alive in zip(status.satellites, status.alive, strict=True) if alive)
-        if not there.issuperset(flying):
-            return False
-        named = set(self.node.get_node_names())
-        # What others listen to that nobody says, a tool with a display for instance, is not the formation's.
-        own = {"plant", "recorder", *status.satellites}
-        for topic, _ in self.node.get_topic_names_and_types():
-            speakers = {entry.node_name for entry in self.node.get_publishers_info_by_topic(topic)}
-            listeners = {entry.node_name for entry in self.node.get_subscriptions_info_by_topic(topic)}
-            # An endpoint may be found before the node that it belongs to, and that before its name.
-            if UNKNOWN_NODE in speakers | listeners:
-                return False
-            if not named >= own & (speakers | listeners) or (own & listeners and not speakers):
-                return False
-        return True
+    def _graph(self) -> Graph:
+        """What has been found by now."""
+        node = self.node
+        return Graph(
+            frozenset(node.get_node_names()),
+            {
+                topic: Ends(
+                    sorted(entry.node_name for entry in node.get_publishers_info_by_topic(topic)),
+                    sorted(entry.node_name for entry in node.get_subscriptions_info_by_topic(topic)),
+                )
+                for topic, _ in node.get_topic_names_and_types()
+            },
+        )
 
 
 @contextmanager

@@ -1,22 +1,28 @@
-"""How the processes of one run find each other, without ever leaving this machine.
+"""How the processes of one run find each other and talk, without ever leaving this machine.
 
-rmw_fastrtps' range LOCALHOST calls at the first 32 participant ports of the loopback interface, one by one:
-later participants are never called. Shared memory has a port on which all participants of a domain listen, so
-larger runs use that transport alone. It cannot leave the machine, and needs no server and no port.
+They use sockets on the loopback interface alone. Each calls at the participants' ports there, one by one, as
+in rmw_fastrtps' range LOCALHOST, so that `ros2 topic echo` finds them without being told anything; that range
+calls at the first 32 ports, a larger run at all that there are.
 
-Smaller runs keep the range LOCALHOST, in which `ros2 topic echo` finds them without being told anything.
+They do without the shared memory of that range. There a process that is killed or stopped while it holds a
+port can leave others waiting or deaf, what it left behind has to be taken away, and a port that is full loses
+what many say at once.
 """
 
 import os
 from pathlib import Path
 
 from satform_bringup import middleware
-
-MOST_ON_LOOPBACK = 28
-"""Processes that find each other in the range LOCALHOST, with a few to spare for those who look in."""
+from satform_nodes import LEAN
 
 MOST = 100
 """Participants that Fast DDS finds ports for in one domain on one machine."""
+
+LOOKERS = 4
+"""Ports beside those of a run's processes, for those who look in."""
+
+FEW = middleware.PORTS_OF_LOCALHOST - LOOKERS
+"""Processes up to which the range LOCALHOST would do; the nodes of more are lean."""
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 """Environment variable by which a ROS 2 process is told how far to look."""
@@ -47,10 +53,12 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
             f"let satellites share processes with --group {_group_for(processes)} or more"
         )
     period = middleware.heartbeat(satellites)
-    told = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or middleware.is_told()
-    if processes <= MOST_ON_LOOPBACK or told:
-        return middleware.tell(folder, period)
-    return {RANGE: "SYSTEM_DEFAULT"} | middleware.tell(folder, period, middleware.SHARED_MEMORY_ALONE)
+    lean = {LEAN: "1"} if processes > FEW else {}
+    if os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or middleware.is_told():
+        return lean | middleware.tell(folder, period)
+    ports = middleware.PORTS_OF_LOCALHOST if processes <= FEW else MOST + LOOKERS
+    told = middleware.tell(folder, period, middleware.LOOPBACK_ALONE, ports)
+    return lean | {RANGE: "SYSTEM_DEFAULT"} | told
 
 
 def _group_for(processes: int) -> int:

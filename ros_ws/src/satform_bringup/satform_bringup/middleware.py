@@ -20,10 +20,19 @@ HEARTBEAT_OF_A_SATELLITE = 0.01
 SLOWEST_HEARTBEAT = 3.0
 """The middleware's own period, s."""
 
-SHARED_MEMORY_ALONE = """
-      <userTransports><transport_id>shared_memory</transport_id></userTransports>
+LOOPBACK_ALONE = """
+      <builtin>
+        <metatrafficUnicastLocatorList>
+          <locator><udpv4><address>127.0.0.1</address></udpv4></locator>
+        </metatrafficUnicastLocatorList>
+        <initialPeersList>
+          <locator><udpv4><address>127.0.0.1</address></udpv4></locator>
+        </initialPeersList>
+      </builtin>
+      <userTransports><transport_id>loopback</transport_id></userTransports>
       <useBuiltinTransports>false</useBuiltinTransports>"""
-"""Participants find each other and talk through shared memory, on this machine."""
+"""Participants call at each other's ports on the loopback interface, and talk through sockets there. The
+system takes a socket away with its process, however that ends."""
 
 PATIENT_ANNOUNCEMENTS = """
       <builtin>
@@ -34,13 +43,22 @@ PATIENT_ANNOUNCEMENTS = """
       </builtin>"""
 """Participants bridge losses while they look for each other."""
 
+_ROOM = 4 * 2**20
+"""What a socket is to hold until it is read, bytes; the system grants as much of it as it allows."""
+
+PORTS_OF_LOCALHOST = 32
+"""Participants' ports on the loopback interface at which rmw_fastrtps calls in the range LOCALHOST."""
+
 _PROFILES = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
   <transport_descriptors>
     <transport_descriptor>
-      <transport_id>shared_memory</transport_id>
-      <type>SHM</type>
+      <transport_id>loopback</transport_id>
+      <type>UDPv4</type>
+      <receiveBufferSize>{room}</receiveBufferSize>
+      <maxInitialPeersRange>{ports}</maxInitialPeersRange>
+      <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>
     </transport_descriptor>
   </transport_descriptors>
   <participant profile_name="satform" is_default_profile="true">
@@ -66,13 +84,16 @@ def is_told() -> bool:
     return any(os.environ.get(name) for name in VARIABLES)
 
 
-def tell(folder: Path, period: float, participant: str = "") -> dict[str, str]:
+def tell(
+    folder: Path, period: float, participant: str = "", ports: int = PORTS_OF_LOCALHOST
+) -> dict[str, str]:
     """Write the file, unless the environment names one.
 
     Args:
         folder: of the run; exists.
         period: of the writers' heartbeats, s.
-        participant: `SHARED_MEMORY_ALONE`, `PATIENT_ANNOUNCEMENTS`, or nothing.
+        participant: `LOOPBACK_ALONE`, `PATIENT_ANNOUNCEMENTS`, or nothing.
+        ports: of participants, at which each calls on the loopback interface.
 
     Returns:
         Environment variables by which the middleware finds it.
@@ -84,6 +105,12 @@ def tell(folder: Path, period: float, participant: str = "") -> dict[str, str]:
         return {}
     seconds, nanoseconds = divmod(round(period * 1e9), 10**9)
     file = folder.absolute() / FILE
-    text = _PROFILES.format(participant=participant, seconds=seconds, nanoseconds=nanoseconds)
+    text = _PROFILES.format(
+        participant=participant,
+        seconds=seconds,
+        nanoseconds=nanoseconds,
+        room=_ROOM,
+        ports=ports,
+    )
     file.write_text(text, encoding="utf-8")
     return dict.fromkeys(VARIABLES, str(file))

@@ -399,8 +399,9 @@ class _Watch:
         if event["event"] == "finished":
             self.finished = event
             return
-        self.stopped = True
-        self.reason = self.reason or "stopped"
+        if not self.reason:
+            # By a service: a signal, or the loss that made an end of it, is known by now.
+            self.stopped, self.reason = True, "stopped"
         self.progress(self.steps, self.scenario.timing.steps)
 
     def _on_absence(self, event: dict[str, Any]) -> None:

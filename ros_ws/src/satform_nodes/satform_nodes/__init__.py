@@ -1,1 +1,4 @@
 """The formation's ROS 2 nodes: thin shells that convert, wait and publish around `satform`."""
+
+LEAN = "SATFORM_LEAN"
+"""Environment variable: when set, all nodes of the process do without what costs most among many nodes."""

@@ -364,6 +364,8 @@ class StepExecutor(SingleThreadedExecutor):
             self._take_any(0.0)
         if now >= self._next_housekeeping:
             self._keep_house()
+        if not (self._cold or self._services):
+            return
         wait_set = self._cold_wait_set
         wait_set.clear_entities()
         for subscription in self._cold:

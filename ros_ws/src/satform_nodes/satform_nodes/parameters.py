@@ -1,5 +1,6 @@
 """ROS parameters from specifications: type, default, bounds and description from one declaration."""
 
+import os
 from collections.abc import Callable, Sequence
 from typing import Any, get_args
 
@@ -13,6 +14,7 @@ from rclpy.parameter import Parameter
 
 from satform.adjustments import changed
 from satform.spec import Spec
+from satform_nodes import LEAN
 
 
 class FormationNode(Node):
@@ -30,15 +32,18 @@ class FormationNode(Node):
             name: of the node.
             log_topic: whether what it logs is told on `/rosout` too.
             lean: whether it does without what costs most where there are many nodes: the services by which
-                its parameters can be read and set from outside, and the warning about others whose quality
-                of service does not fit.
+                its parameters can be read and set from outside, the log topic, and the warning about others
+                whose quality of service does not fit. Where the environment has `LEAN`, all nodes do.
         """
         self.sentence = ""
-        self._lean = lean
+        self._lean = lean = lean or LEAN in os.environ
         # With the services for parameters goes the one that describes message types.
         bare = [Parameter("start_type_description_service", value=False)] if lean else []
         super().__init__(
-            name, enable_rosout=log_topic, start_parameter_services=not lean, parameter_overrides=bare
+            name,
+            enable_rosout=log_topic and not lean,
+            start_parameter_services=not lean,
+            parameter_overrides=bare,
         )
 
     def create_publisher(self, *arguments: Any, **options: Any) -> Any:
