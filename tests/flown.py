@@ -6,7 +6,8 @@ from pathlib import Path
 
 from satform.scenario import Scenario
 from satform.simulate import simulate
-from satform_bringup.supervise import Flight, Policy, fly
+from satform_bringup.flight import Flight, Policy
+from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import Bag, read_bag
 from satform_tools.replaying import compare
 

@@ -19,8 +19,9 @@ from flights import shortened
 from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform.simulate import simulate
+from satform_bringup.flight import Flight
 from satform_bringup.processes import NodeProcess
-from satform_bringup.supervise import Flight, fly
+from satform_bringup.supervise import fly
 from satform_nodes import topics
 from satform_nodes.bag_reader import read_bag
 from satform_nodes.stamps import Stamps

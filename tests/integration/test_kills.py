@@ -15,6 +15,7 @@ import pytest
 from flights import shortened
 from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of, repetitions
 from satform.exit_codes import EXIT_DONE, EXIT_LOST
+from satform_bringup.flight import Policy
 from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import read_bag
 from satform_nodes.executor import MANY
@@ -173,8 +174,6 @@ def test_without_its_recorder_a_flight_goes_on_only_when_told_so(tmp_path: Path)
         folder = tmp_path / str(without)
         killer = Killer(folder, 300, "recorder")
         folder.mkdir()
-        from satform_bringup.supervise import Policy
-
         flight = fly(
             shortened(*SCENARIO),
             folder,

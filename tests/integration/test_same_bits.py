@@ -7,7 +7,8 @@ import pytest
 from flights import shipped, shortened
 from satform.scenario import Scenario
 from satform.simulate import simulate
-from satform_bringup.supervise import Flight, fly
+from satform_bringup.flight import Flight
+from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import Bag, read_bag
 
 

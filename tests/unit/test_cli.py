@@ -14,7 +14,7 @@ from flights import SCENARIOS, shortened
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import load_scenario
 from satform_bringup import SCENARIO_FILE
-from satform_bringup.supervise import Policy
+from satform_bringup.flight import Policy
 from satform_tools import cli, folders, ros, say
 
 SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")

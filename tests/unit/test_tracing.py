@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from satform_tools import tracing
+from satform_tools import trace_picture, tracing
 from satform_tools.tracing import Span
 
 STEP = 1_000_000
@@ -85,3 +85,20 @@ def test_a_viewer_gets_microseconds_from_the_first_span_on(tmp_path: Path) -> No
     )
     events = json.loads((tmp_path / "trace.json").read_text())["traceEvents"]
     assert [(event["ts"], event["dur"]) for event in events if event["ph"] == "X"] == [(0.0, 3.0), (1.5, 0.5)]
+
+
+def test_the_picture_shows_steps_that_took_as_long_as_usual(tmp_path: Path) -> None:
+    # The first three steps take twice as long as all others.
+    slow = [Span(span.process, span.name, 2 * span.begin, 2 * span.end) for span in flight(3)]
+    rest = [Span(span.process, span.name, span.begin + 6 * STEP, span.end + 6 * STEP) for span in flight(12)]
+    limits, shown = trace_picture.window(slow + rest)
+    assert limits[-1] - limits[0] == trace_picture.STEPS * STEP
+    assert all(span.end > limits[0] and span.begin < limits[-1] for span in shown)
+    assert {span.process for span in shown} == {"plant", "a", "b"}
+    trace_picture.draw(slow + rest, tmp_path / "trace.png")
+    assert (tmp_path / "trace.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_trace_of_too_few_steps_cannot_be_drawn(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="3 are to be shown"):
+        trace_picture.draw(flight(2), tmp_path / "trace.png")

@@ -16,7 +16,7 @@ from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
 
 if TYPE_CHECKING:
-    from satform_bringup.supervise import Flight
+    from satform_bringup.flight import Flight
 
 
 @dataclass(frozen=True)
@@ -152,25 +152,30 @@ def _join_trace(folder: Path) -> None:
     spans = tracing.spans(folder / tracing.FOLDER)
     tracing.write(spans, folder / tracing.FILE)
     parts = tracing.parts(spans)
-    for part in parts:
-        say.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
     if not parts:
         say.note(
             f"{folder / tracing.FILE} opens in ui.perfetto.dev; parts of a step are told only where every "
             "satellite has a process of its own and said each command once"
         )
-    else:
-        total = sum(part.seconds for part in parts)
-        say.note(
-            f"{1e6 * total:8.0f} us  of a step, median; {folder / tracing.FILE} opens in ui.perfetto.dev"
-        )
+        return
+    from satform_tools import trace_picture  # noqa: PLC0415 - slow to import
+
+    trace_picture.draw(spans, folder / trace_picture.FILE)
+    for part in parts:
+        say.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
+    total = sum(part.seconds for part in parts)
+    say.note(
+        f"{1e6 * total:8.0f} us  of a step, median; {folder / tracing.FILE} opens in ui.perfetto.dev, and "
+        f"{trace_picture.FILE} beside it shows a few steps"
+    )
 
 
 def _over_dds(
     scenario: Scenario, folder: Path, *, record: bool, manner: Manner, host: HostSpec | None
 ) -> Outcome:
     ros.require()
-    from satform_bringup.supervise import Policy, fly  # noqa: PLC0415 - in-process runs do without
+    from satform_bringup.flight import Policy  # noqa: PLC0415
+    from satform_bringup.supervise import fly  # noqa: PLC0415 - in-process runs do without
 
     policy = Policy(manner.restart, manner.without_recorder, manner.rate)
     try:

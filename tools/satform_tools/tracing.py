@@ -110,16 +110,7 @@ def parts(found: list[Span]) -> list[Part]:
         command of each satellite (on a busy machine some repeat), and where satellites share a process,
         whose work on one of them cannot be told from that on another.
     """
-    plant = [span for span in found if span.process == _PLANT and span.name.endswith(_COMMAND)]
-    names = {span.name for span in plant}
-    steps = [plant[first : first + len(names)] for first in range(0, len(plant), max(1, len(names)))]
-    # The trace may end within a step.
-    steps = [step for step in steps if len(step) == len(names)]
-    acting = _by_process(found)
-    if any({span.name for span in step} != names for step in steps) or not acting.keys() >= _speakers(names):
-        return []
-    # The last of each step's commands is the one in whose callback the plant moves on.
-    lasts = [step[-1] for step in steps]
+    acting, lasts = _by_process(found), step_ends(found)
     rows = []
     for before, last in pairwise(lasts[1:]):
         row = _critical_path(before, last, acting)
@@ -135,6 +126,25 @@ def parts(found: list[Span]) -> list[Part]:
     )
     columns = zip(labels, zip(*rows, strict=True), strict=True)
     return [Part(name, statistics.median(values) * 1e-9) for name, values in columns]
+
+
+def step_ends(found: list[Span]) -> list[Span]:
+    """The plant's work on the last command of each step, in whose course it moves on to the next step.
+
+    Args:
+        found: spans of a flight in lockstep.
+
+    Returns:
+        One for each step; empty where steps cannot be told apart, as `parts` says.
+    """
+    plant = [span for span in found if span.process == _PLANT and span.name.endswith(_COMMAND)]
+    names = {span.name for span in plant}
+    steps = [plant[first : first + len(names)] for first in range(0, len(plant), max(1, len(names)))]
+    # The trace may end within a step.
+    steps = [step for step in steps if len(step) == len(names)]
+    if any({span.name for span in step} != names for step in steps):
+        return []
+    return [step[-1] for step in steps] if _by_process(found).keys() >= _speakers(names) else []
 
 
 def _speakers(topics: set[str]) -> set[str]:

@@ -16,8 +16,8 @@ from satform.faults import SatelliteLostSpec
 from satform.scenario import Scenario, load_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery
 from satform_bringup.processes import NodeProcess, processes
-from satform_bringup.supervise import FAREWELL
 from satform_bringup.under_way import hold_shell_domain
+from satform_bringup.watch import FAREWELL
 
 
 def generate_launch_description() -> LaunchDescription:

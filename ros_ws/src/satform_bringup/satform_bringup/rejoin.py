@@ -5,7 +5,7 @@ from pathlib import Path
 
 from satform_bringup import LOG_FOLDER, PROCESSES_FILE, leftovers, nursery
 from satform_bringup.processes import NodeProcess
-from satform_bringup.supervise import FAREWELL
+from satform_bringup.watch import FAREWELL
 
 _LOOK = 0.1
 """Wall-clock time between two looks at whether someone asked to stop, s."""

@@ -1,0 +1,94 @@
+"""What a flight over DDS is asked for beside its scenario, and how it went."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A satellite or the recorder is no longer there.
+
+    Attributes:
+        name: of its node.
+        step: first step without it.
+        reason: in words.
+        planned: whether the scenario says so.
+    """
+
+    name: str
+    step: int
+    reason: str
+    planned: bool
+
+
+@dataclass(frozen=True)
+class Return:
+    """A satellite takes part again.
+
+    Attributes:
+        name: of its node.
+        step: first step with it.
+        seconds: wall-clock time since its loss, s.
+    """
+
+    name: str
+    step: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What is done about losses, and how time passes.
+
+    Attributes:
+        restart: whether a satellite that is lost is started again.
+        without_recorder: whether the flight goes on when the recorder is lost.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+    """
+
+    restart: bool = False
+    without_recorder: bool = False
+    rate: float = 0.0
+
+
+@dataclass(frozen=True)
+class Flight:
+    """How a flight over DDS went.
+
+    Attributes:
+        steps: steps flown.
+        seconds: wall-clock time from the first step to the last.
+        start_seconds: wall-clock time from the start of the first process to the first step.
+        plant_seconds: of these, the plant's own computation.
+        satellite_seconds: of these, each satellite's own computation.
+        memory: largest resident memory of each process with satellites, by its first satellite, bytes.
+        domain: DDS domain in which it was flown.
+        lost: names of the processes that ended too early or were silent for too long, though the scenario
+            does not say so.
+        losses: every satellite or recorder without which the flight went on, planned or not.
+        returns: every satellite that came back.
+        reason: why the flight ended early; empty when it did not.
+        stopped: whether it was ended by Ctrl-C or SIGTERM.
+        bag: folder of the bag; None when nothing was recorded.
+        messages: in the bag.
+        missed: sentences about messages that did not reach the bag.
+        punctuality: of a flight on the wall clock: the plant's figures, and each satellite's by its name.
+    """
+
+    steps: int
+    seconds: float
+    start_seconds: float
+    plant_seconds: float
+    satellite_seconds: dict[str, float]
+    memory: dict[str, int]
+    domain: int
+    lost: tuple[str, ...]
+    losses: tuple[Loss, ...]
+    returns: tuple[Return, ...]
+    reason: str
+    stopped: bool
+    bag: Path | None
+    messages: int
+    missed: tuple[str, ...]
+    punctuality: dict[str, Any]
