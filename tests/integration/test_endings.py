@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from flights import shortened
 from flown import assert_flies_again, processes_of
 from satform.simulate import simulate
-from satform_bringup import supervise
+from satform_bringup import watch
 from satform_bringup.processes import processes
 from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import read_bag
@@ -95,7 +95,7 @@ def test_a_silent_plant_is_named_and_not_those_who_notice(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Nobody waits for the end of one that stands still: that would take ten minutes here.
-    monkeypatch.setattr(supervise, "FAREWELL", 600.0)
+    monkeypatch.setattr(watch, "FAREWELL", 600.0)
     scenario = shortened("triangle", 12000.0, "tolerated_silence=3.0")
     held: list[int] = []
 

@@ -7,8 +7,9 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
-from satform_nodes import topics
+from satform_nodes import LEAN, topics
 from satform_nodes.executor import StepExecutor
+from satform_nodes.parameters import FormationNode
 
 SHORT, LONG = 0.3, 30.0
 
@@ -39,6 +40,23 @@ def test_what_is_overheard_arrives_but_is_no_progress(observer: Node, executor: 
     assert vital == []
     executor.add_chore(lambda: say_vital.publish(String(data="news")))
     assert executor.spin_while(lambda: len(vital) < 3, LONG)
+
+
+def test_a_lean_node_has_only_what_it_was_made_for_and_can_be_waited_for(
+    observer: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(LEAN, "1")
+    node = FormationNode("lean")
+    assert (list(node.services), list(node.subscriptions)) == ([], [])
+    assert "lean" not in {entry.node_name for entry in observer.get_publishers_info_by_topic("/rosout")}
+    heard: list[str] = []
+    executor = StepExecutor()
+    executor.add_node(node)
+    executor.subscribe(node, String, "/vital", into(heard), topics.STEPPED_READER)
+    say = observer.create_publisher(String, "/vital", topics.STEPPED)
+    executor.add_chore(lambda: say.publish(String(data="news")))
+    assert executor.spin_while(lambda: len(heard) < 3, LONG)
+    node.destroy_node()
 
 
 def test_one_is_waited_for_after_the_other_and_the_rest_is_heard_all_the_same(

@@ -7,8 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flights import shipped
-from satform.channels import PLANT, RECORDER, Channel, channels, heard_by, said_by
+from flights import SCENARIOS, shipped
+from satform.channels import (
+    KINDS_OF_A_SATELLITE,
+    PLANT,
+    RECORDER,
+    Channel,
+    channels,
+    heard_by,
+    said_by,
+    satellite_channels,
+)
 from satform.scenario import Scenario
 from satform_nodes import topics
 
@@ -55,6 +64,18 @@ def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) ->
     unheard = {channel.topic for channel in table} - {channel.topic for channel in heard_by(RECORDER, table)}
     assert unheard == {"/formation/ready", "/formation/recorded"}
     assert all(RECORDER not in channel.listeners_in(recorded=False) for channel in table)
+
+
+def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() -> None:
+    with_thruster = shipped("triangle", "every_satellite.thruster={dry_mass: 12.0}")
+    scenarios = [with_thruster, *(shipped(path.stem) for path in SCENARIOS.glob("*.yaml"))]
+    found = {
+        channel.kind
+        for scenario in scenarios
+        for index in range(len(scenario.satellites))
+        for channel in satellite_channels(scenario, index)
+    }
+    assert found == set(KINDS_OF_A_SATELLITE)
 
 
 def test_nobody_speaks_in_another_satellites_name() -> None:

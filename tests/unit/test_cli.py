@@ -14,7 +14,6 @@ from flights import SCENARIOS, shortened
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import load_scenario
 from satform_bringup import SCENARIO_FILE
-from satform_bringup.flight import Policy
 from satform_tools import cli, folders, ros, say
 
 SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")
@@ -258,7 +257,6 @@ def fly_like(monkeypatch: pytest.MonkeyPatch, **outcome: Any) -> None:
         **outcome,
     }
     stand_in = types.ModuleType("satform_bringup.supervise")
-    stand_in.Policy = Policy  # type: ignore[attr-defined]
     stand_in.fly = lambda *_, **__: types.SimpleNamespace(**ended)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "satform_bringup.supervise", stand_in)
 
@@ -299,7 +297,7 @@ def test_the_bare_exchange_is_measured_on_a_domain_of_its_own_and_leaves_no_trac
 ) -> None:
     seen: list[tuple[str | None, str | None]] = []
 
-    def measure() -> Any:
+    def measure(_count: int) -> Any:
         seen.append((os.environ.get("ROS_DOMAIN_ID"), os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE")))
         return types.SimpleNamespace(median=1.0e-4)
 
@@ -317,7 +315,7 @@ def test_the_bare_exchange_is_measured_on_a_domain_of_its_own_and_leaves_no_trac
     ((domain, where),) = seen
     assert domain is not None
     assert domain.isdigit()
-    assert where == (range_before or "LOCALHOST")
+    assert where == (range_before or "SYSTEM_DEFAULT")
     assert dict(os.environ) == before
 
 

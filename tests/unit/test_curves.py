@@ -77,6 +77,19 @@ def test_angle_and_arc_length_are_inverse_to_rounding(first, second):
     assert error.max() < 1e-14 * 3.0 * curve.perimeter
 
 
+@pytest.mark.parametrize(("first", "second"), [*AXES, (1000.0, 1.0)])
+@pytest.mark.parametrize("furthest", [1e-9, 1e-5, 1e-3, 0.02, 0.5])
+def test_the_angle_after_a_known_point_is_found_to_rounding_however_far_it_is(first, second, furthest):
+    curve = tilted(first, second)
+    generator = np.random.default_rng(12)
+    arc_length = generator.uniform(-3.0, 3.0, 4000) * curve.perimeter
+    ahead = generator.uniform(-1.0, 1.0, 4000) * furthest * curve.perimeter
+    angle = curve.angle_at(arc_length)
+    found = curve.angle_after(angle, curve.point(angle), ahead, arc_length + ahead)
+    error = np.abs(curve.arc_length_at(found) - (arc_length + ahead))
+    assert error.max() < 1e-14 * 4.0 * curve.perimeter
+
+
 def test_laps_are_counted_without_end():
     curve = tilted(2.0, 1.0)
     for laps in (-1000.0, -1.0, 1.0, 5.0, 1000.0):
@@ -195,9 +208,14 @@ def test_one_curve_and_many_get_the_same_bits():
     arc_length, positions = generator.normal(0.0, 100.0, 25), generator.normal(0.0, 30.0, (25, 3))
     angles, nearest = many.angle_at(arc_length), many.nearest(positions)
     points, arcs = many.point(angles), many.arc_length_at(angles)
+    # For some a step is enough, for others it is not.
+    ahead = 10.0 ** generator.uniform(-3.0, 1.5, 25)
+    after = many.angle_after(angles, points, ahead, arc_length + ahead)
     for i, curve in enumerate(curves):
         assert curve.angle_at(arc_length[i]) == angles[i]
         assert curve.nearest(positions[i]) == nearest[i]
+        here = curve.point(angles[i])
+        assert curve.angle_after(angles[i], here, ahead[i], arc_length[i] + ahead[i]) == after[i]
         assert curve.arc_length_at(angles[i]) == arcs[i]
         for name in ("position", "tangent", "normal", "curvature", "speed", "speed_slope"):
             assert np.array_equal(getattr(curve.point(angles[i]), name), getattr(points, name)[i])

@@ -11,8 +11,7 @@ from satform_nodes import LEAN
 
 @pytest.fixture(autouse=True)
 def untold(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(discovery.RANGE, raising=False)
-    for name in middleware.VARIABLES:
+    for name in (discovery.RANGE, "ROS_STATIC_PEERS", *middleware.VARIABLES):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -25,19 +24,23 @@ def test_a_run_talks_on_the_loopback_interface_alone(tmp_path: Path) -> None:
     for processes in (5, 66):
         told = discovery.variables(processes, processes - 2, tmp_path)
         assert told[discovery.RANGE] == "SYSTEM_DEFAULT"
+        # Where it is 1 the range is not looked at.
+        assert told["ROS_LOCALHOST_ONLY"] == ""
         profile = told[middleware.VARIABLES[0]]
         assert texts(profile, "type") == ["UDPv4"]
         assert texts(profile, "useBuiltinTransports") == ["false"]
         assert set(texts(profile, "address")) == {"127.0.0.1"}
 
 
-def test_a_small_run_calls_where_whoever_looks_in_calls_and_a_large_one_at_every_port(tmp_path: Path) -> None:
-    small = discovery.variables(5, 3, tmp_path)
-    assert texts(small[middleware.VARIABLES[0]], "maxInitialPeersRange") == ["32"]
-    assert LEAN not in small
-    large = discovery.variables(66, 64, tmp_path)
-    assert texts(large[middleware.VARIABLES[0]], "maxInitialPeersRange") == ["104"]
-    assert large[LEAN]
+def test_nodes_are_lean_where_there_are_many(tmp_path: Path) -> None:
+    assert LEAN not in discovery.variables(34, 32, tmp_path)
+    assert discovery.variables(35, 33, tmp_path)[LEAN]
+
+
+def test_everyone_calls_at_every_port_that_a_process_can_have(tmp_path: Path) -> None:
+    profile = discovery.variables(5, 3, tmp_path)[middleware.VARIABLES[0]]
+    assert texts(profile, "maxInitialPeersRange") == ["100"]
+    assert discovery.MOST < 100
 
 
 def test_what_is_lost_on_its_way_is_noticed_the_later_the_more_have_to_tell(tmp_path: Path) -> None:
@@ -47,8 +50,11 @@ def test_what_is_lost_on_its_way_is_noticed_the_later_the_more_have_to_tell(tmp_
     assert middleware.heartbeat(1000) == middleware.SLOWEST_HEARTBEAT
 
 
-def test_another_range_is_left_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(discovery.RANGE, "SUBNET")
+@pytest.mark.parametrize(("name", "value"), [(discovery.RANGE, "SUBNET"), ("ROS_STATIC_PEERS", "192.0.2.7")])
+def test_another_range_and_peers_are_left_as_they_are(
+    name: str, value: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(name, value)
     told = discovery.variables(66, 64, tmp_path)
     assert set(told) == {LEAN, *middleware.VARIABLES}
     assert texts(told[middleware.VARIABLES[0]], "useBuiltinTransports") == []
@@ -60,6 +66,7 @@ def test_settings_of_the_users_own_are_left_as_they_are(
 ) -> None:
     monkeypatch.setenv(name, "/etc/own_profile.xml")
     assert discovery.variables(5, 3, tmp_path) == {}
+    assert discovery.variables(66, 64, tmp_path) == {LEAN: "1"}
     assert list(tmp_path.iterdir()) == []
 
 

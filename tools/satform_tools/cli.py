@@ -117,7 +117,8 @@ def run(
         ),
     ] = None,
     profile: Annotated[
-        bool, typer.Option("--profile", help="Keep what every process did when, as trace.json of the run.")
+        bool,
+        typer.Option("--profile", help="Keep what every process did when: trace.json, trace.png."),
     ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""

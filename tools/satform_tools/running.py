@@ -3,20 +3,17 @@
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform.scenario.hosts import HostSpec
 from satform_bringup import SCENARIO_FILE
+from satform_bringup.flight import Flight, Policy
 from satform_tools import folders, hosting, progress, ros, say, tracing
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
 from satform_tools.summary import Summary, summarise
-
-if TYPE_CHECKING:
-    from satform_bringup.flight import Flight
 
 
 @dataclass(frozen=True)
@@ -174,7 +171,6 @@ def _over_dds(
     scenario: Scenario, folder: Path, *, record: bool, manner: Manner, host: HostSpec | None
 ) -> Outcome:
     ros.require()
-    from satform_bringup.flight import Policy  # noqa: PLC0415
     from satform_bringup.supervise import fly  # noqa: PLC0415 - in-process runs do without
 
     policy = Policy(manner.restart, manner.without_recorder, manner.rate)
@@ -276,12 +272,10 @@ def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ..
 
 def _ping_pong() -> float | None:
     """Median time in s of a bare message there and back between two processes; None where it fails."""
-    from satform_bringup.domain import on_domain, own_domain  # noqa: PLC0415 - in-process runs do without
-    from satform_nodes.ping_pong import measure  # noqa: PLC0415
+    from satform_tools.benchmarks.scaling import ping_pong_median  # noqa: PLC0415 - in-process runs do without
 
     try:
-        with own_domain() as domain, on_domain(domain):
-            return measure().median
+        return ping_pong_median(3000)
     except RuntimeError as error:
         say.note(f"the bare message exchange was not measured: {error}")
         return None

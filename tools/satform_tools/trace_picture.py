@@ -7,6 +7,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 
+from satform.channels import PLANT, RECORDER
 from satform_tools.drawing import FAINT, STYLE, colours, figure
 from satform_tools.tracing import Span, step_ends
 
@@ -87,7 +88,7 @@ def draw(found: list[Span], path: Path) -> None:
 
 def _rows(processes: set[str]) -> Sequence[str]:
     """Processes from above: the plant, the satellites by name, the recorder."""
-    return sorted(processes, key=lambda name: (name == "recorder", name != "plant", name))
+    return sorted(processes, key=lambda name: (name == RECORDER, name != PLANT, name))
 
 
 def _kind(span: Span) -> str:

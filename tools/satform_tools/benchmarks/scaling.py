@@ -149,11 +149,16 @@ def over_dds(
 
 
 def ping_pong_median(count: int) -> float:
-    """Median of bare round trips between two processes on a domain of their own, s."""
+    """Median of bare round trips between two processes that talk as those of a flight do, s.
+
+    Raises:
+        RuntimeError: there is no free domain, or the other process does not answer.
+    """
+    from satform_bringup.discovery import as_in_a_run  # noqa: PLC0415
     from satform_bringup.domain import on_domain, own_domain  # noqa: PLC0415
     from satform_nodes import ping_pong  # noqa: PLC0415
 
-    with own_domain() as domain, on_domain(domain):
+    with own_domain() as domain, on_domain(domain), as_in_a_run():
         return ping_pong.measure(count).median
 
 

@@ -4,6 +4,8 @@ from typing import Any
 
 import yaml
 
+from satform_bringup.discovery import MOST_FULL
+from satform_nodes.group_node import LARGEST_FULL_GROUP
 from satform_tools import say
 from satform_tools.faults import CommandError
 from satform_tools.looking.graph import known_service
@@ -44,13 +46,25 @@ def ask(looker: Looker, kind: Any, service: str, request: Any) -> Any:
     client = looker.node.create_client(kind, service)
     try:
         if not looker.wait(client.service_is_ready, looker.patience):
-            raise CommandError(f"the service {service} is not there within {looker.patience:g} s")
+            raise CommandError(
+                f"the service {service} is not there within {looker.patience:g} s{_why_not(service)}"
+            )
         future = client.call_async(request)
         if not looker.wait(future.done, looker.patience):
             raise CommandError(f"the service {service} does not answer within {looker.patience:g} s")
         return future.result()
     finally:
         looker.node.destroy_client(client)
+
+
+def _why_not(service: str) -> str:
+    """Why a service may not be there at all, to be said after that it is not."""
+    if not service.endswith("parameters"):
+        return ""
+    return (
+        f"; there are none for parameters where a run has more than {MOST_FULL} processes, or a process "
+        f"more than {LARGEST_FULL_GROUP} satellites (another --group makes fewer, or smaller ones)"
+    )
 
 
 def _read(request: str) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from satform_msgs.msg import FormationStatus
 
-from satform.channels import PLANT, RECORDER
+from satform.channels import KINDS_OF_A_SATELLITE, PLANT, RECORDER, topic_name
 from satform_nodes import topics
 from satform_nodes.speakers import UNKNOWN_NODE
 
@@ -34,42 +34,56 @@ class Graph:
 
 
 def is_whole(graph: Graph, status: FormationStatus) -> bool:
-    """Whether each satellite that flies is there with its topics, and hears and is heard as it should.
+    """Whether each satellite that flies is there, is told its state, commands, and hears whom it should.
 
     Args:
         graph: what has been found.
         status: what the plant says about the formation.
     """
-    names, nobody = status.satellites, Ends([], [])
-    flying = {name for name, alive in zip(names, status.alive, strict=True) if alive}
-    # A satellite's subscription to the status is made last of all.
-    if not flying.issubset(graph.ends.get(topics.STATUS, nobody).listeners):
-        return False
+    names, ends_of = status.satellites, graph.ends
+    flying = [name for name, alive in zip(names, status.alive, strict=True) if alive]
     own = {PLANT, RECORDER, *names}
-    for topic, ends in graph.ends.items():
-        there = {*ends.speakers, *ends.listeners}
-        # An endpoint may be found before the node that it belongs to, and that before its name.
-        if UNKNOWN_NODE in there or not graph.nodes >= own & there:
-            return False
-        # What others listen to that nobody says, a tool with a display for instance, is not the formation's.
-        if own.intersection(ends.listeners) and not ends.speakers:
-            return False
-        unheard = RECORDER in graph.nodes and RECORDER not in ends.listeners
-        if unheard and flying.intersection(ends.speakers) and _is_recorded(topic):
-            return False
-    edges = (
-        (names[hears], names[heard]) for hears, heard in zip(status.listeners, status.speakers, strict=True)
-    )
+    if any(not _is_found(ends, graph, own) for ends in ends_of.values()):
+        return False
+    recorders = [RECORDER] if RECORDER in graph.nodes else []
+    spoken = {topics.STATUS: (PLANT, flying)}
+    if recorders:
+        spoken[topics.CLOCK] = (PLANT, [])
+    for name in flying:
+        spoken[topics.state(name)] = (PLANT, [name])
+        spoken[topics.command(name)] = (name, [PLANT])
+    # Of the rest, which depends on the scenario, whatever somebody says is recorded.
+    about = {topic_name(kind, name): name for kind in KINDS_OF_A_SATELLITE for name in flying}
+    spoken |= {
+        topic: (ends_of[topic].speakers[0], [])
+        for topic in about.keys() & ends_of.keys() - spoken.keys()
+        if own.intersection(ends_of[topic].speakers)
+    }
+    missing = Ends([], [])
+    if any(
+        speaker not in ends_of.get(topic, missing).speakers
+        or not set(listeners + recorders).issubset(ends_of.get(topic, missing).listeners)
+        for topic, (speaker, listeners) in spoken.items()
+    ):
+        return False
+    edges = zip(status.listeners, status.speakers, strict=True)
     return all(
-        any(
-            hears in graph.ends.get(topic, nobody).listeners
-            for topic in (topics.arc_length(heard), topics.motion(heard))
-        )
+        any(names[hears] in ends_of.get(topic, missing).listeners for topic in _words_of(names[heard]))
         for hears, heard in edges
-        if {hears, heard} <= flying
+        if names[hears] in flying and names[heard] in flying
     )
 
 
-def _is_recorded(topic: str) -> bool:
-    """Whether a recorder, where there is one, hears what satellites say on a topic."""
-    return topic.rpartition("/")[2] in ("arc_length", "motion", "command", "tracking", "parameter_changes")
+def _is_found(ends: Ends, graph: Graph, own: set[str]) -> bool:
+    """Whether it is known whose the ends of a topic are, and whoever listens has someone to listen to."""
+    there = {*ends.speakers, *ends.listeners}
+    # An endpoint may be found before the node that it belongs to, and that before its name.
+    if UNKNOWN_NODE in there or not graph.nodes >= own & there:
+        return False
+    # What others listen to that nobody says, a tool with a display for instance, is not the formation's.
+    return bool(ends.speakers) or not own.intersection(ends.listeners)
+
+
+def _words_of(satellite: str) -> tuple[str, str]:
+    """Topics on which a satellite tells its neighbours of itself, one or the other."""
+    return topics.arc_length(satellite), topics.motion(satellite)

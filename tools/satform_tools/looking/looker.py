@@ -123,15 +123,17 @@ class Looker:
         return any(publisher.node_name == "plant" for publisher in publishers)
 
     def _graph_is_calm(self, heard: list[FormationStatus]) -> Callable[[], bool]:
-        """Whether all nodes are there with all their endpoints, and nothing new has come for a moment."""
-        seen: list[Graph | None] = [None]
+        """Whether all nodes are there with all their topics, and nothing new has come for a moment."""
+        seen: list[Any] = [None]
         since = [time.monotonic()]
 
         def calm() -> bool:
-            now, graph = time.monotonic(), self._graph()
-            if graph != seen[0]:
-                seen[0], since[0] = graph, now
-            return now - since[0] >= _CALM and bool(heard) and is_whole(graph, heard[-1])
+            now = time.monotonic()
+            names = (sorted(self.node.get_topic_names_and_types()), sorted(self.node.get_node_names()))
+            if names != seen[0]:
+                seen[0], since[0] = names, now
+            # The endpoints are asked for last: there are many of them.
+            return now - since[0] >= _CALM and bool(heard) and is_whole(self._graph(), heard[-1])
 
         return calm
 

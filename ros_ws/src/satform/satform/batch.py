@@ -38,26 +38,6 @@ def stack(items: Sequence[T]) -> T:
     return dataclasses.replace(first, **stacked)
 
 
-def repeated(stacked: T, times: int) -> T:
-    """The satellites of a stack several times over, one round after another.
-
-    Args:
-        stacked: dataclass whose arrays carry a leading satellite axis.
-        times: how often.
-
-    Returns:
-        The same; a field of shape (N, ...) becomes (times N, ...), and what is no array belongs to all.
-    """
-    parts: dict[str, Any] = {}
-    for field in dataclasses.fields(cast(Any, stacked)):
-        value = getattr(stacked, field.name)
-        if isinstance(value, np.ndarray):
-            parts[field.name] = np.concatenate([value] * times)
-        elif dataclasses.is_dataclass(value):
-            parts[field.name] = repeated(value, times)
-    return cast(T, dataclasses.replace(cast(Any, stacked), **parts))
-
-
 def item(stacked: T, row: int) -> T:
     """What one satellite has of a stack: the inverse of `stack` for one place.
 

@@ -23,6 +23,19 @@ READY = "/formation/ready"
 RECORDED = "/formation/recorded"
 DIAGNOSTICS = "/diagnostics"
 
+KINDS_OF_A_SATELLITE = (
+    "state",
+    "arc_length",
+    "motion",
+    "truth",
+    "attitude",
+    "command",
+    "tracking",
+    "propulsion",
+    "parameter_changes",
+)
+"""Kinds of all topics that are about one satellite; the recorder hears each of them."""
+
 Rhythm = Literal["states", "steps", "now and then"]
 """When there is a message: at every state, also at that after the last step; at every step; at times."""
 

@@ -31,6 +31,18 @@ def joined(*components: Array) -> Array:
     return whole
 
 
+def column(values: Array) -> Array:
+    """Numbers with a new last axis, to be multiplied with vectors; a single one needs none, and saves time.
+
+    Args:
+        values: shape (...).
+
+    Returns:
+        Shape (..., 1); of a single number the number.
+    """
+    return values[..., None] if values.ndim else values
+
+
 def dot(a: Array, b: Array) -> Array:
     """Scalar product over the last axis.
 

@@ -16,9 +16,8 @@ from typing import Literal
 
 import numpy as np
 
-from satform import batch
-from satform.curves import Curve, CurvePoint
-from satform.elementwise import Array, dot
+from satform.curves import Curve, CurvePoint, QuickCurve
+from satform.elementwise import Array, column, dot
 
 Parameter = Literal["arc_length", "angle"]
 FeedForward = Literal["middle", "start"]
@@ -91,7 +90,7 @@ class Path:
         point = self.curve.point(self.angle(generalised_arc_length))
         return Reference(
             position=point.position,
-            velocity=(self._arc_slope(point) * rate)[..., None] * point.tangent,
+            velocity=column(self._arc_slope(point) * rate) * point.tangent,
             acceleration=self._acceleration(point, rate, rate_change),
         )
 
@@ -112,28 +111,28 @@ class Path:
         if self.feed_forward == "start":
             return self.reference(generalised_arc_length, rate, rate_change)
         half = 0.5 * duration
-        middle = generalised_arc_length + (rate + rate_change * (0.5 * half)) * half
-        start_point, middle_point = self._two_points(generalised_arc_length, middle)
+        to_middle = (rate + rate_change * (0.5 * half)) * half
+        start_angle = self.angle(generalised_arc_length)
+        start_point = self.curve.point(start_angle)
+        middle = generalised_arc_length + to_middle
+        quick = self._quick_curve
+        if quick is None:
+            middle_angle = self.angle(middle)
+        else:
+            ahead, arc_length = self.scale * to_middle, self.scale * middle
+            middle_angle = quick.angle_after(start_angle, start_point, ahead, arc_length)
+        middle_point = self.curve.point(middle_angle)
         return Reference(
             position=start_point.position,
-            velocity=(self._arc_slope(start_point) * rate)[..., None] * start_point.tangent,
+            velocity=column(self._arc_slope(start_point) * rate) * start_point.tangent,
             acceleration=self._acceleration(middle_point, rate + rate_change * half, rate_change),
         )
 
-    def _two_points(self, first: Array, second: Array) -> tuple[CurvePoint, CurvePoint]:
-        """The curve's local shape at two values of xi, each of shape (...)."""
-        shape = np.shape(first)
-        if len(shape) != 1 or shape != np.shape(self.scale):
-            return self.curve.point(self.angle(first)), self.curve.point(self.angle(second))
-        # Of satellites that fly as one: in one go, which takes half the time.
-        count, twice = shape[0], self._twice
-        points = twice.curve.point(twice.angle(np.concatenate((first, second))))
-        return points.part(slice(None, count)), points.part(slice(count, None))
-
     @cached_property
-    def _twice(self) -> "Path":
-        """Of satellites that fly as one the paths of all, and of all once more."""
-        return batch.repeated(self, 2)
+    def _quick_curve(self) -> QuickCurve | None:
+        """The curve, where it saves time to ask it for a point near a known one."""
+        curve = self.curve
+        return curve if self.parameter == "arc_length" and isinstance(curve, QuickCurve) else None
 
     def projected(self, position: Array, velocity: Array, near: Array) -> tuple[Array, Array]:
         """Generalised arc length of the point of the curve closest to a moving satellite, and its rate.
@@ -178,7 +177,7 @@ class Path:
             speed = point.speed * angular_rate
             along = point.speed * (slope * rate_change) + point.speed_slope * (angular_rate * angular_rate)
         across = point.curvature * speed * speed
-        total: Array = along[..., None] * point.tangent + across[..., None] * point.normal
+        total: Array = column(along) * point.tangent + column(across) * point.normal
         return total
 
 

@@ -1,8 +1,8 @@
 """How the processes of one run find each other and talk, without ever leaving this machine.
 
-They use sockets on the loopback interface alone. Each calls at the participants' ports there, one by one, as
-in rmw_fastrtps' range LOCALHOST, so that `ros2 topic echo` finds them without being told anything; that range
-calls at the first 32 ports, a larger run at all that there are.
+They use sockets on the loopback interface alone. Each calls at all participants' ports there, one by one, and
+so does, at the first 32 of them, whoever looks in with rmw_fastrtps' range LOCALHOST: `ros2 topic echo` finds
+a run without being told anything.
 
 They do without the shared memory of that range. There a process that is killed or stopped while it holds a
 port can leave others waiting or deaf, what it left behind has to be taken away, and a port that is full loses
@@ -10,19 +10,27 @@ what many say at once.
 """
 
 import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from satform_bringup import middleware
+from satform_bringup.environment import restored
 from satform_nodes import LEAN
 
-MOST = 100
-"""Participants that Fast DDS finds ports for in one domain on one machine."""
-
 LOOKERS = 4
-"""Ports beside those of a run's processes, for those who look in."""
+"""Ports that are left to those who look in."""
 
-FEW = middleware.PORTS_OF_LOCALHOST - LOOKERS
-"""Processes up to which the range LOCALHOST would do; the nodes of more are lean."""
+MOST = middleware.PORTS - LOOKERS
+"""Processes that find each other on one machine."""
+
+MOST_FULL = 34
+"""Processes, plant and recorder among them, up to which nodes have everything that a node of ROS 2 has.
+
+Every endpoint is told to every process, and more than half of a satellite's are those of the services for its
+parameters: 64 processes with them take twice as long to start as without.
+"""
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 """Environment variable by which a ROS 2 process is told how far to look."""
@@ -53,12 +61,23 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
             f"let satellites share processes with --group {_group_for(processes)} or more"
         )
     period = middleware.heartbeat(satellites)
-    lean = {LEAN: "1"} if processes > FEW else {}
-    if os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or middleware.is_told():
+    lean = {LEAN: "1"} if processes > MOST_FULL else {}
+    ranged = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or os.environ.get("ROS_STATIC_PEERS")
+    if ranged or middleware.is_told():
         return lean | middleware.tell(folder, period)
-    ports = middleware.PORTS_OF_LOCALHOST if processes <= FEW else MOST + LOOKERS
-    told = middleware.tell(folder, period, middleware.LOOPBACK_ALONE, ports)
-    return lean | {RANGE: "SYSTEM_DEFAULT"} | told
+    told = middleware.tell(folder, period, middleware.LOOPBACK_ALONE)
+    # The range does without what rmw_fastrtps would add of its own, as the deprecated variable would.
+    return lean | {RANGE: "SYSTEM_DEFAULT", "ROS_LOCALHOST_ONLY": ""} | told
+
+
+@contextmanager
+def as_in_a_run() -> Iterator[None]:
+    """Have this process talk as those of a run do, for the length of the block."""
+    with tempfile.TemporaryDirectory() as folder:
+        told = variables(1, 1, Path(folder))
+        with restored(told):
+            os.environ.update(told)
+            yield
 
 
 def _group_for(processes: int) -> int:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from satform_bringup import leftovers
+from satform_bringup.environment import restored
 
 FIRST, LAST = 1, 99
 """Domains whose ports lie below those that Linux gives to outgoing connections."""
@@ -64,16 +65,9 @@ def own_domain(agreed: int | None = None) -> Iterator[int]:
 @contextmanager
 def on_domain(number: int) -> Iterator[None]:
     """Set this process's environment for a domain that it holds, and restore it in the end."""
-    before = {name: os.environ.get(name) for name in _VARIABLES}
-    enter_domain(number)
-    try:
+    with restored(_VARIABLES):
+        enter_domain(number)
         yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def enter_domain(number: int) -> None:

@@ -69,7 +69,7 @@ class Flight:
         losses: every satellite or recorder without which the flight went on, planned or not.
         returns: every satellite that came back.
         reason: why the flight ended early; empty when it did not.
-        stopped: whether it was ended by Ctrl-C or SIGTERM.
+        stopped: whether it was ended by a signal to the run or by the service for it.
         bag: folder of the bag; None when nothing was recorded.
         messages: in the bag.
         missed: sentences about messages that did not reach the bag.

@@ -1,9 +1,11 @@
 """What killed processes have left in shared memory, taken away before somebody new comes upon it.
 
-Fast DDS hands messages between processes of a machine through files in `/dev/shm`: a segment for each
-participant, and a port, with a semaphore, for each address of a domain. A process that is killed leaves its
-own behind. A segment costs half a megabyte. A port can have been in the hands of the killed: whoever opens
-it next, in any later flight in that domain or in place of the killed, then waits for ever.
+Fast DDS hands messages between processes of a machine through files in `/dev/shm`, where it may: a segment
+for each participant, and a port, with a semaphore, for each address of a domain. A run on one machine does
+without (`discovery`); a flight on several hosts, nodes that are started by hand and those who look in do
+not. A process that is killed leaves its own behind. A segment costs half a megabyte. A port can have been in
+the hands of the killed: whoever opens it next, in any later flight in that domain or in place of the killed,
+then waits for ever.
 """
 
 import fcntl

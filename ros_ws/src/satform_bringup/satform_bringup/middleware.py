@@ -2,7 +2,8 @@
 
 A message that was dropped on its way, by a network or by a full queue between two processes, has no successor
 by which its loss would show while a step waits for it; only the writer's next heartbeat tells, by default
-after 3 s. A reader that comes anew, or a writer that is killed, depends on it in the same way.
+after 3 s. A reader that comes anew, or a writer that is killed, depends on it in the same way. What carries
+the messages is told there too.
 """
 
 import os
@@ -46,8 +47,8 @@ PATIENT_ANNOUNCEMENTS = """
 _ROOM = 4 * 2**20
 """What a socket is to hold until it is read, bytes; the system grants as much of it as it allows."""
 
-PORTS_OF_LOCALHOST = 32
-"""Participants' ports on the loopback interface at which rmw_fastrtps calls in the range LOCALHOST."""
+PORTS = 100
+"""Ports that Fast DDS tries for a participant of a domain on a machine, and at which all are called."""
 
 _PROFILES = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -84,16 +85,13 @@ def is_told() -> bool:
     return any(os.environ.get(name) for name in VARIABLES)
 
 
-def tell(
-    folder: Path, period: float, participant: str = "", ports: int = PORTS_OF_LOCALHOST
-) -> dict[str, str]:
+def tell(folder: Path, period: float, participant: str = "") -> dict[str, str]:
     """Write the file, unless the environment names one.
 
     Args:
         folder: of the run; exists.
         period: of the writers' heartbeats, s.
         participant: `LOOPBACK_ALONE`, `PATIENT_ANNOUNCEMENTS`, or nothing.
-        ports: of participants, at which each calls on the loopback interface.
 
     Returns:
         Environment variables by which the middleware finds it.
@@ -110,7 +108,7 @@ def tell(
         seconds=seconds,
         nanoseconds=nanoseconds,
         room=_ROOM,
-        ports=ports,
+        ports=PORTS,
     )
     file.write_text(text, encoding="utf-8")
     return dict.fromkeys(VARIABLES, str(file))

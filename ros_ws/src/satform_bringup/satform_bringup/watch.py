@@ -295,7 +295,7 @@ class Watch:
         wanted = self._comes_back(names) if expected else self._policy.restart
         if wanted and self._restarts[entry.name] < MOST_RESTARTS:
             self._restarts[entry.name] += 1
-            # What it was doing when it was killed, it may never have let go of.
+            # A port in shared memory, where the flight uses it, may never have been let go of.
             leftovers.release(self._domain)
             self._start(entry.node)
 

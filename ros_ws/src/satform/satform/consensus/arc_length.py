@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.elementwise import Array
+from satform.elementwise import Array, column
 from satform.spec import Positive, Spec
 
 NeighbourValues = Literal["hold", "extrapolate"]
@@ -107,9 +107,9 @@ class ArcLengthConsensus:
         neighbour = heard.arc_length
         if self.neighbour_values == "extrapolate":
             neighbour = neighbour + (time - heard.stamp) * heard.rate
-        behind = arc_length[..., None] - neighbour
-        slower = rate[..., None] - heard.rate
-        pull: Array = self.coupling_gain[..., None] * behind + self.rate_gain[..., None] * slower
+        behind = column(arc_length) - neighbour
+        slower = column(rate) - heard.rate
+        pull: Array = column(self.coupling_gain) * behind + column(self.rate_gain) * slower
         return pull
 
 

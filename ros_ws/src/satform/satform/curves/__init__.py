@@ -5,7 +5,7 @@ is zero at theta = 0 and grows with theta by one perimeter a lap. All positions 
 LVLH frame.
 """
 
-from satform.curves.curve import Curve, CurvePoint, FixedPoint
+from satform.curves.curve import Curve, CurvePoint, FixedPoint, QuickCurve
 from satform.curves.ellipse import Ellipse, ellipse
 from satform.curves.specs import CircleSpec, CurveSpec, EllipseSpec, FixedPointSpec
 
@@ -18,5 +18,6 @@ __all__ = [
     "EllipseSpec",
     "FixedPoint",
     "FixedPointSpec",
+    "QuickCurve",
     "ellipse",
 ]

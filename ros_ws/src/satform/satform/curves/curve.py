@@ -1,7 +1,7 @@
 """What every closed relative orbit offers, and the one that is only a point."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -33,17 +33,6 @@ class CurvePoint:
         """Unit normal of the plane that the curve bends in, tangent x normal, shape (..., 3)."""
         return cross(self.tangent, self.normal)
 
-    def part(self, chosen: slice) -> "CurvePoint":
-        """The same of some of the satellites along the first axis."""
-        return CurvePoint(
-            self.position[chosen],
-            self.tangent[chosen],
-            self.normal[chosen],
-            self.curvature[chosen],
-            self.speed[chosen],
-            self.speed_slope[chosen],
-        )
-
 
 class Curve(Protocol):
     """A closed curve that a satellite may be told to fly along, or many stacked ones."""
@@ -63,6 +52,24 @@ class Curve(Protocol):
 
     def nearest(self, position: Array) -> Array:
         """Angle (rad, shape (...), within one lap) of the point closest to a position (m, LVLH)."""
+
+
+@runtime_checkable
+class QuickCurve(Curve, Protocol):
+    """A curve on which a point near a known one is found in less time than any point; it need not be one."""
+
+    def angle_after(self, angle: Array, here: CurvePoint, ahead: Array, arc_length: Array) -> Array:
+        """Angle at an arc length a little after a known point: `angle_at`, to rounding, in less time.
+
+        Args:
+            angle: of the known point, rad, shape (...).
+            here: the curve's local shape there.
+            ahead: arc length from there on, m, shape (...), of either sign.
+            arc_length: of the point that is asked for, m, shape (...).
+
+        Returns:
+            rad, shape (...).
+        """
 
 
 @dataclass(frozen=True)
