@@ -6,6 +6,7 @@ import random
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -135,18 +136,12 @@ def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: st
     scenario = shortened(*SCENARIO)
 
     def kill_early() -> None:
-        import threading
-        import time
+        end = time.monotonic() + 60.0
+        while name not in processes_of(tmp_path) and time.monotonic() < end:
+            time.sleep(0.01)  # what is awaited is another process, of which nobody tells
+        os.kill(processes_of(tmp_path)[name], signal.SIGKILL)
 
-        def look() -> None:
-            end = time.monotonic() + 60.0
-            while name not in processes_of(tmp_path) and time.monotonic() < end:
-                time.sleep(0.01)  # what is awaited is another process, of which nobody tells
-            os.kill(processes_of(tmp_path)[name], signal.SIGKILL)
-
-        threading.Thread(target=look, daemon=True).start()
-
-    kill_early()
+    threading.Thread(target=kill_early, daemon=True).start()
     flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
     assert name in flight.lost
     assert flight.steps < STEPS

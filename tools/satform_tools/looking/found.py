@@ -53,10 +53,10 @@ def is_whole(graph: Graph, status: FormationStatus) -> bool:
         spoken[topics.state(name)] = (PLANT, [name])
         spoken[topics.command(name)] = (name, [PLANT])
     # Of the rest, which depends on the scenario, whatever somebody says is recorded.
-    about = {topic_name(kind, name): name for kind in KINDS_OF_A_SATELLITE for name in flying}
+    about = {topic_name(kind, name) for kind in KINDS_OF_A_SATELLITE for name in flying}
     spoken |= {
         topic: (ends_of[topic].speakers[0], [])
-        for topic in about.keys() & ends_of.keys() - spoken.keys()
+        for topic in about & ends_of.keys() - spoken.keys()
         if own.intersection(ends_of[topic].speakers)
     }
     missing = Ends([], [])

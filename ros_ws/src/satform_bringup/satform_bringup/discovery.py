@@ -66,7 +66,7 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
     if ranged or middleware.is_told():
         return lean | middleware.tell(folder, period)
     told = middleware.tell(folder, period, middleware.LOOPBACK_ALONE)
-    # The range does without what rmw_fastrtps would add of its own, as the deprecated variable would.
+    # In this range alone rmw_fastrtps goes by the profile; the deprecated variable would overrule the range.
     return lean | {RANGE: "SYSTEM_DEFAULT", "ROS_LOCALHOST_ONLY": ""} | told
 
 
