@@ -18,7 +18,11 @@ from satform_tools.leaving import leaving_in_order
 _PARALLEL = ("-n", "2", "--dist", "worksteal")
 """Tests that start no formation share two processes; which is done first takes over from the other."""
 
-_TYPED = ("ros_ws/src/satform/satform", "tools/satform_tools", "tools/satform_setup")
+_TYPED = (
+    *(f"ros_ws/src/{package}/{package}" for package in ("satform", "satform_nodes", "satform_bringup")),
+    "tools/satform_tools",
+    "tools/satform_setup",
+)
 
 _LEAST = 19
 """Niceness at which a process gets what of the processor nobody else wants."""

@@ -22,6 +22,7 @@ from multiprocessing.context import ForkServerContext
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import MappingProxyType, ModuleType
+from typing import Any
 
 from satform_bringup import PACKAGE
 from satform_bringup.domain import enter_domain
@@ -81,7 +82,8 @@ def close() -> None:
     if os.getpid() != _owner:
         # A fork has no helpers of its own.
         return
-    server, tracker = forkserver._forkserver, resource_tracker._resource_tracker
+    server: Any = forkserver._forkserver
+    tracker: Any = resource_tracker._resource_tracker
     alive, process = server._forkserver_alive_fd, server._forkserver_pid
     if process is not None:
         server._forkserver_alive_fd = server._forkserver_pid = server._forkserver_address = None
@@ -198,8 +200,9 @@ def _end_with_the_server() -> None:
     Without it a closed terminal would leave a formation flying that nobody watches.
     """
     # Every process of the server keeps it alive by this, for processes of its own.
-    os.close(forkserver._forkserver._forkserver_alive_fd)
-    server = os.getppid()
+    server: Any = forkserver._forkserver
+    os.close(server._forkserver_alive_fd)
+    parent = os.getppid()
     ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGTERM)
-    if os.getppid() != server:
+    if os.getppid() != parent:
         sys.exit(128 + signal.SIGTERM)

@@ -162,7 +162,7 @@ class DisplayNode:
             if numbers is not None:
                 read(numbers[0], numbers[1], numbers[step], [numbers[index] for index in wanted])
 
-        def keep(data: bytes, _number: int) -> None:
+        def keep(data: bytes, _name: str) -> None:
             self._newest[place] = data
             self.seen_anything = True
 

@@ -81,14 +81,18 @@ class Entry:
         """
         numbers = self._form.unpack(data)
         if numbers is None:
-            return self._refuse("another form")
+            self._refuse("another form")
+            return None
         step, values = numbers[2], numbers[3:]
         if step > last:
-            return self._refuse("a step that is not due yet")
+            self._refuse("a step that is not due yet")
+            return None
         if not isfinite(sum(values)):
-            return self._refuse("not finite")
+            self._refuse("not finite")
+            return None
         if max(values) > LARGEST or min(values) < -LARGEST:
-            return self._refuse("out of range")
+            self._refuse("out of range")
+            return None
         if step < first:
             # The speaker's own words come again when it is not sure that they were heard.
             self.repeated += 1
@@ -97,7 +101,8 @@ class Entry:
         if step == self._last_step + 1 and any(
             abs(now - before) > self._jump for now, before in zip(watched, self._last, strict=False)
         ):
-            return self._refuse("too large a jump")
+            self._refuse("too large a jump")
+            return None
         self._last, self._last_step = watched, step
         return numbers
 

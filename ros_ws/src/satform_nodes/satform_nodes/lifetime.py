@@ -127,7 +127,9 @@ def run(
     """
     stop = StopRequest()
     # rclpy's own handlers would tear the context down in the middle of a step.
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(
+        args=None if arguments is None else list(arguments), signal_handler_options=SignalHandlerOptions.NO
+    )
     try:
         node = FormationNode(name)
         executor = StepExecutor()

@@ -47,7 +47,7 @@ class PictureMessages:
 
     def markers(self, picture: Picture) -> MarkerArray:
         """Satellites with names, headings, trails and desired orbits, and who hears whom."""
-        markers = []
+        markers: list[Marker] = []
         for number, view in enumerate(picture.satellites):
             markers += self._satellite(number, view)
         return MarkerArray(markers=[*markers, self._links(picture)])
