@@ -6,7 +6,7 @@ import pytest
 from test_simulate import formation
 
 from satform.scenario import Scenario
-from satform_tools.disturbance_advice import describe_schedule, disturbance_warnings
+from satform_tools.check.disturbances import describe_schedule, disturbance_warnings
 
 GENTLE = {"tracking_gain": 1e-3, "coupling_gain": 1e-6, "rate_gain": 1e-3}
 

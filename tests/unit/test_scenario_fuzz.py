@@ -23,7 +23,8 @@ from hypothesis import strategies as st
 from flights import SCENARIOS
 from satform.scenario import Scenario, ScenarioError, load_scenario, parse_scenario
 from satform.scenario.load import MAXIMUM_PROBLEMS, _plain, _read_once
-from satform_tools import advice, say, showing
+from satform_tools import say, showing
+from satform_tools.check import warnings
 
 ASKED = int(os.environ.get("SATFORM_FUZZ", "0"))
 FILES = sorted(SCENARIOS.glob("*.yaml"))
@@ -83,7 +84,7 @@ def judge(read: Any) -> None:
         except ScenarioError as error:
             refused = error
         else:
-            advice.warnings(scenario)
+            warnings(scenario)
             json.loads(say.to_json(showing.describe(scenario)))
             assert parse_scenario(scenario.to_json()).digest() == scenario.digest()
     if refused is not None:

@@ -9,7 +9,8 @@ from ruamel.yaml import YAML
 
 from flights import SCENARIOS, shipped
 from satform.scenario import parse_scenario
-from satform_tools import advice, schemas
+from satform_tools import schemas
+from satform_tools.check import warnings
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
@@ -29,7 +30,7 @@ def test_a_shipped_scenario_bears_its_own_name_and_says_where_it_comes_from(name
 @pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> None:
     # Some leave a satellite out of the graph on purpose, to show what becomes of it.
-    assert not [warning for warning in advice.warnings(shipped(name)) if not warning.startswith("graph:")]
+    assert not [warning for warning in warnings(shipped(name)) if not warning.startswith("graph:")]
 
 
 @pytest.mark.parametrize("name", NAMES)

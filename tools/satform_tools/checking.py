@@ -51,9 +51,9 @@ def _check(file: str) -> Checked:
         return Checked(file, (Problem(file, None, "", str(error)),), ())
     except ScenarioError as error:
         return Checked(file, tuple(error.problems), ())
-    from satform_tools import advice  # noqa: PLC0415 - a file that cannot fly needs none
+    from satform_tools.check import warnings  # noqa: PLC0415 - a file that cannot fly needs none
 
-    return Checked(file, (), tuple(advice.warnings(scenario)))
+    return Checked(file, (), tuple(warnings(scenario)))
 
 
 def _print(entry: Checked) -> None:

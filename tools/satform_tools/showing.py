@@ -15,8 +15,11 @@ from satform.reference import SteadyMotion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
-from satform_tools import advice, say
-from satform_tools.disturbance_advice import describe_schedule
+from satform_tools import say
+from satform_tools.check import warnings
+from satform_tools.check.consensus import margin
+from satform_tools.check.disturbances import describe_schedule
+from satform_tools.check.reference_motion import steady_motions
 from satform_tools.say import Table
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
@@ -79,7 +82,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "consensus": {
             **scenario.consensus.model_dump(mode="json"),
             "modal_roots": _roots(scenario),
-            "delay_margin": advice.margin(scenario),
+            "delay_margin": margin(scenario),
         },
         "links": _links(scenario),
         "schedule": [asdict(state) for state in describe_schedule(scenario)],
@@ -87,8 +90,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "checkpoint_period": scenario.checkpoint_period,
         "tolerated_losses": scenario.tolerated_losses,
         "satellites": [
-            _satellite(scenario, index, steady)
-            for index, steady in enumerate(advice.steady_motions(scenario))
+            _satellite(scenario, index, steady) for index, steady in enumerate(steady_motions(scenario))
         ],
         "processes": _processes(scenario),
         "topics": _topics(scenario),
@@ -100,7 +102,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
             }
             for expectation in scenario.expect
         ],
-        "warnings": advice.warnings(scenario),
+        "warnings": warnings(scenario),
     }
 
 

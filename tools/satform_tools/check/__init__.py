@@ -1,0 +1,24 @@
+"""What is allowed in a scenario but unwise: one module a subject, put together here.
+
+A module gives a function that takes the scenario and returns sentences, each with the field it is about;
+it is listed in `SUBJECTS`, in whose order the sentences are printed.
+"""
+
+from collections.abc import Callable
+
+from satform.scenario import Scenario
+from satform_tools.check.consensus import consensus_warnings
+from satform_tools.check.controllers import controller_warnings
+from satform_tools.check.disturbances import disturbance_warnings
+
+SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
+    consensus_warnings,
+    disturbance_warnings,
+    controller_warnings,
+)
+"""Every subject that is looked at."""
+
+
+def warnings(scenario: Scenario) -> list[str]:
+    """Sentences about what is unwise in a scenario; none when all is well."""
+    return [sentence for subject in SUBJECTS for sentence in subject(scenario)]

@@ -1,0 +1,85 @@
+"""Warnings about the communication graph and the agreement on it: connection, periods, faulty neighbours."""
+
+import numpy as np
+
+from satform.consensus.arc_length import ArcLengthConsensusSpec, delay_margin
+from satform.consensus.graph import MAXIMUM_SPECTRUM
+from satform.consensus.resilient import ResilientArcLengthConsensusSpec
+from satform.consensus.robustness import promise
+from satform.formation import planned, rewirings
+from satform.satellite import flight_plan
+from satform.scenario import Scenario
+
+_SAME_PERIOD = 1e-9
+"""Relative difference of periods up to which satellites can agree for ever."""
+
+
+def consensus_warnings(scenario: Scenario) -> list[str]:
+    """Sentences about a graph on which, or periods at which, satellites do not come to agree."""
+    return [
+        *_graph_warnings(scenario),
+        *_liar_warnings(scenario),
+        *_period_warnings(scenario),
+        *_delay_warnings(scenario),
+    ]
+
+
+def margin(scenario: Scenario) -> float | None:
+    """Delay in s of all arc-length values that agreement bears; None where it is not known in closed form."""
+    graph, law = scenario.communication_graph(), scenario.consensus
+    if not isinstance(law, ArcLengthConsensusSpec) or len(graph) > MAXIMUM_SPECTRUM or graph.directed:
+        return None
+    return delay_margin(np.asarray(graph.eigenvalues), law.tracking_gain, law.coupling_gain, law.rate_gain)
+
+
+def _graph_warnings(scenario: Scenario) -> list[str]:
+    graph = scenario.communication_graph()
+    # Who chooses no links at all does not mean to agree on anything; a graph that changes is looked at later.
+    if not graph.edges or graph.connected() or scenario.graph_schedule:
+        return []
+    return ["graph: it is not connected; satellites that nobody connects never agree on their phase"]
+
+
+def _liar_warnings(scenario: Scenario) -> list[str]:
+    law = scenario.consensus
+    if not isinstance(law, ResilientArcLengthConsensusSpec):
+        return []
+    graphs = [(0, scenario.communication_graph())]
+    graphs += [(step, event.graph) for step, event in rewirings(planned(scenario))]
+    most_heard = max(int(graph.adjacency.sum(axis=1).max()) for _, graph in graphs)
+    found = [
+        f"consensus: {doubt}; honest satellites may leave the interval of phases in which they began"
+        for doubt in law.doubts(most_heard, scenario.timing.step)
+    ]
+    said: dict[str, str] = {}
+    for step, graph in graphs:
+        promised = promise(graph, law.tolerated_liars)
+        if not (promised.local or promised.total):
+            when = f"from {step * scenario.timing.step:g} s on: " if step else ""
+            # A schedule that goes to and fro has each graph many times.
+            said.setdefault(promised.sentence, f"consensus.tolerated_liars: {when}{promised.sentence}")
+    return [*found, *said.values()]
+
+
+def _period_warnings(scenario: Scenario) -> list[str]:
+    if not scenario.communication_graph().edges:
+        return []
+    periods = [float(flight_plan(scenario, index).path.period) for index in range(len(scenario.satellites))]
+    # A fixed point has no lap: it goes along with any agreement.
+    periods = [period for period in periods if period > 0.0]
+    if not periods or max(periods) - min(periods) <= _SAME_PERIOD * max(periods):
+        return []
+    return [
+        f"satellites: perimeter divided by scale runs from {min(periods):.10g} to {max(periods):.10g} m; "
+        "satellites that agree on the arc length make a lap in the same time only if it is the same for all"
+    ]
+
+
+def _delay_warnings(scenario: Scenario) -> list[str]:
+    bound = margin(scenario)
+    if bound is None or scenario.timing.step < bound:
+        return []
+    return [
+        f"timing.step: {scenario.timing.step:g} s is not shorter than the delay of {bound:g} s at which "
+        "agreement on the phase becomes unstable; use a shorter step or lower consensus gains"
+    ]

@@ -1,0 +1,39 @@
+"""Warnings about control laws: gains against the declared disturbances, steps against gains."""
+
+import numpy as np
+
+from satform.control.sliding_mode import SlidingModeSpec, gain_warnings, sampling_warnings
+from satform.dynamics.models import PerturbedDynamicsSpec
+from satform.dynamics.protocol import DynamicsSetting
+from satform.elementwise import Array
+from satform.scenario import Scenario
+from satform_tools.check.reference_motion import steady_motions
+
+
+def controller_warnings(scenario: Scenario) -> list[str]:
+    """Sentences about control laws that a disturbance overpowers or that the step makes useless."""
+    found: dict[str, list[str]] = {}
+    bound, centre = _disturbance(scenario)
+    steady = steady_motions(scenario)
+    for index, satellite in enumerate(scenario.satellites):
+        spec = scenario.satellite(index)
+        if not isinstance(spec.controller, SlidingModeSpec):
+            continue
+        jerk = steady[index].jerk_max
+        sentences = gain_warnings(spec.controller, bound[index], centre[index])
+        sentences += sampling_warnings(spec.controller, scenario.timing.step, jerk, spec.feed_forward)
+        for sentence in sentences:
+            found.setdefault(sentence, []).append(satellite.name)
+    return [f"controller of {', '.join(names)}: {sentence}" for sentence, names in found.items()]
+
+
+def _disturbance(scenario: Scenario) -> tuple[Array, Array]:
+    """Largest magnitude and centre of what the scenario declares, m/s^2, shapes (N, 3)."""
+    count = len(scenario.satellites)
+    bound, centre = np.zeros((count, 3)), np.zeros((count, 3))
+    if isinstance(scenario.dynamics, PerturbedDynamicsSpec):
+        setting = DynamicsSetting(scenario.orbit.rate, scenario.timing.step, count, scenario.seed)
+        for perturbation in scenario.dynamics.build_perturbations(setting):
+            bound = bound + perturbation.bound()
+            centre = centre + perturbation.centre()
+    return bound, centre

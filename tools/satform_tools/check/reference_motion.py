@@ -1,0 +1,19 @@
+"""What steady motion along its path asks of each satellite of a scenario."""
+
+from satform.reference import SteadyMotion, steady_motion
+from satform.satellite import flight_plan
+from satform.scenario import Scenario
+
+
+def steady_motions(scenario: Scenario) -> list[SteadyMotion]:
+    """Extremes of each satellite's motion once all agree, worked out once for those on the same path."""
+    known: dict[tuple[object, ...], SteadyMotion] = {}
+    found = []
+    for index in range(len(scenario.satellites)):
+        spec, plan = scenario.satellite(index), flight_plan(scenario, index)
+        rate = float(plan.nominal_rate)
+        path = (repr(spec.curve), spec.scale, spec.parameter, spec.feed_forward, rate)
+        if path not in known:
+            known[path] = steady_motion(plan.path, rate)
+        found.append(known[path])
+    return found
