@@ -83,7 +83,7 @@ class Network:
         variables = {key: value for key, value in os.environ.items() if key not in _OF_THIS_MACHINE}
         process = subprocess.Popen(
             ["ip", "netns", "exec", self.namespace(name), sys.executable, "-m", "satform_tools", *arguments],
-            env=variables | {"TMPDIR": str(own)},
+            env=variables | {"TMPDIR": str(own), "XDG_RUNTIME_DIR": ""},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

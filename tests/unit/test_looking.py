@@ -17,8 +17,10 @@ from rcl_interfaces.msg import Log, ParameterType
 from rcl_interfaces.srv import SetParameters
 from satform_msgs.msg import FormationStatus, ParameterChange, RelativeState
 
-from satform_bringup.domain import DomainError, hold, lock_file
-from satform_bringup.under_way import described, hold_shell_domain, runs_under_way
+from satform_bringup import domain as domains
+from satform_bringup import runtime_folder
+from satform_bringup.domain import DomainError, hold
+from satform_bringup.under_way import described, file_name, hold_shell_domain, runs_under_way
 from satform_tools import cli
 from satform_tools.faults import CommandError
 from satform_tools.looking import looker, settings, values, watching, where
@@ -30,10 +32,11 @@ from satform_tools.looking.watcher import sentences
 
 @pytest.fixture(autouse=True)
 def machine_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Locks in a folder of the test's own, and no domain set."""
+    """Descriptions and holds of the test's own, and no domain set."""
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    for name in ("ROS_DOMAIN_ID", "SATFORM_HOLDS_DOMAIN"):
+    monkeypatch.setattr(domains, "ABSTRACT", f"\0test looking {os.getpid()}/")
+    for name in ("ROS_DOMAIN_ID", "SATFORM_HOLDS_DOMAIN", "XDG_RUNTIME_DIR"):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -54,21 +57,24 @@ def test_what_a_killed_run_left_behind_is_passed_over(tmp_path: Path) -> None:
     )
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == "1"
-    assert json.loads(lock_file(7).read_text())["scenario"] == "ring_six"
+    (left,) = runtime_folder.names()
+    assert json.loads(runtime_folder.read(left) or "")["scenario"] == "ring_six"
     assert runs_under_way() == []
+    with described(3, "triangle", tmp_path):
+        assert left not in runtime_folder.names()
 
 
 def test_a_process_with_the_number_of_a_killed_run_is_no_run(tmp_path: Path) -> None:
     with described(7, "triangle", tmp_path):
-        note = json.loads(lock_file(7).read_text())
+        note = json.loads(runtime_folder.read(file_name(7)) or "")
         assert note["process"] == os.getpid()
-        lock_file(7).write_text(json.dumps({**note, "started": note["started"] - 1}))
+        runtime_folder.write(file_name(7), json.dumps({**note, "started": note["started"] - 1}))
         assert runs_under_way() == []
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"domain": 7}', '{"domain": 8, "x": 1}', "\0"])
-def test_a_lock_file_that_says_nothing_sensible_is_passed_over(text: str) -> None:
-    lock_file(7).write_text(text)
+def test_a_description_that_says_nothing_sensible_is_passed_over(text: str) -> None:
+    runtime_folder.write(file_name(7), text)
     assert runs_under_way() == []
 
 

@@ -1,7 +1,6 @@
 """Which processes fly a scenario, what they are told, and the domain that they are given."""
 
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,6 +12,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from flights import shipped
+from satform_bringup import domain as domains
 from satform_bringup.domain import FIRST, LAST, DomainError, on_domain, own_domain
 from satform_bringup.processes import NodeProcess, processes
 
@@ -106,10 +106,11 @@ def test_a_path_reaches_the_node_letter_by_letter(path: str, ros_domain: int) ->
 
 
 @pytest.fixture
-def no_domain_set(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def no_domain_set(monkeypatch: pytest.MonkeyPatch) -> None:
     """A user without a domain, on a machine on which nobody else flies."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(domains, "ABSTRACT", f"\0test processes {os.getpid()}/")
+    monkeypatch.setattr(domains, "domains_with_participants", set)
 
 
 @pytest.mark.usefixtures("no_domain_set")

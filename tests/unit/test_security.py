@@ -11,7 +11,7 @@ import pytest
 from cryptography import x509
 
 from flights import shipped
-from satform_bringup import security
+from satform_bringup import peers, security
 from satform_bringup.processes import processes
 from satform_nodes import topics
 from satform_tools import cli
@@ -192,6 +192,22 @@ def test_the_policies_say_in_the_words_of_ros_what_the_permissions_say_in_those_
 def test_a_keystore_is_never_written_over(keystore: Path) -> None:
     with pytest.raises(CommandError, match="is there already and is not an empty folder"):
         make(shipped("triangle"), keystore, 30, ANY_DOMAIN)
+
+
+def test_no_document_names_a_domain_that_cyclone_dds_refuses_and_all_name_those_of_flights(
+    keystore: Path,
+) -> None:
+    # Cyclone DDS takes ids from 0 to 230 in these documents, Fast DDS has ports up to 232.
+    for name in ("governance.p7s", "permissions.p7s"):
+        _, content = verified(keystore, enclave(keystore, "sat1") / name)
+        ranges = [(part.findtext("min"), part.findtext("max")) for part in parsed(content).iter("id_range")]
+        assert ranges == [("0", "230")]
+    assert peers.LAST_SHARED <= 230
+
+
+def test_a_secured_flight_in_a_domain_without_permissions_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(security.SecurityError, match="ROS_DOMAIN_ID=231 cannot be secured"):
+        security.require_secured(tmp_path, [], 231)
 
 
 def test_keys_may_be_made_for_one_domain_alone(tmp_path: Path) -> None:

@@ -258,7 +258,7 @@ def security(
     ] = None,
     days: Annotated[int, typer.Option(min=1, max=36500, help="For which the keys hold.")] = 365,
     domain: Annotated[
-        int | None, typer.Option(min=0, max=232, help="The only DDS domain for which they hold; else all.")
+        int | None, typer.Option(min=0, max=230, help="The only DDS domain for which they hold; else all.")
     ] = None,
     changes: Changes = None,
     json: Json = False,

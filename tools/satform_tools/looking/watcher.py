@@ -10,8 +10,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import Log
 from satform_msgs.msg import ArcLength, Command, FormationStatus, ParameterChange, RelativeState, Tracking
 
-from satform_bringup.under_way import runs_under_way
 from satform_nodes import topics
+from satform_tools.looking import where
 from satform_tools.looking.frame import Frame, LinkLook, SatelliteLook
 from satform_tools.looking.looker import Looker, passing
 
@@ -101,7 +101,7 @@ class Watcher:
             self._queue(DiagnosticArray, "/diagnostics"),
             *(self._queue(ParameterChange, topics.parameter_changes(name)) for name in self._satellites),
         ]
-        runs = [run for run in runs_under_way() if run.domain == looker.domain]
+        runs = [run for run in where.runs_here() if run.domain == looker.domain]
         self._title = f"{runs[0].scenario} on domain {looker.domain}" if runs else f"domain {looker.domain}"
         if self.status.reason:
             self.events.append(self.status.reason)

@@ -1,7 +1,9 @@
 """In which DDS domain the formation flies that is to be looked at."""
 
+from satform_bringup import under_way
 from satform_bringup.domain import DomainError, shell_domain
-from satform_bringup.under_way import RunUnderWay, runs_under_way
+from satform_bringup.runtime_folder import RuntimeFolderError
+from satform_bringup.under_way import RunUnderWay
 from satform_tools.faults import CommandError
 
 
@@ -25,7 +27,7 @@ def domain(asked: int | None) -> int:
         raise CommandError(str(error)) from None
     if given is not None:
         return given
-    runs = runs_under_way()
+    runs = runs_here()
     if not runs:
         raise CommandError(
             "no run is under way on this machine; start one with satform run, or name a domain with --domain"
@@ -37,10 +39,22 @@ def domain(asked: int | None) -> int:
 
 def nobody_flies(number: int) -> str:
     """The sentence that no formation has been found in a domain, and where there are some."""
-    runs = runs_under_way()
+    runs = runs_here()
     return (
         f"no formation is flying on domain {number}; {others(runs) if runs else 'no run is under way here'}"
     )
+
+
+def runs_here() -> list[RunUnderWay]:
+    """This user's runs on this machine, by domain.
+
+    Raises:
+        CommandError: the folder in which they are described is not the user's alone.
+    """
+    try:
+        return under_way.runs_under_way()
+    except RuntimeFolderError as error:
+        raise CommandError(str(error)) from None
 
 
 def others(runs: list[RunUnderWay]) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from satform_bringup.domain import HIGHEST_SECURED
 from satform_tools.security.access import Access
 
 _SCHEMAS = "http://www.omg.org/spec/DDS-SECURITY/20170901/"
@@ -17,8 +18,8 @@ _POLICY_VERSION = "0.2.0"
 # Among ROS 2 nodes everyone tells everyone which nodes there are.
 _DISCOVERY = "ros_discovery_info"
 
-ANY_DOMAIN = (0, 232)
-"""First and last of all DDS domains."""
+ANY_DOMAIN = (0, HIGHEST_SECURED)
+"""First and last of the DDS domains that every DDS takes in these documents."""
 
 
 def policies(accesses: Sequence[Access]) -> bytes:

@@ -1,8 +1,10 @@
 """A DDS domain of one's own, so that two runs on one machine do not hear each other."""
 
-import fcntl
+import errno
 import os
-import tempfile
+import pwd
+import socket
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +17,23 @@ FIRST, LAST = 1, 99
 
 HIGHEST = 232
 """The last domain that DDS has ports for."""
+
+HIGHEST_SECURED = 230
+"""The last domain that both Fast DDS and Cyclone DDS take in the documents of DDS security.
+
+Cyclone DDS refuses a governance document, and with it the whole keystore, that names a higher one.
+"""
+
+ABSTRACT = "\0satform/domain/"
+"""Beginning of the abstract socket names by which domains are held."""
+
+_BACKLOG = 8
+"""Connections of those who ask who holds a domain."""
+
+_CREDENTIALS = struct.Struct("3i")
+"""Linux's `struct ucred`: process, user, group."""
+
+_FIRST_PORT, _PORTS_OF_A_DOMAIN = 7400, 250
 
 _HELD = "SATFORM_HOLDS_DOMAIN"
 """Environment variable that tells programs started from here that their domain is held for them."""
@@ -41,7 +60,7 @@ def own_domain(agreed: int | None = None) -> Iterator[int]:
         DomainError: the domain that is set is held by another run or is none; or all are held.
     """
     given = os.environ.get("ROS_DOMAIN_ID", "") or ("" if agreed is None else str(agreed))
-    wanted = [_number(given)] if given else list(range(FIRST, LAST + 1))
+    wanted = [_number(given)] if given else _in_order()
     if given and os.environ.get(_HELD) == given:
         yield wanted[0]
         return
@@ -55,8 +74,8 @@ def own_domain(agreed: int | None = None) -> Iterator[int]:
             return
     if given:
         raise DomainError(
-            f"ROS_DOMAIN_ID={given} is in use by another run on this machine, and both would hear each "
-            "other; wait for it to end, set another one, "
+            f"ROS_DOMAIN_ID={given} is in use by another run on this machine{_in_words(wanted[0])}, and both "
+            "would hear each other; wait for it to end, set another one, "
             + ("or unset it to get a free one" if agreed is None else "the same on every host")
         )
     raise DomainError(f"{len(wanted)} runs are under way already; wait for one to end")
@@ -91,16 +110,6 @@ def shell_domain() -> int | None:
     return _number(given) if given else None
 
 
-def lock_file(number: int) -> Path:
-    """The file whose lock holds a domain, in a folder that all users of the machine share."""
-    folder = Path(tempfile.gettempdir()) / "satform-domains"
-    if not folder.is_dir():
-        folder.mkdir(exist_ok=True)
-        # Shared by all users of the machine, whom the umask would keep out.
-        folder.chmod(0o1777)
-    return folder / str(number)
-
-
 def _number(given: str) -> int:
     if not (given.isascii() and given.isdigit() and int(given) <= HIGHEST):
         raise DomainError(f"ROS_DOMAIN_ID={given!r} is not a DDS domain; it is a number from 0 to {HIGHEST}")
@@ -108,20 +117,84 @@ def _number(given: str) -> int:
 
 
 def hold(number: int) -> int | None:
-    """Hold a domain for as long as the file that is returned stays open; None when another process has it.
+    """Hold a domain for as long as the descriptor that is returned stays open; None when another run has it.
 
-    What killed processes have left of it in shared memory is taken away.
+    The hold is a socket in Linux's abstract namespace, which the kernel grants once, to whichever user asks
+    first, and takes back when its process ends; it is no file, in whose place another user could put a link.
+    Like the ports that it stands for it belongs to a network namespace: containers that share the host's
+    network share the domains, too.
+
+    What killed processes have left of the domain in shared memory is taken away.
     """
-    path = lock_file(number)
+    held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-    except PermissionError:
-        # Another user's file: reading is enough to hold a lock on it.
-        lock = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(lock)
-        return None
+        held.bind(f"{ABSTRACT}{number}")
+        # Whoever wants to know who has it connects, and is told by the kernel.
+        held.listen(_BACKLOG)
+    except OSError as error:
+        held.close()
+        if error.errno == errno.EADDRINUSE:
+            return None
+        raise
     leftovers.clear(number)
-    return lock
+    return held.detach()
+
+
+def holder(number: int) -> tuple[int, int] | None:
+    """Process and user that hold a domain; None when nobody does or it is not known.
+
+    Args:
+        number: of the domain.
+
+    Returns:
+        Their ids, as the kernel has them.
+    """
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asked:
+        asked.setblocking(False)
+        try:
+            asked.connect(f"{ABSTRACT}{number}")
+            data = asked.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+        except OSError:
+            return None
+    process, user, _group = _CREDENTIALS.unpack(data)
+    return process, user
+
+
+def domains_with_participants() -> set[int]:
+    """Domains in which DDS participants are on this machine, runs or not, by the UDP ports that are bound.
+
+    By the DDS standard's formula (RTPS 2.2, section 9.6.1.1) domain d has the ports from 7400 + 250 d on.
+    """
+    found: set[int] = set()
+    for table in ("/proc/net/udp", "/proc/net/udp6"):
+        try:
+            rows = Path(table).read_text(encoding="ascii").splitlines()[1:]
+        except OSError:
+            continue
+        ports = [int(row.split()[1].rpartition(":")[2], 16) for row in rows]
+        found |= {(port - _FIRST_PORT) // _PORTS_OF_A_DOMAIN for port in ports if port >= _FIRST_PORT}
+    return found
+
+
+def _in_order() -> list[int]:
+    """Domains to try: those without any participant first, from a place on that differs between processes."""
+    begin = os.getpid() % (LAST - FIRST + 1)
+    numbers = [FIRST + (begin + turn) % (LAST - FIRST + 1) for turn in range(LAST - FIRST + 1)]
+    used = domains_with_participants()
+    return sorted(numbers, key=lambda number: number in used)
+
+
+def _in_words(number: int) -> str:
+    """Who holds a domain, for a sentence."""
+    found = holder(number)
+    if found is None:
+        return ""
+    process, user = found
+    return f" (process {process}{'' if user == os.geteuid() else f' of user {_name_of(user)}'})"
+
+
+def _name_of(user: int) -> str:
+    try:
+        return pwd.getpwuid(user).pw_name
+    except KeyError:
+        return str(user)

@@ -10,6 +10,7 @@ then waits for ever.
 
 import fcntl
 import os
+import stat
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, suppress
@@ -100,9 +101,11 @@ def _stuck(folder: Path, ports: list[str]) -> list[str]:
 
 def _is_taken(semaphore: Path) -> bool:
     try:
-        return semaphore.read_bytes()[: len(_TAKEN)] == _TAKEN
+        descriptor = os.open(semaphore, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     except OSError:
         return False
+    with os.fdopen(descriptor, "rb") as file:
+        return file.read(len(_TAKEN)) == _TAKEN
 
 
 def _remove(folder: Path, stem: str) -> Iterator[str]:
@@ -126,7 +129,9 @@ def _own_files(folder: Path) -> Iterator[Path]:
     for pattern in (f"{_PREFIX}*", f"{_SEMAPHORE}{_PREFIX}*"):
         for file in folder.glob(pattern):
             with suppress(OSError):
-                if file.stat().st_uid == os.getuid():
+                # Not of what a symbolic link of another user's points at.
+                status = file.lstat()
+                if status.st_uid == os.getuid() and stat.S_ISREG(status.st_mode):
                     yield file
 
 
@@ -183,7 +188,7 @@ def _take_locks(folder: Path, stem: str, held: ExitStack) -> bool:
     there = False
     for lock in _LOCKS:
         try:
-            descriptor = os.open(folder / f"{stem}{lock}", os.O_RDONLY | os.O_CLOEXEC)
+            descriptor = os.open(folder / f"{stem}{lock}", os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
         except FileNotFoundError:
             continue
         except OSError:

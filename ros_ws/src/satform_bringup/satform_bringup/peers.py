@@ -12,9 +12,9 @@ from typing import Any
 from satform.scenario import Scenario
 from satform.scenario.hosts import HostSpec
 from satform_bringup import middleware
-from satform_bringup.domain import own_domain
+from satform_bringup.domain import HIGHEST_SECURED, own_domain
 
-FIRST_SHARED, LAST_SHARED = 215, 232
+FIRST_SHARED, LAST_SHARED = 215, HIGHEST_SECURED
 """Domains for flights on several machines, apart from those that a flight on one machine takes.
 
 Their ports lie above those that Linux gives to outgoing connections.

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from satform_bringup import PACKAGE
+from satform_bringup.domain import HIGHEST_SECURED
 from satform_bringup.processes import NodeProcess
 
 ENCLAVES = "/formation"
@@ -69,8 +70,14 @@ def require_secured(keystore: Path, nodes: Sequence[NodeProcess], domain: int) -
         domain: DDS domain of the flight.
 
     Raises:
-        SecurityError: keys are missing or open to others, or the middleware does not take them.
+        SecurityError: keys are missing or open to others, they do not hold for the domain, or the middleware
+            does not take them.
     """
+    if domain > HIGHEST_SECURED:
+        raise SecurityError(
+            f"ROS_DOMAIN_ID={domain} cannot be secured: the documents of DDS security hold for the domains "
+            f"0 to {HIGHEST_SECURED}; set one of these"
+        )
     for node in nodes:
         _require_enclave(keystore, node.enclave)
     _require_middleware(keystore, nodes[0].enclave, domain)

@@ -1,13 +1,18 @@
-"""Which runs are under way on this machine: what each says of itself beside the lock of its domain."""
+"""Which runs of this user are under way on this machine: what each says of itself in the user's folder."""
 
 import json
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from satform_bringup.domain import HIGHEST, DomainError, hold, lock_file, shell_domain
+from satform_bringup import runtime_folder
+from satform_bringup.domain import DomainError, hold, shell_domain
+
+_NAME = re.compile(r"run-\d+-\d+\.json")
+"""Names of descriptions."""
 
 _START_TIME = 19
 """Place of a process's start among the fields of `/proc/<pid>/stat` that follow its name."""
@@ -34,21 +39,38 @@ class RunUnderWay:
 
 @contextmanager
 def described(domain: int, scenario: str, folder: Path) -> Iterator[None]:
-    """Tell those who want to look in what flies in a domain that this process holds."""
+    """Tell those who want to look in what flies in a domain that this process holds.
+
+    Raises:
+        RuntimeFolderError: the user's folder for it is another user's, or open to others.
+    """
     describe(domain, scenario, folder)
     try:
         yield
     finally:
-        with suppress(OSError):
-            lock_file(domain).write_text("", encoding="utf-8")
+        with suppress(OSError, runtime_folder.RuntimeFolderError):
+            runtime_folder.remove(file_name(domain))
 
 
 def describe(domain: int, scenario: str, folder: Path) -> None:
-    """Say for the rest of this process's life what flies in a domain that it holds."""
+    """Say for the rest of this process's life what flies in a domain that it holds.
+
+    Raises:
+        RuntimeFolderError: the user's folder for it is another user's, or open to others.
+    """
     run = RunUnderWay(domain, scenario, str(folder.absolute()), os.getpid(), _started(os.getpid()) or 0)
-    # Where the file is another user's the run flies all the same; whoever looks in then names the domain.
+    # Without room for the description the run flies all the same; whoever looks in then names the domain.
     with suppress(OSError):
-        lock_file(domain).write_text(json.dumps(asdict(run)), encoding="utf-8")
+        for name in set(runtime_folder.names()) - {_name_of(other) for other in runs_under_way()}:
+            # What killed runs have left.
+            if _NAME.fullmatch(name):
+                runtime_folder.remove(name)
+        runtime_folder.write(file_name(domain), json.dumps(asdict(run)))
+
+
+def file_name(domain: int) -> str:
+    """Name of this process's description of a domain; no other process's, in whatever network namespace."""
+    return f"run-{domain}-{os.getpid()}.json"
 
 
 def hold_shell_domain(scenario: str, folder: Path) -> int:
@@ -73,17 +95,26 @@ def hold_shell_domain(scenario: str, folder: Path) -> int:
 
 
 def runs_under_way() -> list[RunUnderWay]:
-    """Runs on this machine whose process lives, by domain; what killed ones left behind is passed over."""
-    found = (_read(lock_file(number)) for number in range(HIGHEST + 1))
-    return [run for run in found if run is not None and _started(run.process) == run.started]
+    """This user's runs on this machine whose process lives, by domain; what killed ones left is passed over.
+
+    Raises:
+        RuntimeFolderError: the user's folder for descriptions is another user's, or open to others.
+    """
+    found = [_read(name) for name in runtime_folder.names() if _NAME.fullmatch(name)]
+    alive = [run for run in found if run is not None and _started(run.process) == run.started]
+    return sorted(alive, key=lambda run: (run.domain, run.process))
 
 
-def _read(path: Path) -> RunUnderWay | None:
+def _name_of(run: RunUnderWay) -> str:
+    return f"run-{run.domain}-{run.process}.json"
+
+
+def _read(name: str) -> RunUnderWay | None:
     try:
-        run = RunUnderWay(**json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        run = RunUnderWay(**json.loads(runtime_folder.read(name) or ""))
+        return run if _name_of(run) == name else None
+    except (ValueError, TypeError):
         return None
-    return run if str(run.domain) == path.name else None
 
 
 def _started(process: int) -> int | None:
