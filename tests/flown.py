@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import rosbag2_format
 from satform.scenario import Scenario
 from satform.simulate import simulate
 from satform_bringup.flight import Flight, Policy
@@ -34,6 +35,7 @@ def flown(
 def assert_as_in_one_process(bag: Bag) -> None:
     """The whole flight is in the bag, with the bits of the scenario alone flown in one process."""
     assert bag.complete
+    rosbag2_format.read(bag.path.parent)
     assert bag.events == {}
     assert simulate(bag.scenario).differences(bag.record) == []
 

@@ -71,14 +71,17 @@ def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_pat
 
     from satform_nodes import topics
     from satform_nodes.entry import Entry, Refusals
+    from satform_nodes.stamps import Stamps
     from satform_nodes.wire import layout
 
     form, refusals = layout(Command, topics.FRAME), Refusals()
-    entry = Entry("/sat1/command", form, refusals)
+    entry = Entry("/sat1/command", form, refusals, Stamps(0.5, 500_000_000))
     rest = [0.0] * 5, (0, 0, *[0.0] * 8)
 
     def says(step: int, number: float) -> object:
-        return entry.admit(form.pack(0, 0, step, number, *rest[0], *rest[1]), 5, 5)
+        return entry.admit(
+            form.pack(*divmod(step * 500_000_000, 10**9), step, number, *rest[0], *rest[1]), 5, 5
+        )
 
     assert says(5, float("nan")) is None
     assert says(5, float("inf")) is None

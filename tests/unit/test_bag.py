@@ -29,17 +29,17 @@ from satform.record import FlightRecord
 from satform.scenario import Scenario
 from satform.simulate import simulate
 from satform_nodes import topics
+from satform_nodes.bag_metadata import offered
 from satform_nodes.bag_reader import BagError, read_bag
 from satform_nodes.bag_writer import BagWriter
-from satform_nodes.definitions import definition, type_name
-from satform_nodes.recorder_node import _profile_text
+from satform_nodes.definitions import MessageType, described
 from satform_nodes.stamps import NANOSECONDS, Stamps
 from satform_nodes.wire import layout
 from satform_tools.replaying import compare
 
 STEPS = 400
 VERSIONS = {"satform": "0.1.0", "numpy": "2.4"}
-PROFILE = _profile_text(topics.STEPPED)
+PROFILES = [offered(topics.STEPPED)]
 
 Messages = Iterator[tuple[str, str, int, dict[str, float]]]
 """Kind, satellite, step and numbers of each message in the order in which they pass."""
@@ -100,9 +100,7 @@ def write(
         message_type = topics.TYPES[kind]
         for satellite in scenario.satellites:
             topic = getattr(topics, kind)(satellite.name)
-            channels[topic] = writer.add_topic(
-                topic, type_name(message_type), definition(message_type), PROFILE
-            )
+            channels[topic] = writer.add_topic(topic, described(message_type), PROFILES)
     for kind, name, step, numbers in messages:
         form = layout(topics.TYPES[kind], topics.FRAME)
         seconds, nanoseconds = stamps.at(step)
@@ -111,7 +109,7 @@ def write(
         writer.write(channels[topic], seconds * NANOSECONDS + nanoseconds, data, step)
     for kind, topic in (("clock", topics.CLOCK), ("status", topics.STATUS)) if statuses else ():
         message_type = topics.TYPES[kind]
-        channels[topic] = writer.add_topic(topic, type_name(message_type), definition(message_type), PROFILE)
+        channels[topic] = writer.add_topic(topic, described(message_type), PROFILES)
     for step in range(scenario.timing.steps + 1) if statuses else ():
         seconds, nanoseconds = stamps.at(step)
         clock = Clock()
@@ -429,7 +427,9 @@ def test_a_message_that_is_there_twice_is_named(
 
 def test_a_topic_with_messages_of_another_form_is_named(tmp_path: Path, scenario: Scenario) -> None:
     writer = BagWriter(tmp_path / "bag", scenario, VERSIONS)
-    channel = writer.add_topic("/sat1/state", "satform_msgs/msg/RelativeState", "float64 x\n", PROFILE)
+    channel = writer.add_topic(
+        "/sat1/state", MessageType("satform_msgs/msg/RelativeState", "float64 x\n", ""), PROFILES
+    )
     writer.write(channel, 0, b"\0\1\0\0" + b"\0" * 8, 0)
     writer.close()
     with pytest.raises(BagError, match="/sat1/state has messages of another form than satform's state"):

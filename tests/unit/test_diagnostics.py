@@ -1,5 +1,6 @@
 """What a node says of its health, when, and in which form."""
 
+from datetime import UTC, datetime
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -60,11 +61,6 @@ class RecordingNode:
     def destroy_timer(self, timer: Any) -> None:
         self.timers.remove(timer)
 
-    def get_clock(self) -> Any:
-        from builtin_interfaces.msg import Time
-
-        return SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: Time(sec=7, nanosec=5)))
-
 
 class Part:
     """A part whose condition the test sets."""
@@ -74,7 +70,9 @@ class Part:
         self.clock = Clock()
         self.condition = Condition(Level.OK, "flying", {"step": 1})
         self.asked = 0
-        self.health = Health(self.node, "sat1: flight software", "sat1", self.tell, self.clock)
+        self.health = Health(
+            self.node, "sat1: flight software", "sat1", self.tell, lambda: (1500, 250_000_000), self.clock
+        )
 
     def tell(self) -> Condition:
         self.asked += 1
@@ -158,7 +156,10 @@ def test_the_last_word_is_told_and_the_timer_ends(part: Part) -> None:
 def test_a_report_is_stamped_and_bears_one_status(part: Part) -> None:
     part.health.tell()
     (array,) = part.node.published
-    assert (array.header.stamp.sec, array.header.stamp.nanosec) == (7, 5)
+    # Simulated time, as everything else in a bag; the wall clock's time is a value.
+    assert (array.header.stamp.sec, array.header.stamp.nanosec) == (1500, 250_000_000)
+    wall = {pair.key: pair.value for pair in array.status[0].values}["wall-clock time"]
+    assert abs((datetime.now(UTC) - datetime.fromisoformat(wall)).total_seconds()) < 3600.0
     assert [entry.name for entry in array.status] == ["sat1: flight software"]
     assert array.status[0].hardware_id == "sat1"
 

@@ -19,7 +19,10 @@ def word(**changes: object) -> FormationStatus:
         "listeners": [0, 2],
         "speakers": [1, 0],
     }
-    return FormationStatus(**(whole | changes))
+    status = FormationStatus(**(whole | changes))
+    seconds, half = divmod(status.step, 2)
+    status.header.stamp.sec, status.header.stamp.nanosec = seconds, half * 500_000_000
+    return status
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from satform_nodes import plant_ears, topics
 from satform_nodes.entry import Refusals
 from satform_nodes.executor import MANY
 from satform_nodes.plant_ears import PlantEars
+from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 from satform_tools.benchmarks.scaling import ring
 
@@ -22,9 +23,9 @@ from satform_tools.benchmarks.scaling import ring
 class Network:
     """Stands for the executor: brings to the plant what a satellite says."""
 
-    def __init__(self) -> None:
+    def __init__(self, scenario: Scenario) -> None:
         self._callbacks: dict[str, Callable[[bytes, str], None]] = {}
-
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self.next_awaited: Callable[[], Any] | None = None
 
     def subscribe(self, _node: Any, _kind: Any, topic: str, callback: Any, *_: Any) -> str:
@@ -35,7 +36,7 @@ class Network:
         self.next_awaited = next_awaited
 
     def command(self, name: str, step: int) -> None:
-        data = layout(Command, topics.FRAME).pack(0, 0, step, *[0.0] * 6, 0, 0, *[0.0] * 8)
+        data = layout(Command, topics.FRAME).pack(*self._stamps.at(step), step, *[0.0] * 6, 0, 0, *[0.0] * 8)
         self._callbacks[topics.command(name)](data, name)
 
 
@@ -55,13 +56,14 @@ def plant_ears_of(scenario: Scenario, network: Network, muster: Muster) -> Plant
         Refusals(),
         lambda: None,
         lambda _name, _checkpoint: None,
+        Stamps(scenario.timing.step, scenario.timing.step_nanoseconds),
         clocked=False,
     )
 
 
 def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(clock: SimpleNamespace) -> None:
     scenario = shortened("triangle", 10.0)
-    network = Network()
+    network = Network(scenario)
     ears = plant_ears_of(scenario, network, Muster(scenario, ["recorder"]))
     names = ["sat1", "sat2", "sat3"]
     for name in names:
@@ -79,7 +81,8 @@ def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(cloc
 def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_not(
     clock: SimpleNamespace,
 ) -> None:
-    scenario, network = ring(MANY, 10), Network()
+    scenario = ring(MANY, 10)
+    network = Network(scenario)
     muster = Muster(scenario, [])
     ears = plant_ears_of(scenario, network, muster)
     assert network.next_awaited is None
@@ -103,6 +106,7 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
 
 
 def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:
-    scenario, network = shortened("triangle", 10.0), Network()
+    scenario = shortened("triangle", 10.0)
+    network = Network(scenario)
     plant_ears_of(scenario, network, Muster(scenario, [])).begin()
     assert network.next_awaited is None

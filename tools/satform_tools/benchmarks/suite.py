@@ -136,14 +136,14 @@ def _written(messages: int) -> float:
 
     from satform_nodes import topics  # noqa: PLC0415
     from satform_nodes.bag_writer import BagWriter  # noqa: PLC0415
-    from satform_nodes.definitions import definition, type_name  # noqa: PLC0415
+    from satform_nodes.definitions import described  # noqa: PLC0415
     from satform_nodes.wire import layout  # noqa: PLC0415
 
     form = layout(Command, topics.FRAME)
     data = form.pack(*(0 for _ in form.fields))
     with tempfile.TemporaryDirectory() as folder:
         bag = BagWriter(Path(folder) / "bag", scaling.ring(3, 1), {})
-        channel = bag.add_topic("/sat1/command", type_name(Command), definition(Command), "")
+        channel = bag.add_topic("/sat1/command", described(Command), [])
         begin = time.thread_time()
         for step in range(messages):
             bag.write(channel, step * 1_000_000, data, step)

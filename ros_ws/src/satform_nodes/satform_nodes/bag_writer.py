@@ -6,12 +6,16 @@ simulated times.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from mcap.writer import CompressionType, IndexType, Writer
 
 from satform.scenario import Scenario
+from satform_nodes import bag_metadata
+from satform_nodes.bag_metadata import Profile, Topic
+from satform_nodes.definitions import MessageType
 
 CHUNK_BYTES = 64 * 1024
 SCENARIO_ATTACHMENT = "scenario.json"
@@ -22,23 +26,18 @@ WALL_CLOCK = "wall clock"
 """Who keeps the time of a flight: the steps, or the wall clock, on which satellites may miss some."""
 
 
-class BagWriter:
-    """A folder in rosbag2's form with one MCAP file.
+class BagFile:
+    """A folder in rosbag2's form with one MCAP file, written message by message.
 
     Attributes:
         messages: number of messages written.
     """
 
-    def __init__(
-        self, folder: Path, scenario: Scenario, versions: Mapping[str, str], *, clocked: bool = False
-    ) -> None:
-        """Create the bag.
+    def __init__(self, folder: Path) -> None:
+        """Create an empty bag.
 
         Args:
             folder: made here; must not hold a bag already.
-            scenario: kept in the bag.
-            versions: name and version of what flew, kept in the bag.
-            clocked: whether the flight is on the wall clock.
 
         Raises:
             OSError: the folder cannot be written to.
@@ -54,45 +53,47 @@ class BagWriter:
             enable_data_crcs=True,
         )
         self._writer.start(profile="ros2", library="satform")
-        self._writer.add_metadata(
-            RUN_METADATA, {**versions, "scenario": scenario.name, "digest": scenario.digest()}
-        )
-        self._writer.add_metadata(TIME_METADATA, {"kept_by": WALL_CLOCK if clocked else "steps"})
-        self._writer.add_attachment(
-            0, 0, SCENARIO_ATTACHMENT, "application/json", scenario.to_json().encode()
-        )
         self._schemas: dict[str, int] = {}
-        self._topics: list[tuple[str, str, str]] = []
-        self._counts: list[int] = []
+        self._topics: dict[int, Topic] = {}
         self._first: int | None = None
         self._last = 0
         self.messages = 0
+        # As rosbag2 does: of a file that is never finished this one is all that is known.
+        self._keep_description()
 
-    def add_topic(self, topic: str, type_name: str, definition: str, quality_of_service: str) -> int:
+    def add_metadata(self, name: str, entries: Mapping[str, str]) -> None:
+        """Keep some facts in the file, under a name."""
+        self._writer.add_metadata(name, dict(entries))
+
+    def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
+        """Keep a file in the file."""
+        self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def add_topic(self, topic: str, message_type: MessageType, profiles: Sequence[Profile]) -> int:
         """Register a topic before its first message.
 
         Args:
             topic: full name.
-            type_name: for example `satform_msgs/msg/Command`.
-            definition: text of the message with all that it contains, in ros2msg form.
-            quality_of_service: the offered profiles as rosbag2's YAML text.
+            message_type: of all its messages.
+            profiles: qualities of service that its publishers offer.
 
         Returns:
             The number under which to write the topic's messages.
         """
-        if type_name not in self._schemas:
-            self._schemas[type_name] = self._writer.register_schema(type_name, "ros2msg", definition.encode())
-        channel = self._writer.register_channel(
-            topic, "cdr", self._schemas[type_name], {"offered_qos_profiles": quality_of_service}
-        )
-        self._topics.append((topic, type_name, quality_of_service))
-        self._counts.append(0)
+        name = message_type.name
+        if name not in self._schemas:
+            text = message_type.definition.encode()
+            self._schemas[name] = self._writer.register_schema(name, "ros2msg", text)
+        added = Topic(topic, name, message_type.type_hash, profiles)
+        facts = bag_metadata.channel_metadata(added)
+        channel = self._writer.register_channel(topic, "cdr", self._schemas[name], facts)
+        self._topics[channel] = added
         return channel
 
     def write(self, channel: int, nanoseconds: int, data: bytes, sequence: int) -> None:
         """Write one serialised message with its simulated time."""
         self._writer.add_message(channel, nanoseconds, data, nanoseconds, sequence)
-        self._counts[channel - 1] += 1
+        self._topics[channel].count += 1
         self._first = nanoseconds if self._first is None else min(self._first, nanoseconds)
         self._last = max(self._last, nanoseconds)
         self.messages += 1
@@ -103,47 +104,37 @@ class BagWriter:
 
     def close(self) -> None:
         """Finish the file and write rosbag2's description beside it."""
+        self._keep_description()
         self._writer.finish()
         self._file.close()
-        (self._folder / "metadata.yaml").write_text(self._describe())
+        bag_metadata.write(self._folder, self._description())
 
-    def _describe(self) -> str:
-        """rosbag2's metadata, as JSON, which is YAML."""
-        start, duration = self._first or 0, self._last - (self._first or 0)
-        name = Path(self._file.name).name
-        described = {
-            "version": 9,
-            "storage_identifier": "mcap",
-            "duration": {"nanoseconds": duration},
-            "starting_time": {"nanoseconds_since_epoch": start},
-            "message_count": self.messages,
-            "topics_with_message_count": [
-                {
-                    "topic_metadata": {
-                        "name": topic,
-                        "type": type_name,
-                        "serialization_format": "cdr",
-                        "offered_qos_profiles": quality_of_service,
-                        "type_description_hash": "",
-                    },
-                    "message_count": count,
-                }
-                for (topic, type_name, quality_of_service), count in zip(
-                    self._topics, self._counts, strict=True
-                )
-            ],
-            "compression_format": "",
-            "compression_mode": "",
-            "relative_file_paths": [name],
-            "files": [
-                {
-                    "path": name,
-                    "starting_time": {"nanoseconds_since_epoch": start},
-                    "duration": {"nanoseconds": duration},
-                    "message_count": self.messages,
-                }
-            ],
-            "custom_data": {},
-            "ros_distro": "jazzy",
-        }
-        return json.dumps({"rosbag2_bagfile_information": described}, indent=1) + "\n"
+    def _keep_description(self) -> None:
+        self.add_metadata(bag_metadata.RECORD, {bag_metadata.RECORD_KEY: json.dumps(self._description())})
+
+    def _description(self) -> dict[str, Any]:
+        name, topics = Path(self._file.name).name, list(self._topics.values())
+        return bag_metadata.description(name, topics, self._first or 0, self._last)
+
+
+class BagWriter(BagFile):
+    """The bag of one flight."""
+
+    def __init__(
+        self, folder: Path, scenario: Scenario, versions: Mapping[str, str], *, clocked: bool = False
+    ) -> None:
+        """Create the bag.
+
+        Args:
+            folder: made here; must not hold a bag already.
+            scenario: kept in the bag.
+            versions: name and version of what flew, kept in the bag.
+            clocked: whether the flight is on the wall clock.
+
+        Raises:
+            OSError: the folder cannot be written to.
+        """
+        super().__init__(folder)
+        self.add_metadata(RUN_METADATA, {**versions, "scenario": scenario.name, "digest": scenario.digest()})
+        self.add_metadata(TIME_METADATA, {"kept_by": WALL_CLOCK if clocked else "steps"})
+        self.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario.to_json().encode())

@@ -1,5 +1,8 @@
-"""The text of message definitions, as a bag embeds it."""
+"""What a bag holds of a message type: its name, the text of its definition and its hash."""
 
+import json
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +11,43 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import get_types_from_msg
 
 _SEPARATOR = "=" * 80
+
+
+@dataclass(frozen=True)
+class MessageType:
+    """A message type as a bag describes it.
+
+    Attributes:
+        name: for example `satform_msgs/msg/Command`.
+        definition: text of the message with all that it contains, in ros2msg form.
+        type_hash: RIHS01 hash of its type description (REP 2016), as DDS discovery carries it; empty where
+            it is not known.
+    """
+
+    name: str
+    definition: str
+    type_hash: str
+
+
+@cache
+def described(message_type: Any) -> MessageType:
+    """A message type, described once.
+
+    Raises:
+        OSError: its package's `.msg` or `.json` file is not installed.
+    """
+    return MessageType(type_name(message_type), definition(message_type), type_hash(message_type))
+
+
+def type_hash(message_type: Any) -> str:
+    """RIHS01 hash of a message type, as rosidl generated it beside the definition.
+
+    Raises:
+        OSError: the package's `.json` file is not installed.
+    """
+    own = type_name(message_type)
+    generated = json.loads(_read(own, ".json"))
+    return str(next(entry["hash_string"] for entry in generated["type_hashes"] if entry["type_name"] == own))
 
 
 def type_name(message_type: Any) -> str:
@@ -36,9 +76,10 @@ def definition(message_type: Any) -> str:
     return "".join(part if part.endswith("\n") else part + "\n" for part in parts)
 
 
-def _read(name: str) -> str:
+def _read(name: str, suffix: str = ".msg") -> str:
     package, folder, short = name.split("/")
-    return (Path(get_package_share_directory(package)) / folder / f"{short}.msg").read_text(encoding="utf-8")
+    share = Path(get_package_share_directory(package))
+    return (share / folder / f"{short}{suffix}").read_text(encoding="utf-8")
 
 
 def _contained(name: str, text: str) -> list[str]:

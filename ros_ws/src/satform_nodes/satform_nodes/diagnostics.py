@@ -2,7 +2,8 @@
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from enum import IntEnum
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -23,6 +24,9 @@ LATEST = 1.25
 
 SHORTEST = 0.1
 """Wall-clock time between two reports at least, s."""
+
+WALL_TIME = "wall-clock time"
+"""Key of the moment at which a report was made: UTC, ISO 8601."""
 
 Value = str | int | float | bool
 """What a key may stand for; it is told as text."""
@@ -59,7 +63,7 @@ class Health:
     node says that it may have changed. Only another level or another message is a change; figures that
     merely grow wait for the timer. All of this is off the path that a step takes.
 
-        self.health = Health(node, "sat1: flight software", "sat1", self.condition)
+        self.health = Health(node, "sat1: flight software", "sat1", self.condition, self.now)
         # where something goes wrong or right again, such as a refused message or a silent neighbour:
         self.health.changed()
 
@@ -73,6 +77,7 @@ class Health:
         name: str,
         hardware_id: str,
         condition: Callable[[], Condition],
+        stamp: Callable[[], tuple[int, int]],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Begin to tell.
@@ -82,12 +87,14 @@ class Health:
             name: of the part, below its node's: `sat1: flight software`.
             hardware_id: of what it runs on or flies: the satellite, or the plant.
             condition: asked whenever there is something to tell.
+            stamp: seconds and nanoseconds of the simulated time to which the part has come.
             clock: wall clock, s.
         """
         self._node = node
         self._name = name
         self._hardware_id = hardware_id
         self._condition = condition
+        self._stamp = stamp
         self._clock = clock
         self._told: tuple[Level, str] | None = None
         self._told_at = float("-inf")
@@ -124,9 +131,11 @@ class Health:
     def _publish(self, condition: Condition) -> None:
         self._told = (condition.level, condition.message)
         self._told_at = self._clock()
-        message = DiagnosticArray(status=[status(self._name, self._hardware_id, condition)])
-        # The stamp is of the wall clock: the health of a process is no part of the simulated world.
-        message.header.stamp = self._node.get_clock().now().to_msg()
+        # All stamps are simulated time, so that a bag has one clock; the wall clock's time is a figure.
+        moment = datetime.now(UTC).isoformat(timespec="milliseconds")
+        timed = replace(condition, values={**condition.values, WALL_TIME: moment})
+        message = DiagnosticArray(status=[status(self._name, self._hardware_id, timed)])
+        message.header.stamp.sec, message.header.stamp.nanosec = self._stamp()
         self.publisher.publish(message)
 
 

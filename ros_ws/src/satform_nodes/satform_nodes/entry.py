@@ -8,11 +8,17 @@ from collections import Counter
 from math import isfinite
 from typing import Any
 
+from satform_nodes.stamps import Stamps
 from satform_nodes.wire import Layout
 
 LARGEST = 1e15
 """Magnitude above which no number of a formation lies, in SI units."""
 
+CONTRADICTION = "a stamp that contradicts its step"
+"""Why a message is refused whose stamp is not a moment at which a message of its step can have been made."""
+
+EARLIER_STAMPS = frozenset({"state", "arc_length", "motion"})
+"""Kinds of topics whose stamps may be of an earlier step: when it was measured, or when a phase was held."""
 
 _MOST_REASONS = 200
 """Topics and reasons that are counted apart: names of strangers are among them, who may have many."""
@@ -51,7 +57,15 @@ class Entry:
     """
 
     def __init__(
-        self, topic: str, form: Layout, refusals: Refusals, watched: slice = slice(0), jump: float = LARGEST
+        self,
+        topic: str,
+        form: Layout,
+        refusals: Refusals,
+        stamps: Stamps,
+        watched: slice = slice(0),
+        jump: float = LARGEST,
+        *,
+        exact: bool = True,
     ) -> None:
         """An entry through which nothing has come yet.
 
@@ -59,13 +73,17 @@ class Entry:
             topic: its name.
             form: of its messages.
             refusals: where those that are refused are counted.
+            stamps: of the scenario's steps.
             watched: places of the numbers, stamp and step included, that cannot jump.
             jump: by which each of them may differ at most from one step to the next.
+            exact: whether a message has the stamp of its step; else it may have that of an earlier one.
         """
         self.repeated = 0
         self._topic = topic
         self._form = form
         self._refusals = refusals
+        self._stamps = stamps
+        self._exact = exact
         self._watched = watched
         self._jump = jump
         self._last: tuple[Any, ...] = ()
@@ -86,6 +104,9 @@ class Entry:
         step, values = numbers[2], numbers[3:]
         if step > last:
             self._refuse("a step that is not due yet")
+            return None
+        if self._stamps.contradict(numbers[0], numbers[1], step, exact=self._exact):
+            self._refuse(CONTRADICTION)
             return None
         if not isfinite(sum(values)):
             self._refuse("not finite")

@@ -8,6 +8,7 @@ from satform_msgs.msg import Command, FormationStatus
 from satform.consensus.graph import Graph
 from satform.formation import Formation
 from satform.scenario import Scenario
+from satform_nodes.stamps import Stamps
 
 OVER = (FormationStatus.FINISHED, FormationStatus.ABORTED)
 """Phases after which nothing follows."""
@@ -32,6 +33,7 @@ class FormationView:
         self.heard = 0
         self.last_words: dict[int, Command] = {}
         self.returns: dict[int, tuple[int, int]] = {}
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._names = [satellite.name for satellite in scenario.satellites]
 
     def take(self, status: FormationStatus) -> bool:
@@ -63,6 +65,9 @@ class FormationView:
 
     def _fits(self, status: FormationStatus) -> bool:
         """Whether a word is about this formation, and as long in its parts as it has to be."""
+        stamp = status.header.stamp
+        if self._stamps.contradict(stamp.sec, stamp.nanosec, status.step, exact=True):
+            return False
         if list(status.satellites) != self._names or len(status.alive) != len(self._names):
             return False
         if len(status.back) != len(status.checkpoints) or len(status.listeners) != len(status.speakers):

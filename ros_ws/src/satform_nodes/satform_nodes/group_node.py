@@ -8,7 +8,7 @@ from satform.exit_codes import EXIT_BAD_INPUT
 from satform_nodes.abreast import fly_abreast
 from satform_nodes.executor import StepExecutor
 from satform_nodes.flying import fly_all
-from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
+from satform_nodes.lifetime import NodeError, StopRequest, refuse_sim_time, run, scenario_of
 from satform_nodes.parameters import FormationNode, declare_fixed
 from satform_nodes.report import Report
 from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings
@@ -34,6 +34,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     satellites = []
     for name in names:
         own = FormationNode(name, log_topic=False, lean=len(names) > LARGEST_FULL_GROUP)
+        refuse_sim_time(own)
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, scenario, settings, report))

@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from satform.exit_codes import EXIT_BAD_INPUT
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.executor import StepExecutor
-from satform_nodes.parameters import FormationNode
+from satform_nodes.parameters import NO_SIM_TIME, SIM_TIME, FormationNode
 from satform_nodes.report import Report
 
 
@@ -65,6 +65,16 @@ class StopRequest:
             # Asked a second time: now.
             sys.exit(128 + number)
         self.asked = True
+
+
+def refuse_sim_time(node: Node) -> None:
+    """Refuse to fly with a node whose clock would go by `/clock`.
+
+    Raises:
+        NodeError: the node was started so.
+    """
+    if node.get_parameter(SIM_TIME).value:
+        raise NodeError(f"{node.get_name()}: {SIM_TIME} is true; {NO_SIM_TIME}", EXIT_BAD_INPUT)
 
 
 def scenario_of(node: Node) -> Scenario:
@@ -135,6 +145,7 @@ def run(
         executor = StepExecutor()
         executor.add_node(node)
         try:
+            refuse_sim_time(node)
             return fly(node, executor, stop, report)
         except NodeError as failure:
             node.get_logger().error(str(failure))

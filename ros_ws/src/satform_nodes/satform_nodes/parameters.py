@@ -46,6 +46,8 @@ class FormationNode(Node):
             parameter_overrides=bare,
         )
 
+        self.add_on_set_parameters_callback(_keep_wall_clock)
+
     def create_publisher(self, *arguments: Any, **options: Any) -> Any:
         """As in rclpy; a lean node is not told about others whose quality of service does not fit."""
         if self._lean:
@@ -65,6 +67,21 @@ class FormationNode(Node):
         if result.successful:
             result.reason = self.sentence
         return result
+
+
+SIM_TIME = "use_sim_time"
+"""Parameter that every ROS node has: whether the node's clock goes by `/clock`."""
+
+NO_SIM_TIME = (
+    "satform's nodes make simulated time and take it from the messages of each step, never from /clock; "
+    f"leave {SIM_TIME} false for them, and set it for the nodes that look on"
+)
+
+
+def _keep_wall_clock(parameters: Sequence[Parameter]) -> SetParametersResult:
+    """Refuse to have a node's clock go by `/clock`, which the plant makes from the steps."""
+    asked = any(parameter.name == SIM_TIME and parameter.value for parameter in parameters)
+    return SetParametersResult(successful=not asked, reason=NO_SIM_TIME if asked else "")
 
 
 def declare_fixed(node: Node, name: str, default: Any, description: str) -> Any:

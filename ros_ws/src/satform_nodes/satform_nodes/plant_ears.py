@@ -13,11 +13,12 @@ from satform_msgs.msg import Command, Ready, Recorded
 from satform.channels import RECORDER, Channel
 from satform.muster import Change, Muster
 from satform_nodes import topics
-from satform_nodes.entry import Entry, Refusals
+from satform_nodes.entry import CONTRADICTION, Entry, Refusals
 from satform_nodes.executor import MANY, StepExecutor
 from satform_nodes.on_the_clock import Promptness
 from satform_nodes.readiness import Company
 from satform_nodes.speakers import Speakers, decoded
+from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
 _COMMAND = layout(Command, topics.FRAME)
@@ -45,6 +46,7 @@ class PlantEars:
         refusals: Refusals,
         on_answer: Callable[[], None],
         on_offer: Callable[[str, int], None],
+        stamps: Stamps,
         *,
         clocked: bool,
     ) -> None:
@@ -58,6 +60,7 @@ class PlantEars:
             refusals: where messages that are not believed are counted.
             on_answer: called after each command that counts.
             on_offer: called with the name of a node that can fly or watch, and the step of its checkpoint.
+            stamps: of the scenario's steps.
             clocked: whether the flight goes by the wall clock.
         """
         names = muster.names
@@ -70,6 +73,7 @@ class PlantEars:
         self._refusals = refusals
         self._on_answer = on_answer
         self._on_offer = on_offer
+        self._stamps = stamps
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
         self._turn = (-1, 0)
@@ -81,7 +85,7 @@ class PlantEars:
         )
         commands = [topics.command(name) for name in names]
         self._speakers = [Speakers(node, topic, speakers[topic], refusals) for topic in commands]
-        self._entries = [Entry(topic, _COMMAND, refusals) for topic in commands]
+        self._entries = [Entry(topic, _COMMAND, refusals, stamps) for topic in commands]
         self._subscriptions = [
             executor.subscribe(
                 node,
@@ -129,11 +133,15 @@ class PlantEars:
             company: waits for the recorder.
             on_recorded: called whenever it has come further.
         """
+        stamps = self._stamps
 
         def note(data: bytes, _name: str) -> None:
             numbers = _RECORDED.unpack(data)
             if numbers is None:
                 self._refusals.note(topics.RECORDED, "another form")
+                return
+            if stamps.contradict(*numbers[:3], exact=True):
+                self._refusals.note(topics.RECORDED, CONTRADICTION)
                 return
             self.recorded_step = max(self.recorded_step, min(numbers[2], self._muster.step))
             on_recorded()
@@ -198,5 +206,9 @@ class PlantEars:
             return
         if ready.node.rpartition("/")[2] != name:
             self._refusals.note(topics.READY, f"{name} speaks for another node")
+            return
+        stamp = ready.header.stamp
+        if self._stamps.contradict(stamp.sec, stamp.nanosec, ready.step, exact=True):
+            self._refusals.note(topics.READY, CONTRADICTION)
             return
         self._on_offer(name, int(ready.checkpoint))

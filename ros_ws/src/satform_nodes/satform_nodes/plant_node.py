@@ -29,6 +29,7 @@ from satform_nodes.plant_voice import PlantVoice
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.services import FormationServices
+from satform_nodes.stamps import Stamps
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
@@ -86,6 +87,7 @@ class PlantNode:
         self._next_sign = 0.0
         self._next_progress = 0.0
         self._course = Course(self.refusals)
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
 
         table = channels(scenario)
         self._voice = PlantVoice(node, scenario, self.plant, said_by(PLANT, table))
@@ -97,6 +99,7 @@ class PlantNode:
             self.refusals,
             self._advance_if_complete,
             self._on_ready,
+            self._stamps,
             clocked=self.clocked,
         )
         self._company = Company(node)
@@ -104,7 +107,7 @@ class PlantNode:
         if recorded:
             self.ears.hear_recorder(self._company, self._go_on)
         self._voice.expect_listeners(self._company, recorded=recorded)
-        self._health = Health(node, "plant: formation", "plant", self._condition)
+        self._health = Health(node, "plant: formation", "plant", self._condition, self._now)
         if recorded:
             self._company.listens(self._health.publisher, [RECORDER])
         executor.add_chore(self._health.due)
@@ -304,6 +307,10 @@ class PlantNode:
                 # Whoever hears nothing would take the plant for lost.
                 self._next_sign = now + _SIGN_PERIOD
                 self._voice.repeat_status()
+
+    def _now(self) -> tuple[int, int]:
+        """Simulated time, as a stamp."""
+        return self._stamps.at(self.plant.step)
 
     def _condition(self) -> Condition:
         lost_at = self.muster.formation.lost_at

@@ -8,7 +8,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-import yaml
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
@@ -19,10 +18,11 @@ from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPE
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.absences import Absences
+from satform_nodes.bag_metadata import offered
 from satform_nodes.bag_writer import BagWriter
-from satform_nodes.definitions import definition, type_name
+from satform_nodes.definitions import described
 from satform_nodes.diagnostics import Condition, Course, Health
-from satform_nodes.entry import Entry, Refusals
+from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
 from satform_nodes.lifetime import NodeError, StopRequest, patience, run, scenario_of
@@ -129,7 +129,7 @@ class RecorderNode:
         self._now = (0, 0)
         (health,) = [channel for channel in heard if channel.kind == "diagnostics"]
         self._overhear(executor, health)
-        self._health = Health(node, "recorder: bag", "recorder", self._condition)
+        self._health = Health(node, "recorder: bag", "recorder", self._condition, lambda: self._now)
         executor.add_chore(self._health.due)
 
     @property
@@ -183,9 +183,7 @@ class RecorderNode:
 
     def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
         message_type = topics.TYPES[kind]
-        return self.bag.add_topic(
-            topic, type_name(message_type), definition(message_type), _profile_text(profile)
-        )
+        return self.bag.add_topic(topic, described(message_type), [offered(profile)])
 
     def _follow(self, executor: StepExecutor, followed: Channel) -> None:
         """Write every message of a topic that has one at each step, and notice a gap.
@@ -199,7 +197,13 @@ class RecorderNode:
         last = self._last_step - (followed.rhythm == "steps")
         channel = _Followed(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
         if kind != "clock":
-            channel.entry = Entry(topic, layout(topics.TYPES[kind], topics.FRAME), self.refusals)
+            channel.entry = Entry(
+                topic,
+                layout(topics.TYPES[kind], topics.FRAME),
+                self.refusals,
+                self._stamps,
+                exact=kind not in EARLIER_STAMPS,
+            )
         self._channels.append(channel)
 
         def _on_message(data: bytes, _name: str) -> None:
@@ -233,6 +237,9 @@ class RecorderNode:
         if moment is None or not channel.latest < moment[2] <= self._last_step:
             self.refusals.note(channel.topic, "another form, or a step that is not due")
             return None
+        if self._stamps.contradict(*moment, exact=True):
+            self.refusals.note(channel.topic, CONTRADICTION)
+            return None
         self._now = moment[:2]
         return moment
 
@@ -258,8 +265,13 @@ class RecorderNode:
 
         def _on_message(data: bytes, _name: str) -> None:
             message = decoded(data, message_type, topic, self.refusals)
-            if message is not None:
-                callback(message, channel)
+            if message is None:
+                return
+            stamp = message.header.stamp
+            if self._stamps.contradict(stamp.sec, stamp.nanosec, message.step, exact=True):
+                self.refusals.note(topic, CONTRADICTION)
+                return
+            callback(message, channel)
 
         speakers = self._only(topic, [speaker])
         subscription = executor.subscribe(
@@ -373,22 +385,6 @@ def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, s
     finally:
         recorder.judge_gaps()
         recorder.bag.close()
-
-
-def _profile_text(profile: QoSProfile) -> str:
-    """A profile as rosbag2 writes it."""
-    described = {
-        "history": profile.history.short_key,
-        "depth": profile.depth,
-        "reliability": profile.reliability.short_key,
-        "durability": profile.durability.short_key,
-        "deadline": {"sec": 0, "nsec": 0},
-        "lifespan": {"sec": 0, "nsec": 0},
-        "liveliness": "automatic",
-        "liveliness_lease_duration": {"sec": 0, "nsec": 0},
-        "avoid_ros_namespace_conventions": False,
-    }
-    return str(yaml.safe_dump([described], sort_keys=False))
 
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:

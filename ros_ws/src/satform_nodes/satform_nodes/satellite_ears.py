@@ -15,6 +15,7 @@ from satform_nodes.executor import StepExecutor
 from satform_nodes.parameters import FormationNode
 from satform_nodes.readiness import Company
 from satform_nodes.speakers import Speakers
+from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
 _STATE = layout(RelativeState, topics.FRAME)
@@ -80,16 +81,17 @@ class SatelliteEars:
         self._names = [satellite.name for satellite in scenario.satellites]
         self._announces = scenario.consensus.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self.subscriptions: dict[str | int, Any] = {}
         self._speakers: dict[int, Speakers] = {}
         own = scenario.satellite(index)
         jump = topics.FASTEST * scenario.timing.step + topics.NEAR
         for channel in heard_by(own.name, satellite_channels(scenario, index)):
             if channel.kind == "state":
-                entry = Entry(channel.topic, _STATE, refusals, _PLACE, jump)
+                entry = Entry(channel.topic, _STATE, refusals, self._stamps, _PLACE, jump, exact=False)
                 self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT, "state")
             else:
-                entry = Entry(channel.topic, _ATTITUDE, refusals)
+                entry = Entry(channel.topic, _ATTITUDE, refusals, self._stamps)
                 self._hear(Attitude, channel.topic, partial(hearer.attitude, entry), PLANT, "attitude")
         for neighbour in scenario.possible_graph().neighbours(index):
             self.listen_to(neighbour)
@@ -100,7 +102,7 @@ class SatelliteEars:
         """Hear what a neighbour announces from now on."""
         speaker = self._names[neighbour]
         topic = topic_name(self._announces, speaker)
-        entry = Entry(topic, self._announcement, self._refusals)
+        entry = Entry(topic, self._announcement, self._refusals, self._stamps, exact=False)
         callback = partial(self._hearer.announcement, neighbour, entry)
         kind = topics.TYPES[self._announces]
         self._speakers[neighbour] = self._hear(kind, topic, callback, speaker, neighbour)

@@ -132,7 +132,7 @@ class SatelliteNode:
             node, executor, scenario, self.index, self.refusals, hearer, clocked=self.clocked
         )
         self.voice.expect_listeners(self.ears.company, recorded=settings.recorded)
-        self._health = Health(node, f"{name}: flight software", name, self._condition)
+        self._health = Health(node, f"{name}: flight software", name, self._condition, self._now)
         if settings.recorded:
             self.ears.company.listens(self._health.publisher, [RECORDER])
         executor.add_chore(self._health.due)
@@ -179,6 +179,10 @@ class SatelliteNode:
         """Turn the thrusters off, as far as anyone hears it: the plant is no longer there."""
         if self.flying:
             self.voice.command_nothing(self.step)
+
+    def _now(self) -> tuple[int, int]:
+        """Simulated time, as a stamp."""
+        return self._stamps.at(self.step)
 
     def _condition(self) -> Condition:
         """How the flight software is."""

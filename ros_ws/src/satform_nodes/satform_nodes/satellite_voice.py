@@ -146,7 +146,10 @@ class SatelliteVoice:
             checkpoint: step of the checkpoint from which it would go on; -1 for none.
         """
         name = self._node.get_fully_qualified_name()
-        self._say_ready.publish(Ready(node=name, step=step, checkpoint=checkpoint))
+        ready = Ready(node=name, step=step, checkpoint=checkpoint)
+        ready.header.stamp.sec, ready.header.stamp.nanosec = self._stamps.at(step)
+        ready.header.frame_id = topics.FRAME
+        self._say_ready.publish(ready)
 
     def tell_changes(self, step: int, changes: Sequence[tuple[str, list[float]]]) -> None:
         """Say which parameters have changed at a step."""

@@ -28,6 +28,21 @@ class Stamps:
         """The step nearest to a stamp."""
         return round((seconds * NANOSECONDS + nanoseconds) / self._step_nanoseconds)
 
+    def contradict(self, seconds: int, nanoseconds: int, step: int, *, exact: bool) -> bool:
+        """Whether a message of a step cannot have a stamp.
+
+        Args:
+            seconds: of the stamp.
+            nanoseconds: of the stamp.
+            step: of the message.
+            exact: whether the stamp is that of the step; else it may also be that of an earlier one, as of
+                a measurement that arrives late.
+        """
+        stamp, due = seconds * NANOSECONDS + nanoseconds, step * self._step_nanoseconds
+        if stamp == due:
+            return False
+        return exact or not 0 <= stamp < due or stamp % self._step_nanoseconds != 0
+
     def time(self, seconds: int, nanoseconds: int) -> float:
         """Simulated moment of a stamp, s; on the grid of steps with the bits of step number times length."""
         total = seconds * NANOSECONDS + nanoseconds
