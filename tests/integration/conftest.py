@@ -57,6 +57,9 @@ def start_run(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     def start(scenario: str, *options: str) -> subprocess.Popen[str]:
         process = subprocess.Popen(
             [
+                # A parent that ignores SIGHUP, as nohup does, hands that on.
+                "env",
+                "--default-signal=INT,HUP,TERM",
                 sys.executable,
                 "-m",
                 "satform_tools",

@@ -134,6 +134,13 @@ def test_a_name_given_twice_is_said_where_it_is_given_again() -> None:
     assert ("satellites[2].name", line_of("- name: sat3")) in [(one.field, one.line) for one in found]
 
 
+def bomb(levels: int, width: int, form: str = "[{}]") -> str:
+    """Lines whose last one expands to width**levels lists of what is named `a`."""
+    names = ["a", *(f"b{level}" for level in range(levels))]
+    lists = [form.format(", ".join([f"*{inner}"] * width)) for inner in names]
+    return "".join(f"{name}: &{name} {text}\n" for name, text in zip(names[1:], lists, strict=False))
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -144,11 +151,15 @@ def test_a_name_given_twice_is_said_where_it_is_given_again() -> None:
         ("a: [1, 2\n", "is not YAML"),
         ("a: 1\na: 2\n", "is not YAML: found duplicate key"),
         ("a: 1\n---\nb: 2\n", "expected a single document"),
-        ("a: &x 1\nb: *x\n", "aliases (*name) are not used"),
+        ("a: &x [1, *x]\n", "the alias *x stands within what it stands for"),
+        ("a: *x\n", "is not YAML: found undefined alias"),
+        ("a: &a [1, 2]\n" + bomb(9, 9), "there are more than 100000 values"),
+        ("a: &a [1, 2]\n" + bomb(31, 1), "is nested more than 30 levels deep"),
+        ("a: &a {k: 1}\n" + bomb(9, 9, "{{<<: [{}]}}"), "there are more than 100000 values"),
         ("a: \x00", "special characters are not allowed"),
         ("a: " + "[" * 5000, "is nested more than"),
         ("a:\n" + "-\n" * 100_000, "there are more than 100000 values"),
-        ("a: " + "x" * 2_000_000, "the file has 2000003 bytes"),
+        ("a: " + "x" * 2_000_000, "has 2000003 bytes; a scenario has at most 2000000"),
     ],
 )
 def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> None:
@@ -164,7 +175,7 @@ def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> Non
         ("timing.step", "is not of the form key=value"),
         ("=3", "is not of the form key=value"),
         ("timing.step=[", "is not YAML"),
-        ("expect=[&a [x, x], &b [*a, *a], [*b, *b]]", "aliases (*name) are not used"),
+        ("expect=[&a [x, x], &b [*a, *b]]", "the alias *b stands within what it stands for"),
         ("expect=" + "[" * 5000, "is nested more than"),
         ("satellites.².arc_length=3", "there is no satellites.² in the scenario"),
         ("satellites." + "9" * 5000 + ".arc_length=3", "in the scenario"),

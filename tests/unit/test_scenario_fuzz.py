@@ -22,13 +22,14 @@ from hypothesis import strategies as st
 
 from flights import SCENARIOS
 from satform.scenario import Scenario, ScenarioError, load_scenario, parse_scenario
-from satform.scenario.load import MAXIMUM_PROBLEMS, _plain, _read_once
+from satform.scenario.load import MAXIMUM_PROBLEMS
+from satform.scenario.yaml_reader import plain, read_tree
 from satform_tools import say, showing
 from satform_tools.check import warnings
 
 ASKED = int(os.environ.get("SATFORM_FUZZ", "0"))
 FILES = sorted(SCENARIOS.glob("*.yaml"))
-DATA = [_plain(_read_once(file.read_text(), str(file))) for file in FILES]
+DATA = [plain(read_tree(file.read_text(), str(file))) for file in FILES]
 BYTES = [file.read_bytes() for file in FILES]
 
 SECONDS = 120

@@ -14,13 +14,14 @@ from typing import Annotated
 import typer
 
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
+from satform_nodes.signals import interrupting
 from satform_tools import bench_cli, look_cli, plan_cli, say
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.formats import Format
 
 _EXIT_CODES = (
     "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
-    "130 stopped by Ctrl-C."
+    "130 stopped by Ctrl-C or SIGTERM."
 )
 
 app = typer.Typer(
@@ -320,7 +321,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if reconfigure:
             reconfigure(errors="replace")
     try:
-        app(args=None if arguments is None else list(arguments), prog_name="satform")
+        with interrupting():
+            app(args=None if arguments is None else list(arguments), prog_name="satform")
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else EXIT_BAD_INPUT
     except CommandError as error:

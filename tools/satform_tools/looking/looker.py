@@ -21,8 +21,8 @@ from satform_msgs.msg import FormationStatus
 
 from satform_bringup.domain import stay_on_this_machine
 from satform_nodes import topics
+from satform_nodes.signals import interrupting
 from satform_tools.faults import CommandError
-from satform_tools.leaving import leaving_in_order
 from satform_tools.looking import where
 from satform_tools.looking.found import Ends, Graph, is_whole
 
@@ -169,7 +169,7 @@ def looking(domain: int, patience: float) -> Iterator[Looker]:
     rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     try:
         # One who vanishes without a word is spoken to for another 20 s by everyone it listened to.
-        with leaving_in_order():
+        with interrupting():
             # An underscore hides a node from those who ask for the nodes of the formation.
             node = Node(
                 f"_looker_{os.getpid()}",

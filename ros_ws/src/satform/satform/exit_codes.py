@@ -13,4 +13,4 @@ EXIT_LOST = 3
 """A process was lost, or something of the flight."""
 
 EXIT_STOPPED = 130
-"""Stopped by the user."""
+"""Stopped by a signal: Ctrl-C, SIGTERM, or SIGHUP of a closed terminal."""

@@ -20,7 +20,8 @@ from satform_bringup.flight import Flight, Policy
 from satform_bringup.peers import flight_domain, variables
 from satform_bringup.processes import processes
 from satform_bringup.under_way import described
-from satform_bringup.watch import Watch, asked_to_stop
+from satform_bringup.watch import Watch
+from satform_nodes.signals import StopRequest
 
 CHECKPOINT_STEPS = 100
 """Steps between two checkpoints where satellites are restarted and the scenario does not say."""
@@ -81,7 +82,8 @@ def fly(
     if keystore is not None:
         nodes = security.secured(nodes)
     with (
-        asked_to_stop() as signals,
+        # Those who still run are given up at the second signal, and the run is told all the same.
+        StopRequest(exit_at_second=False) as signals,
         flight_domain(scenario, host) as domain,
         described(domain, scenario.name, out),
     ):

@@ -1,11 +1,10 @@
 """Who watches the processes of a flight: starts them, hears their reports, ends them by their own handles."""
 
 import selectors
-import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -20,6 +19,7 @@ from satform_bringup import leftovers, nursery
 from satform_bringup.flight import Flight, Loss, Policy, Return
 from satform_bringup.peers import step_told
 from satform_bringup.processes import NodeProcess
+from satform_nodes.signals import StopRequest
 
 _STANDSTILL = 2.0
 """Wall-clock time for which all that are left have to have been stopped before they are given up, s."""
@@ -32,39 +32,6 @@ MOST_RESTARTS = 10
 
 _LOOK = 0.1
 """Wall-clock time between two looks for signals, s."""
-
-
-@dataclass
-class Signals:
-    """How often the user has asked to stop.
-
-    Attributes:
-        count: of signals.
-    """
-
-    count: int = 0
-
-
-@contextmanager
-def asked_to_stop() -> Iterator[Signals]:
-    """Count SIGINT, SIGTERM and SIGHUP instead of dying from them, where this thread may."""
-    signals = Signals()
-
-    def _count(_number: int, _frame: Any) -> None:
-        signals.count += 1
-
-    try:
-        before = {
-            number: signal.signal(number, _count) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-        }
-    except ValueError:
-        # Not in the main thread: whoever runs that one handles the signals.
-        before = {}
-    try:
-        yield signals
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @dataclass
@@ -95,7 +62,7 @@ class Watch:
     def __init__(
         self,
         scenario: Scenario,
-        signals: Signals,
+        signals: StopRequest,
         progress: Callable[[int, int], None],
         policy: Policy,
         logs: Path,
@@ -171,7 +138,7 @@ class Watch:
                 return
             if self._signals.count == 1 and not told:
                 told = self._stopped = True
-                self._reason = self._reason or "stopped by a signal"
+                self._reason = self._reason or f"stopped by {self._signals.name}"
                 self._end_flight()
             now = time.monotonic()
             moved = moved if self._over_since is not None and self._nobody_moves() else now

@@ -23,10 +23,11 @@ from satform.scenario import Scenario
 from satform.scene import Scene
 from satform_nodes import topics
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import NodeError, StopRequest, patience, run, scenario_of
+from satform_nodes.lifetime import NodeError, patience, run, scenario_of
 from satform_nodes.parameters import declare_fixed
 from satform_nodes.pictures import PictureMessages
 from satform_nodes.report import Report
+from satform_nodes.signals import StopRequest
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 

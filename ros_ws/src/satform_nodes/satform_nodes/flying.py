@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.wording import listed
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import NodeError, StopRequest, patience
+from satform_nodes.lifetime import NodeError, patience
+from satform_nodes.signals import StopRequest
 
 if TYPE_CHECKING:
     from satform_nodes.satellite_node import SatelliteNode

@@ -8,10 +8,11 @@ from satform.exit_codes import EXIT_BAD_INPUT
 from satform_nodes.abreast import fly_abreast
 from satform_nodes.executor import StepExecutor
 from satform_nodes.flying import fly_all
-from satform_nodes.lifetime import NodeError, StopRequest, refuse_sim_time, run, scenario_of
+from satform_nodes.lifetime import NodeError, refuse_sim_time, run, scenario_of
 from satform_nodes.parameters import FormationNode, declare_fixed
 from satform_nodes.report import Report
 from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings
+from satform_nodes.signals import StopRequest
 
 LARGEST_FULL_GROUP = 32
 """Satellites in a process whose parameters can be read and set from outside, and who warn of misfits.

@@ -1,9 +1,5 @@
 """Starting and ending a node's process: scenario, signals, exit codes, one sentence on failure."""
 
-import os
-import select
-import signal
-import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -18,6 +14,7 @@ from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.executor import StepExecutor
 from satform_nodes.parameters import NO_SIM_TIME, SIM_TIME, FormationNode
 from satform_nodes.report import Report
+from satform_nodes.signals import StopRequest
 
 
 def start_timeout(satellites: int) -> float:
@@ -41,30 +38,11 @@ class NodeError(Exception):
     """A node that cannot go on; carries the sentence for the user and the exit code."""
 
     def __init__(self, sentence: str, code: int) -> None:
-        super().__init__(sentence)
+        super().__init__(sentence, code)
         self.code = code
 
-
-class StopRequest:
-    """Whether someone asked this process to end, by SIGINT or SIGTERM."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        self._reader, writer = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
-        # A signal writes a byte here, which ends a pause at once.
-        signal.set_wakeup_fd(writer)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._on_signal)
-
-    def pause(self, duration: float) -> None:
-        """Wait for a time in s, or until a signal arrives."""
-        select.select([self._reader], [], [], 0.0 if self.asked else duration)
-
-    def _on_signal(self, number: int, _frame: Any) -> None:
-        if self.asked:
-            # Asked a second time: now.
-            sys.exit(128 + number)
-        self.asked = True
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def refuse_sim_time(node: Node) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import StopRequest
+from satform_nodes.signals import StopRequest
 
 _MOST_KEPT = 1_000_000
 """Delays of steps of which the distribution is told."""

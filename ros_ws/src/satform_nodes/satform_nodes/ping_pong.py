@@ -18,7 +18,7 @@ from satform_msgs.msg import Command
 
 from satform_nodes import topics
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import StopRequest
+from satform_nodes.signals import StopRequest
 from satform_nodes.wire import layout
 
 _COMMAND = layout(Command, topics.FRAME)

@@ -21,7 +21,7 @@ from satform_nodes import topics
 from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import Refusals
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of, start_timeout
+from satform_nodes.lifetime import NodeError, run, scenario_of, start_timeout
 from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
 from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.plant_ears import PlantEars
@@ -29,6 +29,7 @@ from satform_nodes.plant_voice import PlantVoice
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.services import FormationServices
+from satform_nodes.signals import StopRequest
 from satform_nodes.stamps import Stamps
 
 _PROGRESS_PERIOD = 0.1

@@ -25,10 +25,11 @@ from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView
-from satform_nodes.lifetime import NodeError, StopRequest, patience, run, scenario_of
+from satform_nodes.lifetime import NodeError, patience, run, scenario_of
 from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
+from satform_nodes.signals import StopRequest
 from satform_nodes.speakers import Speakers, decoded
 from satform_nodes.stamps import NANOSECONDS, Stamps
 from satform_nodes.wire import layout

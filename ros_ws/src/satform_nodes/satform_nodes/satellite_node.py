@@ -28,13 +28,14 @@ from satform_nodes.executor import StepExecutor
 from satform_nodes.flying import fly_all
 from satform_nodes.formation_view import FormationView
 from satform_nodes.hearsay import Hearsay, Words
-from satform_nodes.lifetime import NodeError, StopRequest, run, scenario_of
+from satform_nodes.lifetime import NodeError, run, scenario_of
 from satform_nodes.on_the_clock import processor_seconds
 from satform_nodes.parameters import FormationNode, declare_fixed, declare_rate
 from satform_nodes.report import Report
 from satform_nodes.satellite_ears import Hearer, SatelliteEars
 from satform_nodes.satellite_parameters import SatelliteParameters
 from satform_nodes.satellite_voice import SatelliteVoice
+from satform_nodes.signals import StopRequest
 from satform_nodes.speakers import decoded
 from satform_nodes.stamps import Stamps
 

@@ -30,3 +30,7 @@ class ScenarioError(ValueError):
     def __init__(self, problems: list[Problem]) -> None:
         super().__init__("\n".join(str(problem) for problem in problems))
         self.problems = problems
+
+    def __reduce__(self) -> tuple[type["ScenarioError"], tuple[list[Problem]]]:
+        """How it is pickled: by its problems, not by the text that is made of them."""
+        return type(self), (self.problems,)

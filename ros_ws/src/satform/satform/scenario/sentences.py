@@ -9,6 +9,7 @@ from pydantic_core import ErrorDetails
 
 from satform.scenario.errors import Problem
 from satform.scenario.model import Scenario
+from satform.scenario.yaml_reader import line_of
 from satform.spec import Plugin, Spec, specs
 
 Path = tuple[int | str, ...]
@@ -91,7 +92,7 @@ def _placed(path: Path, sentence: str, tree: Any, file: str, changes: Mapping[Pa
         made_on_the_way = changed[: len(path)] == path and not _stands_in(path, tree)
         if laid_over or made_on_the_way:
             return Problem(f"--set {change}", None, _dotted(path), sentence)
-    return Problem(file, _line(path, tree), _dotted(path), sentence)
+    return Problem(file, line_of(path, tree), _dotted(path), sentence)
 
 
 def _stands_in(path: Path, tree: Any) -> bool:
@@ -124,20 +125,6 @@ def _child(node: Any, part: int | str) -> Any:
     if isinstance(node, list) and isinstance(part, int) and part < len(node):
         return node[part]
     return None
-
-
-def _line(path: Path, tree: Any) -> int | None:
-    """Line of the innermost part of the path that stands in the file, counted from 1."""
-    line: int | None = 1
-    node = tree
-    for part in path:
-        try:
-            mark = node.lc.key(part) if isinstance(node, Mapping) else node.lc.item(part)  # type: ignore[attr-defined]
-            line = mark[0] + 1
-            node = node[part]
-        except (KeyError, IndexError, TypeError, AttributeError):
-            break
-    return line
 
 
 def _dotted(path: Path) -> str:
