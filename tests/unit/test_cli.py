@@ -13,8 +13,9 @@ import pytest
 from flights import SCENARIOS, shortened
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import load_scenario
+from satform.simulate import simulate
 from satform_bringup import SCENARIO_FILE
-from satform_tools import cli, folders, ros, say
+from satform_tools import cli, folders, ros, running, say
 
 SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")
 NOT_PLAIN = re.compile("[\x1b─-╿]")
@@ -54,11 +55,48 @@ def test_a_run_that_misses_a_promise_ends_with_1_and_says_which(
 def test_a_shorter_run_is_judged_by_what_lies_within_it_and_says_what_does_not(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--json") == 0
+    words = ["run", "geo_sphere_lqr", "--mode", "inprocess", "--out", str(tmp_path / "run")]
+    # The distance first reaches its reference at 391 s and comes within 5 % at 344 s; the rest is later.
+    assert cli.main([*words, "--set", "timing.duration=400.0"]) == 0
     captured = capsys.readouterr()
-    assert captured.err.count("expectations lie beyond the shorter flight and are not judged\n") == 1
-    judged = json.loads(captured.out)["expectations"]
-    assert [entry["label"] for entry in judged] == ["arc-length spread at 0 s"]
+    assert captured.err.count("6 expectations lie beyond the shorter flight and are not judged\n") == 1
+    assert "As expected: 2 of 2 met; 6 expectations need a longer flight: not judged." in captured.out
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["judged"]
+    assert [entry["label"].partition(", ")[0] for entry in result["expectations"]] == [
+        "distance to the chief first reaches its reference",
+        "distance to the chief settles to 5 %",
+    ]
+    assert len(result["expectations_left_out"]) == 6
+    assert cli.main(["report", str(tmp_path / "run")]) == 0
+    assert (
+        "As expected: 2 of 2 met; 6 expectations need a longer flight: not judged" in capsys.readouterr().out
+    )
+    assert "6 expectations need a longer flight" in (tmp_path / "run" / "report" / "report.html").read_text()
+
+
+def test_a_run_too_short_for_every_expectation_is_flown_and_not_judged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["run", "geo_sphere_lqr", "--mode", "inprocess", "--out", str(tmp_path / "run")]
+    assert cli.main([*words, "--set", "timing.duration=20.0"]) == 0
+    said = "Flown to the end and not judged: 8 expectations need a longer flight"
+    assert f"{said}.\n" in capsys.readouterr().out
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert (result["judged"], result["expectations"]) == (False, [])
+    assert len(result["expectations_left_out"]) == 8
+    assert cli.main(["report", str(tmp_path / "run"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["judged"], told["expectations_left_out"]) == (False, result["expectations_left_out"])
+    assert said in (tmp_path / "run" / "report" / "report.html").read_text()
+
+
+def test_a_run_of_which_nothing_is_expected_is_not_judged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_in_process(tmp_path / "run", *SHORT) == 0
+    assert "Flown to the end and not judged: the scenario expects nothing.\n" in capsys.readouterr().out
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["judged"] is False
 
 
 @pytest.mark.parametrize(
@@ -317,6 +355,18 @@ def test_the_bare_exchange_is_measured_on_a_domain_of_its_own_and_leaves_no_trac
     assert domain.isdigit()
     assert where == (range_before or "SYSTEM_DEFAULT")
     assert dict(os.environ) == before
+
+
+@pytest.mark.parametrize(("mode", "hashed"), [("lockstep", True), ("realtime", False)])
+def test_a_state_hash_is_given_only_where_the_bits_are_promised(
+    mode: str, hashed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = simulate(shortened("ring_six", 20.0))
+    fly_like(monkeypatch, bag=tmp_path)
+    monkeypatch.setattr(running, "_read", lambda *_: record)
+    assert cli.main(["run", "ring_six", "--mode", mode, "--out", str(tmp_path / "run"), *SHORT]) == 0
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["state_hash"] == (record.digest() if hashed else None)
 
 
 def test_a_lost_process_ends_with_3_and_is_named(

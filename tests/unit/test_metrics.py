@@ -26,6 +26,7 @@ from satform.metrics import (
     TrackingErrorAt,
     arc_length_spread,
     judge,
+    settled,
 )
 from satform.record import QUANTITIES, FlightRecord
 from satform.scenario import Timing
@@ -253,15 +254,95 @@ def test_bounds_include_themselves_and_both_have_to_hold() -> None:
     [
         (ArcLengthSpread(below=1), 2.0),
         (ArcLengthSpread(below=1, at=0.5), 0.5),
+        # What is decided in the step that begins at a time is there only when that step has been flown.
+        (TrackingErrorAt(below=1, at=0.5), 1.0),
+        (TrackingErrorAt(below=1, at=2.0), 2.0),
         (Control(below=1, after=0.5), 2.0),
         (Control(below=1, after=0.5, before=1.5), 1.5),
-        (SettlingTime(below=1, level=1.0), 2.0),
+        (TrackingError(value=1, relative=0.1, before=1.0), 1.5),
+        (TrackingError(value=1, relative=0.1, before=2.0), 2.0),
+        # What has happened within the time that is allowed does not happen again later.
+        (ReachingTime(value=0.8, absolute=0.2, axis="x", level=0.3), 1.5),
+        (SettlingTime(below=1, level=1.0), 1.5),
+        (SettlingTime(above=1, level=1.0), 2.0),
+        (ArcLengthSettling(below=0.5, above=0.1), 1.0),
+        # A bound over a stretch holds over every part of it, but a value may come at its end.
+        (TrackingError(below=1), 1.0),
+        (TrackingError(below=1, after=0.5), 1.5),
+        (TrackingError(above=1), 2.0),
+        (TrackingError(value=1, relative=0.1), 2.0),
+        (Control(below=1, statistic="largest"), 1.0),
+        (Control(above=1, statistic="smallest"), 1.0),
+        (Control(above=1, statistic="largest"), 2.0),
+        (DeltaV(below=1), 2.0),
+        (DeltaV(value=0, absolute=0), 1.0),
     ],
 )
-def test_an_expectation_needs_a_flight_to_the_end_that_it_names(
-    expectation: Expectation, needed: float
+def test_an_expectation_needs_a_flight_that_has_its_figure(expectation: Expectation, needed: float) -> None:
+    assert expectation.needs(TIMING.duration, TIMING.step) == needed
+
+
+@pytest.mark.parametrize("expectation", [case for case, _ in CASES], ids=lambda case: case.describe())
+@pytest.mark.parametrize("bound", ["below", "above", "value"])
+def test_what_the_whole_flight_meets_is_not_missed_by_a_shorter_one_that_is_judged(
+    expectation: Expectation, bound: str
 ) -> None:
-    assert expectation.needs(TIMING.duration) == needed
+    figure = expectation.measure(flight())
+    if math.isnan(figure):
+        return
+    exact: dict[str, float | None] = {"below": None, "above": None, "value": None, bound: figure}
+    met = expectation.model_copy(update={**exact, "absolute": 0.0 if bound == "value" else None})
+    assert met.judge(flight()).met
+    for steps in range(1, flight().steps):
+        if met.needs(TIMING.duration, STEP) <= steps * STEP:
+            assert met.judge(cut(steps)).met, f"missed after {steps} steps"
+
+
+@pytest.mark.parametrize("figure", [math.nan, math.inf, -math.inf])
+def test_a_figure_that_is_not_finite_meets_nothing(figure: float) -> None:
+    assert not ArcLengthSpread(above=1.0).verdict(figure).met
+    assert not ArcLengthSpread(below=1.0).verdict(figure).met
+
+
+def lost(place: int, steps: slice) -> FlightRecord:
+    """The same flight with a satellite that does not fly in some steps."""
+    full = flight()
+    changed = {
+        name: getattr(full, name).copy() for name in ("acceleration", "reference_position", "arc_length")
+    }
+    changed["sliding_variable"] = full.sliding_variable.copy()
+    changed["acceleration"][steps, place] = 0.0
+    for name in ("reference_position", "arc_length", "sliding_variable"):
+        changed[name][steps, place] = np.nan
+    return dataclasses.replace(full, **changed)
+
+
+@pytest.mark.parametrize(
+    "expectation",
+    [
+        Control(below=10, after=1.0, satellites=("sat2",)),
+        Control(below=10, after=1.0, statistic="largest", satellites=("sat1", "sat2")),
+        DeltaV(below=10, after=1.0, satellites=("sat2",)),
+        TrackingError(below=10, after=1.0, satellites=("sat1", "sat2")),
+        SlidingVariable(below=10, after=1.0, satellites=("sat1", "sat2")),
+        ArcLengthSpread(below=1000, at=1.0, satellites=("sat1", "sat2")),
+        ArcLengthSpread(below=1000, at=1.0),
+    ],
+    ids=lambda case: case.describe(),
+)
+def test_a_satellite_that_does_not_fly_does_not_meet_what_is_asked_of_it(expectation: Expectation) -> None:
+    assert expectation.judge(flight()).met
+    assert not expectation.judge(lost(1, slice(2, 4))).met
+
+
+def test_a_satellite_that_does_not_fly_has_no_part_in_a_mean() -> None:
+    # Of 4, 3, 2, 1 m/s^2 the first two are left.
+    assert Control(below=9, satellites=("sat1",)).measure(lost(0, slice(2, 4))) == 3.5
+
+
+def test_a_series_settles_only_where_it_has_numbers() -> None:
+    assert settled(np.array([9.0, 1.0, math.nan, 1.0, 1.0]), 2.0, 1.0) == 3.0
+    assert math.isnan(settled(np.array([9.0, 1.0, math.nan]), 2.0, 1.0))
 
 
 def test_a_verdict_says_what_was_measured_in_which_unit_and_what_is_allowed() -> None:
@@ -307,6 +388,7 @@ def test_an_expectation_that_says_nothing_definite_is_refused(fields: dict, sent
         (ArcLengthSpread(below=1, at=2.001), "at 2.001 s is later than the flight's end at 2 s"),
         (TrackingErrorAt(below=1, satellites=("one",)), "no satellite one"),
         (SettlingTime(below=1, level=1.0, satellites=("one",)), "no satellite one"),
+        (ArcLengthSpread(below=1, satellites=("sat1",)), "a spread is of two satellites or more; found sat1"),
         (
             Distance(below=1, satellites=("sat1", "sat1"), statistic="smallest"),
             "a distance is between two different satellites; found sat1 twice",

@@ -253,11 +253,22 @@ def test_what_a_file_expects_beyond_the_end_of_a_shortened_flight_is_left_out_an
     scenario = load_scenario(SCENARIOS / "triangle.yaml", ["timing.duration=6000.0"], said.append)
     every = shipped("triangle").expect
     # Those that name no end are about the whole flight as it was written.
-    assert [expectation.describe() for expectation in scenario.expect] == [
-        "arc-length spread at 0 s",
-        "arc-length spread at 6000 s",
-    ]
-    assert said == [f"{len(every) - 2} expectations lie beyond the shorter flight and are not judged"]
+    kept = ["arc-length spread at 0 s", "arc-length spread at 6000 s", "arc-length spread settles to 1 %"]
+    assert [expectation.describe() for expectation in scenario.expect] == kept
+    labels = [expectation.describe() for expectation in every]
+    assert list(scenario.expectations_left_out) == [label for label in labels if label not in kept]
+    assert said == [f"{len(every) - 3} expectations lie beyond the shorter flight and are not judged"]
+
+
+def test_what_is_left_out_stays_known_to_who_reads_the_shorter_flight_again() -> None:
+    scenario = load_scenario(SCENARIOS / "triangle.yaml", ["timing.duration=6000.0"])
+    again = parse_scenario(scenario.to_json())
+    assert again == scenario
+    # Shortened once more, it lacks those of both.
+    shorter = parse_scenario(scenario.to_json(), changes=["timing.duration=3000.0"])
+    assert len(shorter.expectations_left_out) == len(scenario.expectations_left_out) + 2
+    # What is not judged does not make it another flight.
+    assert again.model_copy(update={"expectations_left_out": ()}).digest() == scenario.digest()
 
 
 @pytest.mark.parametrize("change", ["timing.duration=12000.0", "timing.duration=12000.5", "timing.step=1.0"])

@@ -1,12 +1,11 @@
 """A flight as it was kept, in a bag or in a record: all that a report is made of."""
 
-import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
 
 from satform.metrics import Verdict, judge
-from satform.record import QUANTITIES, FlightRecord
+from satform.record import FlightRecord
 from satform.scenario import Scenario, load_scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
 from satform_nodes.bag_events import Events
@@ -25,6 +24,7 @@ class Kept:
         complete: whether it is the whole flight.
         versions: what flew it, name and version of each part; empty where nothing was noted down.
         events: what happened besides the numbers; None where nobody noted it down.
+        clocked: whether it was flown on the wall clock.
     """
 
     path: Path
@@ -33,6 +33,7 @@ class Kept:
     complete: bool
     versions: dict[str, str]
     events: Events | None
+    clocked: bool = False
 
     @property
     def name(self) -> str:
@@ -51,15 +52,17 @@ class Kept:
         """The expectations against the flight; none where it is only a part of one."""
         return judge(self.scenario.expect, self.record) if self.complete else []
 
-    def fingerprint(self) -> str:
-        """SHA-256 of all the flight's numbers: the same for two flights with the same bits."""
-        record = self.record
-        digest = hashlib.sha256(repr((record.satellites, record.step)).encode())
-        for name in QUANTITIES:
-            values = getattr(record, name)
-            digest.update(f"{name} {values.shape}".encode())
-            digest.update(values.astype("<f8", order="C").tobytes())
-        return digest.hexdigest()
+    @property
+    def state_hash(self) -> str:
+        """Of the record, as the run that made it printed it; empty where no other run has these bits."""
+        return "" if self.why_no_hash else self.record.digest()
+
+    @property
+    def why_no_hash(self) -> str:
+        """Why a flight has no state hash, in words; empty when it has one."""
+        if self.clocked:
+            return "none: on the wall clock every run has bits of its own"
+        return "" if self.complete else f"none: {self.cut_short}"
 
 
 def find(run: Path) -> Kept:
@@ -122,7 +125,7 @@ def _from_bag(path: Path) -> Kept:
     versions = {**_noted_versions(place.parent), **bag.versions}
     # What a bag's note repeats of its scenario is told from the scenario itself.
     versions = {name: version for name, version in versions.items() if name not in {"scenario", "digest"}}
-    return Kept(place, bag.scenario, bag.record, bag.complete, versions, bag.history)
+    return Kept(place, bag.scenario, bag.record, bag.complete, versions, bag.history, bag.clocked)
 
 
 def _noted_versions(folder: Path) -> dict[str, str]:

@@ -87,7 +87,8 @@ class Outcome:
         punctuality: of a flight on the wall clock: delays, missed steps, ages of what was heard.
         host: the scenario's host that this machine was; empty when it ran everything.
         judged_on: the host that judges the flight, where it is another one.
-        state_hash: over every number of the record; empty when there is none.
+        state_hash: of the record; empty when there is none, or on the wall clock, where every run has
+            bits of its own.
     """
 
     scenario: Scenario
@@ -127,6 +128,11 @@ class Outcome:
             return EXIT_LOST
         return EXIT_DONE if all(verdict.met for verdict in self.verdicts) else EXIT_MISSED
 
+    @property
+    def judged(self) -> bool:
+        """Whether the whole flight was held against at least one expectation."""
+        return self.complete and bool(self.verdicts)
+
     def data(self) -> dict[str, Any]:
         """Everything about the run, for `result.json` and `--json`."""
         timing = self.scenario.timing
@@ -145,14 +151,15 @@ class Outcome:
             "events": list(self.events),
             "reason": self.reason,
             "exit_code": self.exit_code,
-            "judged": self.complete and self.recorded,
+            "judged": self.judged,
             "expectations": [asdict(verdict) for verdict in self.verdicts],
+            "expectations_left_out": list(self.scenario.expectations_left_out),
             "summary": None if self.summary is None else self.summary.data(),
             "messages": self.messages,
             "punctuality": self.punctuality,
             "host": self.host,
             "judged_on": self.judged_on,
-            "state_hash": self.state_hash,
+            "state_hash": self.state_hash or None,
             "speed": {
                 **asdict(self.speed),
                 "steps_per_second": self.speed.steps_per_second,

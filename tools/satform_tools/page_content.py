@@ -11,6 +11,7 @@ from ruamel.yaml import YAML
 
 from satform.metrics import Verdict
 from satform.scenario import Scenario
+from satform_tools import judgement
 from satform_tools.comparison import Comparison, Expected
 from satform_tools.drawing import time_unit
 from satform_tools.happenings import Happening
@@ -75,12 +76,10 @@ def status(kept: Kept, verdicts: list[Verdict]) -> Status:
     """What came of a flight."""
     if not kept.complete:
         return Status("partial", f"Not complete: {kept.cut_short}; nothing is judged")
+    text = judgement.conclusion(kept.scenario, verdicts)
     if not verdicts:
-        return Status("plain", "Flown to the end; the scenario expects nothing in particular")
-    met = sum(verdict.met for verdict in verdicts)
-    if met == len(verdicts):
-        return Status("met", f"As expected: {met} of {met} met")
-    return Status("missed", f"Missed: {len(verdicts) - met} of {len(verdicts)}")
+        return Status("plain", text)
+    return Status("met" if all(verdict.met for verdict in verdicts) else "missed", text)
 
 
 def facts(kept: Kept) -> list[Fact]:
@@ -227,7 +226,7 @@ def provenance(flights: list[Kept]) -> PageTable:
             "kept in": str(kept.path),
             "scenario": kept.scenario.name,
             "scenario digest": kept.scenario.digest(),
-            "numbers' hash": kept.fingerprint(),
+            "state hash": kept.state_hash or kept.why_no_hash,
             "seed": str(kept.scenario.seed),
             "flown with": _listed(kept.versions) or "nobody noted it down",
             "reported with": _listed(versions()),

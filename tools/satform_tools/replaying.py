@@ -12,7 +12,7 @@ from satform.record import FlightRecord
 from satform.scenario import Scenario, Timing
 from satform.simulate import simulate
 from satform_bringup import BAG_FOLDER
-from satform_tools import ros, say
+from satform_tools import judgement, ros, say
 from satform_tools.faults import CommandError
 
 _SAID = (
@@ -42,11 +42,15 @@ class Replay:
         steps: compared.
         events: that happened beside what the scenario plans.
         differences: a sentence for each quantity that differs; empty when all bits are the same.
+        state_hash: of the recorded flight; None where it is not the whole one.
+        expectations_left_out: labels of what the longer flight is judged by of which this is a part.
     """
 
     steps: int
     events: int
     differences: tuple[str, ...]
+    state_hash: str | None
+    expectations_left_out: tuple[str, ...]
 
 
 def replay(path: Path, *, as_json: bool) -> int:
@@ -101,7 +105,14 @@ def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
         raise CommandError(f"what happened in the flight cannot be done again: {error}") from None
     _forget_unshown(again, record, scenario, within)
     count = sum(len(found) for found in within.values())
-    return Replay(record.steps, count, tuple(again.differences(record)))
+    whole = record.steps == scenario.timing.steps
+    return Replay(
+        steps=record.steps,
+        events=count,
+        differences=tuple(again.differences(record)),
+        state_hash=record.digest() if whole else None,
+        expectations_left_out=scenario.expectations_left_out,
+    )
 
 
 def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenario, events: Plan) -> None:
@@ -136,3 +147,7 @@ def _print(found: Replay, scenario: Scenario) -> None:
         say.line(difference, "bold red")
     if not found.differences:
         say.line("Flown once more in one process: the same to the last bit.", "green")
+    if found.state_hash is not None:
+        say.line(f"state hash {found.state_hash[:16]}")
+    if left := judgement.left_out(scenario):
+        say.line(f"{left} than was flown.")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from satform.metrics import Verdict
-from satform_tools import exports, say, tables
+from satform_tools import exports, judgement, say, tables
 from satform_tools.comparison import Comparison, compare
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.formats import Format
@@ -65,6 +65,9 @@ def _report_one(kept: Kept, folder: Path, formats: Sequence[Format], *, as_json:
     if verdicts:
         say.line()
         tables.print_verdicts(verdicts)
+    if kept.complete:
+        say.line(f"{judgement.conclusion(kept.scenario, verdicts)}.")
+    say.line(f"state hash {kept.state_hash[:16] or kept.why_no_hash}")
     say.line()
     say.line(f"report: {written[0]}")
     for file in written[1:]:
@@ -128,14 +131,16 @@ def _data(kept: Kept, verdicts: list[Verdict], written: list[Path]) -> dict[str,
     return {
         "scenario": kept.scenario.name,
         "digest": kept.scenario.digest(),
-        "fingerprint": kept.fingerprint(),
+        "state_hash": kept.state_hash or None,
         "source": str(kept.path),
         "steps": kept.record.steps,
         "steps_planned": kept.scenario.timing.steps,
         "complete": kept.complete,
         "cut_short": kept.cut_short,
         "summary": summarise(kept.record).data(),
+        "judged": bool(verdicts),
         "expectations": [asdict(verdict) for verdict in verdicts],
+        "expectations_left_out": list(kept.scenario.expectations_left_out),
         "report": str(written[0]),
         "files": [str(file) for file in written],
     }
@@ -145,7 +150,7 @@ def _data_of_both(first: Kept, second: Kept, comparison: Comparison, file: Path)
     return {
         "sources": [str(first.path), str(second.path)],
         "digests": [first.scenario.digest(), second.scenario.digest()],
-        "fingerprints": [first.fingerprint(), second.fingerprint()],
+        "state_hashes": [first.state_hash or None, second.state_hash or None],
         "same": comparison.same,
         "incomparable": comparison.incomparable,
         "differences": [asdict(entry) for entry in comparison.differences],

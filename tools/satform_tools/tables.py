@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from satform.metrics import Verdict
-from satform_tools import progress, say
+from satform_tools import judgement, progress, say
 from satform_tools.outcome import Outcome, Speed
 from satform_tools.say import Table, number
 from satform_tools.summary import Summary
@@ -47,16 +47,13 @@ def conclusion(outcome: Outcome) -> str:
         return f"Flown to the end. It is judged on host {outcome.judged_on}, which records."
     if not outcome.recorded:
         return "Flown to the end. Nothing was recorded, so there is nothing to judge by."
-    if not outcome.verdicts:
-        return "Flown to the end. The scenario expects nothing in particular."
+    if outcome.tolerated:
+        return f"{judgement.conclusion(outcome.scenario, outcome.verdicts)}."
     met = sum(verdict.met for verdict in outcome.verdicts)
-    count = len(outcome.verdicts)
-    if not outcome.tolerated:
-        return (
-            f"LOST {', '.join(outcome.lost)}, which the scenario does not allow; the others flew to the end "
-            f"({met} of {count} expectations met)."
-        )
-    return f"As expected: {count} of {count} met." if met == count else f"MISSED: {count - met} of {count}."
+    return (
+        f"LOST {', '.join(outcome.lost)}, which the scenario does not allow; the others flew to the end "
+        f"({met} of {len(outcome.verdicts)} expectations met)."
+    )
 
 
 def print_verdicts(verdicts: Sequence[Verdict]) -> None:

@@ -10,12 +10,13 @@ from typing import Literal
 import numpy as np
 
 from satform.elementwise import Array
-from satform.metrics import AtTime, OfSatellites, OverWindow, largest
+from satform.expectation import AtTime, Event, OfSatellites, OverWindow, largest
+from satform.metrics import LargestOfSteps
 from satform.record import FlightRecord
 from satform.spec import Positive
 
 
-class PointingError(OverWindow):
+class PointingError(LargestOfSteps):
     """Largest angle between a satellite's boresight and its target, in rad."""
 
     unit = "rad"
@@ -28,7 +29,7 @@ class PointingError(OverWindow):
         return self.label or f"largest pointing error{self.when()}{self.whose()}"
 
 
-class PanelToSun(OverWindow):
+class PanelToSun(LargestOfSteps):
     """Largest cosine of the angle between panel axis and sun; zero when panels face the sun."""
 
     kind: Literal["panel_to_sun"] = "panel_to_sun"
@@ -40,7 +41,7 @@ class PanelToSun(OverWindow):
         return self.label or f"largest cosine of panel axis to sun{self.when()}{self.whose()}"
 
 
-class AttitudeSettling(OfSatellites):
+class AttitudeSettling(Event):
     """Time after which pointing error or panels never exceed a level again, in s; the latest."""
 
     unit = "s"
@@ -69,6 +70,7 @@ class AttitudeSettling(OfSatellites):
 class AttitudeErrorAt(AtTime, OfSatellites):
     """Length of the modified Rodrigues parameters to the desired attitude at one moment; the largest."""
 
+    of_steps = True
     kind: Literal["attitude_error_at"] = "attitude_error_at"
 
     def measure(self, record: FlightRecord) -> float:
@@ -82,6 +84,7 @@ class AttitudeRateErrorAt(AtTime, OfSatellites):
     """Angular velocity relative to the desired one at one moment, in rad/s; the largest."""
 
     unit = "rad/s"
+    of_steps = True
     kind: Literal["attitude_rate_error_at"] = "attitude_rate_error_at"
 
     def measure(self, record: FlightRecord) -> float:
@@ -109,7 +112,7 @@ class _OfWheels(OverWindow):
         return "of a wheel" if self.axis is None else f"of the {self.axis} wheel"
 
 
-class WheelTorque(_OfWheels):
+class WheelTorque(_OfWheels, LargestOfSteps):
     """Largest torque that is commanded to a wheel, in N m."""
 
     unit = "N m"
@@ -128,6 +131,9 @@ class WheelMomentum(_OfWheels):
     unit = "N m s"
     kind: Literal["wheel_momentum"] = "wheel_momentum"
 
+    def holds_in_part(self) -> bool:
+        return self.smallest_allowed <= 0.0
+
     def measure(self, record: FlightRecord) -> float:
         return self.peak(record.wheel_momentum, record)
 
@@ -142,10 +148,14 @@ class WheelSaturation(OverWindow):
     limit: Literal["torque", "momentum"]
     """Which limit is meant."""
 
+    def holds_in_part(self) -> bool:
+        # A part of a flight counts less: it is judged where nothing at all is allowed.
+        return self.largest_allowed <= 0.0
+
     def measure(self, record: FlightRecord) -> float:
         series: Array = getattr(record, f"{self.limit}_limited")
         chosen = self.window(series, record) if series.size else series
-        return largest(chosen[-1] - chosen[0]) if chosen.size else math.nan
+        return largest(chosen[-1] - chosen[0]) if len(chosen) > 1 else math.nan
 
     def describe(self) -> str:
         return self.label or f"steps at the {self.limit} limit of the wheels{self.when()}{self.whose()}"

@@ -6,7 +6,8 @@ from typing import Literal
 import numpy as np
 
 from satform.elementwise import Array
-from satform.metrics import OverWindow, largest
+from satform.expectation import OverWindow, largest
+from satform.metrics import LargestOfSteps
 from satform.record import FlightRecord
 
 
@@ -17,10 +18,14 @@ class _OfThrusters(OverWindow):
         bare = sorted(set(self.satellites or satellites) - equipped)
         return [f"{', '.join(bare)} {'has' if len(bare) == 1 else 'have'} no thruster"] if bare else []
 
+    def holds_in_part(self) -> bool:
+        # A part of a flight counts less: it is judged where nothing at all is allowed.
+        return self.largest_allowed <= 0.0
+
     def counted(self, series: Array, record: FlightRecord) -> float:
         """Change of a series over the stretch, the largest of the satellites."""
         chosen = self.window(series, record)
-        return largest(np.abs(chosen[-1] - chosen[0])) if chosen.size else largest(chosen)
+        return largest(np.abs(chosen[-1] - chosen[0])) if len(chosen) > 1 else math.nan
 
 
 class PropellantUsed(_OfThrusters):
@@ -87,6 +92,9 @@ class NavigationError(OverWindow):
     statistic: Literal["largest", "rms"] = "largest"
     """Largest over the stretch, or root of the mean square."""
 
+    def holds_in_part(self) -> bool:
+        return self.statistic == "largest" and self.smallest_allowed <= 0.0
+
     def measure(self, record: FlightRecord) -> float:
         return _largest_or_rms(self.window(record.navigation_error, record), self.statistic)
 
@@ -94,13 +102,16 @@ class NavigationError(OverWindow):
         return self.label or f"{self.statistic} navigation error{self.when()}{self.whose()}"
 
 
-class EstimationError(OverWindow):
+class EstimationError(LargestOfSteps):
     """Distance between where a satellite believes to be, after its filter, and where it is, in m."""
 
     unit = "m"
     kind: Literal["estimation_error"] = "estimation_error"
     statistic: Literal["largest", "rms"] = "largest"
     """Largest over the stretch, or root of the mean square."""
+
+    def holds_in_part(self) -> bool:
+        return self.statistic == "largest" and super().holds_in_part()
 
     def measure(self, record: FlightRecord) -> float:
         return _largest_or_rms(self.window(record.estimation_error, record), self.statistic)

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from satform.control.sunlight import days_at, sun_in_lvlh
 from satform.elementwise import Array
-from satform.metrics import OverWindow
+from satform.expectation import OverWindow
 from satform.record import FlightRecord
 from satform.spec import Number
 
@@ -44,11 +44,12 @@ class _OfPair(OverWindow):
 
     def closest(self, record: FlightRecord) -> Pass | None:
         """The closest pass within the stretch; None when the record ends before."""
-        place = self.window(record.position, record)
-        motion = self.window(record.velocity, record)
+        place = self.window(record.position, record, of_bodies=True)
+        motion = self.window(record.velocity, record, of_bodies=True)
         if not place.size:
             return None
-        time = self.window(np.repeat(record.time[:, None], len(record.satellites), axis=1), record)[:, 0]
+        times = np.repeat(record.time[:, None], len(record.satellites), axis=1)
+        time = self.window(times, record, of_bodies=True)[:, 0]
         apart, closing = place[:, 0] - place[:, 1], motion[:, 0] - motion[:, 1]
         speed_squared = np.sum(closing**2, axis=1)
         ahead = -np.sum(apart * closing, axis=1) / np.where(speed_squared > 0.0, speed_squared, 1.0)

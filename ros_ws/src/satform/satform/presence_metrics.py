@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from satform.metrics import Expectation, OverWindow, arc_length_spread, largest, settled
+from satform.expectation import Expectation, OverWindow, largest
+from satform.metrics import arc_length_spread, settled
 from satform.record import FlightRecord
 from satform.spec import Positive
 
@@ -20,7 +21,7 @@ class StepsAbsent(OverWindow):
     kind: Literal["steps_absent"] = "steps_absent"
 
     def measure(self, record: FlightRecord) -> float:
-        absent = self.window(record.absent.astype(np.float64), record, held=True)
+        absent = self.window(record.absent.astype(np.float64), record, held=True, of_bodies=True)
         return largest(absent.sum(axis=0)) if absent.size else math.nan
 
     def describe(self) -> str:

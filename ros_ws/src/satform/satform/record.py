@@ -106,6 +106,15 @@ class FlightRecord:
         absent: NDArray[np.bool_] = without
         return absent
 
+    def absent_rows(self, rows: int) -> NDArray[np.bool_]:
+        """Where a satellite does not fly, for so many rows of steps or of states, shape (rows, N)."""
+        absent = np.zeros((rows, len(self.satellites)), dtype=np.bool_)
+        absent[: self.steps] = self.absent[:rows]
+        if self.steps:
+            # What a satellite would have said of the state after the last step.
+            absent[self.steps :] = self.absent[-1:]
+        return absent
+
     def left_out(self, series: Array, *, of_others: bool = False) -> NDArray[np.bool_]:
         """Where a satellite gives no figure because it does not fly.
 
@@ -116,11 +125,7 @@ class FlightRecord:
         Returns:
             A mask of shape (K or K + 1, N); what is missing elsewhere is missing for another reason.
         """
-        absent = np.zeros((len(series), len(self.satellites)), dtype=np.bool_)
-        absent[: self.steps] = self.absent[: len(series)]
-        if self.steps:
-            # What a satellite would have said of the state after the last step.
-            absent[self.steps :] = self.absent[-1:]
+        absent = self.absent_rows(len(series))
         if of_others:
             absent |= absent.any(axis=1, keepdims=True)
         missing: NDArray[np.bool_] = np.asarray(np.isnan(series).any(axis=tuple(range(2, series.ndim))))

@@ -7,7 +7,8 @@ import numpy as np
 from pydantic import Field
 
 from satform.elementwise import Array
-from satform.metrics import OfSatellites, OverWindow, by_satellite, largest, settled
+from satform.expectation import Event, OfSatellites, OverWindow, by_satellite, largest, without_gaps
+from satform.metrics import LargestOfSteps, settled
 from satform.record import FlightRecord
 
 if TYPE_CHECKING:
@@ -31,9 +32,11 @@ class _Response(OfSatellites):
         flown = self._values(record.position[:-1, columns])
         wanted = self._values(record.reference_position[:, columns])
         start = flown[:1]
-        part: Array = (flown - start) / (wanted - start)
         excused = record.left_out(record.reference_position)[:, columns]
-        return np.where(excused, np.nan, part)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # A reference that comes by the start makes no way there, and then no figure.
+            part: Array = (flown - start) / (wanted - start)
+        return without_gaps(np.where(np.isinf(part), np.nan, part), excused)
 
     def _values(self, vectors: Array) -> Array:
         if self.quantity == "range":
@@ -56,7 +59,7 @@ class Overshoot(_Response):
         return self.label or f"overshoot of {_WORDS[self.quantity]}{self.whose()}"
 
 
-class ResponseTime(_Response):
+class ResponseTime(_Response, Event):
     """Time at which a coordinate first crosses its reference, peaks, or stays near it for good, in s."""
 
     unit = "s"
@@ -99,6 +102,7 @@ class Offset(OverWindow):
     """Mean of one coordinate of the position error, in m; the one furthest from zero."""
 
     unit = "m"
+    of_steps = True
     kind: Literal["offset"] = "offset"
     axis: Axis
     """Coordinate in LVLH."""
@@ -118,13 +122,15 @@ class Ripple(OverWindow):
     """Half of what one coordinate of the position error goes up and down, in m."""
 
     unit = "m"
+    of_steps = True
     kind: Literal["ripple"] = "ripple"
     axis: Axis
     """Coordinate in LVLH."""
 
     def measure(self, record: FlightRecord) -> float:
         chosen = self.window(record.position_error, record)[..., "xyz".index(self.axis)]
-        return 0.5 * max((float(np.ptp(own)) for own in by_satellite(chosen)), default=math.nan)
+        swings = [float(np.ptp(own)) for own in by_satellite(chosen) if own.size > 1]
+        return 0.5 * max(swings, default=math.nan)
 
     def describe(self) -> str:
         return self.label or f"ripple in {self.axis}{self.when()}{self.whose()}"
@@ -138,8 +144,13 @@ class Range(OverWindow):
     statistic: Literal["smallest", "largest"]
     """Which distance of the stretch is meant."""
 
+    def holds_in_part(self) -> bool:
+        if self.statistic == "largest":
+            return self.smallest_allowed <= 0.0
+        return math.isinf(self.largest_allowed)
+
     def measure(self, record: FlightRecord) -> float:
-        away = np.linalg.norm(self.window(record.position, record), axis=-1)
+        away = np.linalg.norm(self.window(record.position, record, of_bodies=True), axis=-1)
         if not away.size:
             return math.nan
         return float(np.min(away) if self.statistic == "smallest" else np.max(away))
@@ -148,7 +159,7 @@ class Range(OverWindow):
         return self.label or f"{self.statistic} distance to the chief{self.when()}{self.whose()}"
 
 
-class VelocityError(OverWindow):
+class VelocityError(LargestOfSteps):
     """Largest difference between a satellite's velocity and its reference's, in m/s."""
 
     unit = "m/s"

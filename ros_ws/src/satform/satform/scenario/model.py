@@ -16,10 +16,10 @@ from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSpec
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
+from satform.expectation import Expectation
 from satform.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
 from satform.formation import GraphChangeSpec, planned, possible_graph
 from satform.links import LinksSpec
-from satform.metrics import Expectation
 from satform.navigation import FilterSpec, NavigationSpec
 from satform.orientation import AttitudeSpec
 from satform.scenario.hosts import HostSpec, host_complaints
@@ -248,6 +248,8 @@ class Scenario(Spec):
     """Satellites that may be lost, beside those in `faults`, without the run counting as failed."""
     expect: tuple[Annotated[Expectation, Plugin("satform.metrics")], ...] = ()
     """What the run is judged by."""
+    expectations_left_out: tuple[Sentence, ...] = ()
+    """Labels of what the longer flight is judged by that `--set` has shortened, and this one is not."""
     tolerated_silence: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
     """Wall-clock time after which a process that does not answer counts as lost, s."""
     hosts: Annotated[tuple[HostSpec, ...], Field(max_length=1000)] = ()
@@ -519,5 +521,7 @@ class Scenario(Spec):
         """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
         satellites = tuple(self.satellite(index) for index in range(len(self.satellites)))
         explicit = self.model_copy(update={"satellites": satellites, "every_satellite": SatelliteFields()})
-        # Where the parts run does not change what is flown.
-        return hashlib.sha256(explicit.model_dump_json(exclude={"hosts"}).encode()).hexdigest()
+        # Where the parts run does not change what is flown, nor what is not judged what is judged.
+        return hashlib.sha256(
+            explicit.model_dump_json(exclude={"hosts", "expectations_left_out"}).encode()
+        ).hexdigest()

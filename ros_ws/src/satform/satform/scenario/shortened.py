@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from satform.metrics import Expectation
+from satform.expectation import Expectation
 from satform.scenario.sentences import Path
 from satform.spec import specs
 
@@ -19,6 +19,8 @@ Places = dict[str, set[int]]
 def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
     """Expectations, faults and changes of the graph beyond the end of a flight that settings have shortened.
 
+    An expectation is beyond it when the shorter flight does not have its figure: see `Expectation.needs`.
+
     Args:
         written: the scenario as plain data, as its file has it.
         flown: the same with the settings laid over it.
@@ -31,12 +33,13 @@ def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
     paths = list(changed)
     try:
         duration, shorter = float(written["timing"]["duration"]), float(flown["timing"]["duration"])
+        step = float(flown["timing"]["step"])
     except (KeyError, TypeError, ValueError):
         return {}
     if shorter >= duration:
         return {}
     beyond = {
-        "expect": _beyond(written, "expect", lambda entry: _unjudged(entry, shorter, duration)),
+        "expect": _beyond(written, "expect", lambda entry: _unjudged(entry, shorter, duration, step)),
         "faults": _beyond(written, "faults", lambda entry: _never(entry, shorter, duration)),
         "graph_schedule": _beyond(written, "graph_schedule", lambda entry: _never(entry, shorter, duration)),
     }
@@ -48,11 +51,18 @@ def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
 
 
 def within_the_end(data: dict[str, Any], beyond: Places) -> dict[str, Any]:
-    """A scenario's plain data without what lies beyond the end."""
+    """A scenario's plain data without what lies beyond the end, and with the labels of what is not judged."""
     kept = {
         field: [entry for place, entry in enumerate(data[field]) if place not in places]
         for field, places in beyond.items()
     }
+    labels = [
+        expectation.describe()
+        for place in sorted(beyond.get("expect", ()))
+        if (expectation := _expectation(data["expect"][place])) is not None
+    ]
+    if labels:
+        kept["expectations_left_out"] = [*data.get("expectations_left_out", []), *labels]
     return {**data, **kept}
 
 
@@ -81,15 +91,22 @@ def _beyond(written: Any, field: str, lies_beyond: Any) -> set[int]:
     return {place for place, entry in enumerate(entries) if lies_beyond(entry)}
 
 
-def _unjudged(entry: Any, shorter: float, duration: float) -> bool:
-    """Whether an expectation can be judged of the flight as written, but not of the shorter one."""
+def _expectation(entry: Any) -> Expectation | None:
+    """An expectation from plain data; None where it is not one, which the model says."""
     try:
-        expectation = specs("satform.metrics")[entry["kind"]].model_validate(entry)
+        found = specs("satform.metrics")[entry["kind"]].model_validate(entry)
     except (KeyError, TypeError, ValidationError):
+        return None
+    return found if isinstance(found, Expectation) else None
+
+
+def _unjudged(entry: Any, shorter: float, duration: float, step: float) -> bool:
+    """Whether an expectation can be judged of the flight as written, but not of the shorter one."""
+    expectation = _expectation(entry)
+    if expectation is None or expectation.ends(duration) > duration * (1 + _SLACK):
+        # What lies beyond the flight as written is wrong in any flight.
         return False
-    if not isinstance(expectation, Expectation):
-        return False
-    return shorter * (1 + _SLACK) < expectation.needs(duration) <= duration * (1 + _SLACK)
+    return shorter * (1 + _SLACK) < expectation.needs(duration, step)
 
 
 def _never(entry: Any, shorter: float, duration: float) -> bool:
