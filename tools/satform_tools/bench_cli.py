@@ -72,6 +72,19 @@ def plant(json: Json = False) -> None:
 
 
 @app.command()
+def models(
+    separation: Annotated[
+        float, typer.Option(min=1.0, help="Distance of the satellites from the chief, m.")
+    ] = 1000.0,
+    json: Json = False,
+) -> None:
+    """Error of the linear truth models against inertial propagation: the table of docs/models.md."""
+    from satform_tools import benching
+
+    benching.models(separation, as_json=json)
+
+
+@app.command()
 def lockstep(
     satellites: Counts = None,
     group: Annotated[int, typer.Option(min=1, help="Satellites that share a process.")] = 1,

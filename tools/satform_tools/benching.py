@@ -122,6 +122,17 @@ def plant(*, as_json: bool) -> None:
     )
 
 
+def models(separation: float, *, as_json: bool) -> None:
+    """Compute and print the errors of the linear truth models, as a table in Markdown."""
+    from satform_tools.benchmarks import model_errors  # noqa: PLC0415
+
+    rows = model_errors.rows(separation=separation)
+    if as_json:
+        say.as_json([asdict(row) for row in rows])
+    else:
+        say.line(model_errors.markdown(rows))
+
+
 def _print(rows: Sequence[Any], headings: tuple[str, ...], cells: Any, *, as_json: bool) -> None:
     if as_json:
         say.as_json([asdict(row) for row in rows])

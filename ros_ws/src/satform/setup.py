@@ -46,6 +46,7 @@ setup(
         ],
         "satform.dynamics": [
             "cw = satform.dynamics.models:CwDynamicsSpec",
+            "linear_j2 = satform.dynamics.models:LinearJ2DynamicsSpec",
             "cw_perturbed = satform.dynamics.models:CwPerturbedDynamicsSpec",
             "inertial = satform.dynamics.models:InertialDynamicsSpec",
             "velocity_dependent = satform.dynamics.velocity_dependent:VelocityDependentDynamicsSpec",

@@ -131,12 +131,12 @@ class Coast:
         """
         n, t, sine, cosine, versine, lag = _orbit_terms(mean_motion, duration)
         zero, one = np.zeros_like(t), np.ones_like(t)
-        sine_over_n = t * _sinc(n * t)
-        versine_over_n = 0.5 * n * t * t * _sinc(0.5 * n * t) ** 2
+        sine_over_n = t * sinc(n * t)
+        versine_over_n = 0.5 * n * t * t * sinc(0.5 * n * t) ** 2
         return cls(
             position_from_position=_coupling((1.0 + 3.0 * versine, one, cosine), (zero, -6.0 * lag)),
             position_from_velocity=_coupling(
-                (sine_over_n, t * (1.0 - 4.0 * (n * t) ** 2 * _sine_remainder(n * t)), sine_over_n),
+                (sine_over_n, t * (1.0 - 4.0 * (n * t) ** 2 * sine_remainder(n * t)), sine_over_n),
                 (2.0 * versine_over_n, -2.0 * versine_over_n),
             ),
             velocity_from_position=_coupling((3.0 * n * sine, zero, -n * sine), (zero, -6.0 * n * versine)),
@@ -171,10 +171,10 @@ class HeldInputStep:
     def over(cls, mean_motion: float | Array, duration: float | Array) -> "HeldInputStep":
         """The step over `duration` (s, shape (...)) about a chief of `mean_motion` (rad/s)."""
         n, t, *_ = _orbit_terms(mean_motion, duration)
-        sine_over_n = t * _sinc(n * t)
-        versine_over_n = 0.5 * n * t * t * _sinc(0.5 * n * t) ** 2
-        versine_over_n2 = 0.5 * t * t * _sinc(0.5 * n * t) ** 2
-        lag_over_n2 = n * t**3 * _sine_remainder(n * t)
+        sine_over_n = t * sinc(n * t)
+        versine_over_n = 0.5 * n * t * t * sinc(0.5 * n * t) ** 2
+        versine_over_n2 = 0.5 * t * t * sinc(0.5 * n * t) ** 2
+        lag_over_n2 = n * t**3 * sine_remainder(n * t)
         return cls(
             coast=Coast.over(mean_motion, duration),
             position_from_input=_coupling(
@@ -382,18 +382,18 @@ def _orbit_terms(
     n, t = np.broadcast_arrays(n, np.asarray(duration, dtype=np.float64))
     angle = n * t
     half_sine = np.sin(0.5 * angle)
-    lag = angle**3 * _sine_remainder(angle)
+    lag = angle**3 * sine_remainder(angle)
     return n, t, np.sin(angle), np.cos(angle), 2.0 * half_sine * half_sine, lag
 
 
-def _sinc(angle: Array) -> Array:
+def sinc(angle: Array) -> Array:
     """sin(angle) / angle, one at zero."""
     safe = np.where(angle == 0.0, 1.0, angle)
     quotient: Array = np.where(angle == 0.0, 1.0, np.sin(safe) / safe)
     return quotient
 
 
-def _sine_remainder(angle: Array) -> Array:
+def sine_remainder(angle: Array) -> Array:
     """(angle - sin(angle)) / angle^3, by its Taylor series where the difference would cancel."""
     large = np.abs(angle) > _SERIES_LIMIT
     safe = np.where(large, angle, 1.0)

@@ -12,13 +12,15 @@ from pydantic import Field, model_validator
 from satform.dynamics.chief import Angle, ChiefOrbitSpec
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
+from satform.dynamics.linear_j2 import LinearJ2Dynamics
+from satform.dynamics.linear_j2 import build as build_linear_j2
 from satform.dynamics.perturbations import Perturbation, PerturbationSetting, PerturbationSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec, total_perturbation
 from satform.elementwise import Array
 from satform.spec import NonNegative, Plugin, Positive, Spec
 
 if TYPE_CHECKING:
-    from satform.dynamics.cw_perturbed import CwPerturbedDynamics
+    from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
     from satform.dynamics.inertial import InertialDynamics
 
 Degree = Annotated[int, Field(ge=0, le=120)]
@@ -182,29 +184,58 @@ class AdaptiveSpec(Spec):
         return Adaptive(self.relative_tolerance, self.absolute_tolerance)
 
 
+class LinearJ2DynamicsSpec(PerturbedDynamicsSpec):
+    """CW with the mean effect of oblateness (Schweighart and Sedwick), about a circular mean orbit."""
+
+    kind: Literal["linear_j2"] = "linear_j2"
+    chief: ChiefOrbitSpec = ChiefOrbitSpec()
+    """Mean orbit of the chief, circular; its inclination and argument of latitude matter."""
+
+    @model_validator(mode="after")
+    def _circular(self) -> "LinearJ2DynamicsSpec":
+        if self.chief.eccentricity > 0.0:
+            raise ValueError(
+                f"chief.eccentricity {self.chief.eccentricity:g} has to be 0: linear_j2 is about a circular "
+                "mean orbit"
+            )
+        return self
+
+    def build(self, setting: DynamicsSetting) -> LinearJ2Dynamics:
+        """The truth model itself."""
+        return build_linear_j2(self, setting)
+
+
 EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
 
 
 class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
-    """CW plus the difference of gravity harmonics between satellite and ideal circular chief."""
+    """CW plus what it leaves out of the difference of gravity between satellite and chief."""
 
     kind: Literal["cw_perturbed"] = "cw_perturbed"
     epoch: datetime = EPOCH
     """Date and time of time zero; without a time zone it is UTC."""
     chief: ChiefOrbitSpec = ChiefOrbitSpec()
-    """Orbit plane of the chief and its place at time zero; circular."""
+    """Osculating orbit of the chief at time zero; circular where `chief_motion` is."""
+    chief_motion: Literal["propagated", "circular"] = "propagated"
+    """propagated: the chief feels the same gravity as the satellites; circular: it keeps to the
+    unperturbed circle, which satellites that feel the harmonics leave, and its central term is
+    linear."""
     gravity: GravitySpec = GravitySpec()
-    """Whose degrees 2 and higher act."""
+    """Gravity of the Earth; with a circular chief its degrees 2 and higher."""
     integrator: FixedStepSpec = FixedStepSpec()
-    """Method of the exponential step: it approximates the harmonics, the CW part is exact."""
+    """Of chief and satellites. With a circular chief it approximates the harmonics alone, and the CW
+    part is exact."""
 
     @model_validator(mode="after")
     def _circular(self) -> "CwPerturbedDynamicsSpec":
-        if self.chief.eccentricity > 0.0:
-            raise ValueError("chief.eccentricity has to be 0: cw_perturbed knows a circular chief only")
+        if self.chief_motion == "circular" and self.chief.eccentricity > 0.0:
+            raise ValueError(
+                f"chief.eccentricity {self.chief.eccentricity:g} does not go with chief_motion: circular; "
+                "set it to 0, or chief_motion to propagated"
+            )
         return self
 
-    def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics":
+    def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics | PropagatedChiefDynamics":
         """The truth model itself."""
         from satform.dynamics.cw_perturbed import build  # noqa: PLC0415  brahe is slow to import
 
