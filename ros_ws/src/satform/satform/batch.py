@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any, TypeVar, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 T = TypeVar("T")
 
@@ -57,6 +58,32 @@ def item(stacked: T, row: int) -> T:
     elif isinstance(stacked, np.ndarray):
         # A copy: the row would keep the whole stack alive.
         picked = stacked[row].copy()
+    return cast(T, picked)
+
+
+def select(condition: NDArray[np.bool_], first: T, second: T) -> T:
+    """The first of two objects for the satellites of which a condition holds, the second for the others.
+
+    Args:
+        condition: of each satellite, shape (...).
+        first: dataclass whose arrays carry the satellites' axes in front; the rest is the same in both.
+        second: another one of the same kind and shape.
+
+    Returns:
+        A dataclass of the same kind.
+    """
+    picked: Any = first
+    if dataclasses.is_dataclass(first) and not isinstance(first, type):
+        parts = {
+            field.name: select(condition, getattr(first, field.name), getattr(second, field.name))
+            for field in dataclasses.fields(first)
+        }
+        picked = dataclasses.replace(first, **parts)
+    elif isinstance(first, tuple):
+        picked = tuple(select(condition, a, b) for a, b in zip(first, cast(Any, second), strict=True))
+    elif isinstance(first, np.ndarray | np.generic):
+        further = np.ndim(first) - np.ndim(condition)
+        picked = np.where(condition.reshape(*np.shape(condition), *(1,) * further), first, cast(Any, second))
     return cast(T, picked)
 
 

@@ -13,6 +13,7 @@ from satform.consensus.arc_length import Heard
 from satform.control.attitude import AttitudeTracking, AttitudeTrackingSpec
 from satform.control.pointing import AttitudeReference, CircularOrbit, GroundPointing, GroundPointingSpec
 from satform.control.satellite_pointing import SatellitePointing, SatellitePointingSpec
+from satform.control.yaw_steering import Mask
 from satform.dynamics.attitude import AttitudeState, direction_cosines, gravity_gradient_torque
 from satform.dynamics.linear import multiply
 from satform.earth import GRAVITATIONAL_PARAMETER
@@ -47,18 +48,43 @@ class Target:
         path: on which it flies.
         phase_offset: generalised arc length by which it leads the agreement, m, shape (...).
         place: of the target among those that are heard, shape (...).
+        planned_phase: of the target at time zero by its flight plan, its offset left out, m, shape (...).
+        planned_rate: of its generalised arc length at time zero by its flight plan, m/s, shape (...).
     """
 
     path: Path
     phase_offset: Array
     place: NDArray[np.int64]
+    planned_phase: Array
+    planned_rate: Array
 
-    def reference(self, heard: Heard) -> Reference:
-        """Where the target is to be, from what it says."""
+    def reference(self, heard: Heard, time: float, drop_after: float) -> tuple[Reference, Mask]:
+        """Where the target is to be, from its newest message that counts.
+
+        The phase is extrapolated by its stamp and rate, as the consensus law does. While no message
+        counts, the flight plan stands for one that was sent at time zero.
+
+        Args:
+            heard: from the neighbours, with weight zero for those whose newest message is too old.
+            time: simulated, s.
+            drop_after: age of a message from which on it no longer counts, s.
+
+        Returns:
+            Desired motion of the target, and whether it is known: any finite one where it is not.
+        """
         place = self.place[..., None]
-        phase = np.take_along_axis(heard.arc_length, place, axis=-1)[..., 0]
-        rate = np.take_along_axis(heard.rate, place, axis=-1)[..., 0]
-        return self.path.reference(phase + self.phase_offset, rate, np.zeros_like(rate))
+        phase, rate, stamp, weight = (
+            np.take_along_axis(values, place, axis=-1)[..., 0]
+            for values in (heard.arc_length, heard.rate, heard.stamp, heard.weight)
+        )
+        counts = weight > 0.0
+        if not np.all(counts):
+            phase = np.where(counts, phase, self.planned_phase)
+            rate = np.where(counts, rate, self.planned_rate)
+            stamp = np.where(counts, stamp, 0.0)
+        phase = phase + (time - stamp) * rate
+        known: Mask = counts | (time <= drop_after)
+        return self.path.reference(phase + self.phase_offset, rate, np.zeros_like(rate)), known
 
 
 @dataclass(frozen=True)
@@ -119,9 +145,17 @@ class Orientation:
 class Aim:
     """The desired attitude of each step, worked out ahead where it depends on time alone."""
 
-    def __init__(self, orientation: Orientation, step: float) -> None:
+    def __init__(self, orientation: Orientation, step: float, drop_after: float) -> None:
+        """A guidance before its first step.
+
+        Args:
+            orientation: where to point, and the other satellite that is pointed at.
+            step: control period, s.
+            drop_after: age of a neighbour's message from which on it no longer counts, s.
+        """
         self._orientation = orientation
         self._step = step
+        self._drop_after = drop_after
         self._number = -1
         self._block: AttitudeReference | None = None
 
@@ -137,8 +171,10 @@ class Aim:
         if isinstance(pointing, SatellitePointing):
             assert target is not None  # noqa: S101 - built together
             assert isinstance(heard, Heard)  # noqa: S101 - the scenario's validator has seen to it
-            time = np.full(own.position.shape[:-1], step * self._step)
-            return pointing.reference(own, target.reference(heard), time)
+            moment = step * self._step
+            wanted, known = target.reference(heard, moment, self._drop_after)
+            aimed = pointing.reference(own, wanted, np.full(own.position.shape[:-1], moment))
+            return aimed if np.all(known) else _either(known, aimed, pointing.safe_reference())
         number, row = divmod(step, _BLOCK)
         if self._block is None or number != self._number:
             times: Array = (number * _BLOCK + np.arange(_BLOCK, dtype=np.float64)) * self._step
@@ -149,6 +185,17 @@ class Aim:
         return AttitudeReference(
             block.mrp[row], block.angular_velocity[row], block.angular_acceleration[row], block.feasible[row]
         )
+
+
+def _either(known: Mask, first: AttitudeReference, second: AttitudeReference) -> AttitudeReference:
+    """The first attitude where the target is known, else the second."""
+    axes = known[..., None]
+    return AttitudeReference(
+        np.where(axes, first.mrp, second.mrp),
+        np.where(axes, first.angular_velocity, second.angular_velocity),
+        np.where(axes, first.angular_acceleration, second.angular_acceleration),
+        np.where(known, first.feasible, second.feasible),
+    )
 
 
 class AttitudeSpec(Spec):

@@ -22,6 +22,9 @@ from satform.elementwise import Array, column, dot
 Parameter = Literal["arc_length", "angle"]
 FeedForward = Literal["middle", "start"]
 
+LEAST_CONDITION = 0.1
+"""Part of the radius of curvature to its centre, below which the closest point of a curve is given up."""
+
 
 @dataclass(frozen=True)
 class Reference:
@@ -143,8 +146,9 @@ class Path:
             near: xi, m, shape (...); the result is the one of all laps that is closest to it.
 
         Returns:
-            xi (m) and eta (m/s), each of shape (...); both zero for a fixed point. The rate is not finite
-            at the centre of curvature, where a small move turns the closest point by a finite angle.
+            xi (m) and eta (m/s), each of shape (...); both zero for a fixed point. Towards the centre of
+            curvature, where a small move turns the closest point by a large angle, the rate is bounded by
+            `1 / LEAST_CONDITION` times the velocity, and xi goes over into `near`.
 
         Source: rate of a Frenet frame's foot point, (v . T) / (1 - curvature d_normal).
         """
@@ -154,9 +158,13 @@ class Path:
         period = self.period
         laps = np.rint((near - first_lap) / (period + (period == 0.0)))
         offset = dot(position - point.position, point.normal)
-        arc_rate = dot(velocity, point.tangent) / (1.0 - point.curvature * offset)
+        condition = 1.0 - point.curvature * offset
+        arc_rate = dot(velocity, point.tangent) / np.maximum(condition, LEAST_CONDITION)
         slope = self._arc_slope(point)
-        return first_lap + laps * period, arc_rate / (slope + (slope == 0.0))
+        found = first_lap + laps * period
+        share = np.minimum(np.maximum(condition / LEAST_CONDITION, 0.0), 1.0)
+        found = np.where(share < 1.0, near + share * (found - near), found)
+        return found, arc_rate / (slope + (slope == 0.0))
 
     def _angle_rate(self) -> Array:
         """dtheta/dxi in the `angle` parameter, rad/m; of a fixed point any finite number will do."""

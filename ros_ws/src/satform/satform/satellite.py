@@ -116,7 +116,8 @@ class Satellite:
             neighbours: how many others it may hear at some time; of satellites flown as one the most.
         """
         self.plan = plan
-        self._aim = None if plan.orientation is None else Aim(plan.orientation, plan.step)
+        drop_after = plan.consensus.drop_after
+        self._aim = None if plan.orientation is None else Aim(plan.orientation, plan.step, drop_after)
         self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
         inbox = Inbox.empty((*np.shape(plan.arc_length), neighbours), WIDTH[self._announces])
         self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None, inbox)
@@ -184,10 +185,6 @@ class Satellite:
             state = replace(state, memory=plan.controller.start(motion))
         if isinstance(heard, HeardMotion):
             reference, action, phase = _follow_neighbour(plan, state, motion, heard)
-            if not told.complete:
-                # Nobody to follow: the satellite coasts.
-                followed = np.where(heard.weight[..., None] > 0.0, action.acceleration, 0.0)
-                action = replace(action, acceleration=followed)
         else:
             reference, action, phase = _follow_path(plan, state, motion, heard)
         self.state = SatelliteState(
@@ -332,6 +329,13 @@ def _follow_neighbour(
     action: Action = plan.controller.act(motion, neighbour, state.memory)
     said = MotionAnnouncement(np.full_like(state.arc_length, time), motion.position, motion.velocity)
     reference: Reference = plan.controller.reference(motion, neighbour)
+    follows = heard.weight > 0.0
+    if not np.all(follows):
+        # Nobody to follow: the satellite coasts, desires its own motion, and its law learns nothing.
+        still = np.zeros_like(motion.position)
+        coasting = Action(still, still, state.memory)
+        action = batch.select(follows, action, coasting)
+        reference = batch.select(follows, reference, Reference(motion.position, motion.velocity, still))
     return reference, action, _Phase(state.arc_length, state.rate, said)
 
 
@@ -390,10 +394,16 @@ def _orientation(scenario: Scenario, index: int, desired: Reference) -> Orientat
     if isinstance(spec.pointing, SatellitePointingSpec):
         names = [satellite.name for satellite in scenario.satellites]
         other = names.index(spec.pointing.target)
-        path, _, begin = _departure(scenario, scenario.satellite(other))
-        place = scenario.possible_graph().neighbours(index).index(other)
-        offset = _scalar(scenario.satellite(other).phase_offset)
-        target = (Target(path, offset, np.asarray(place, dtype=np.int64)), begin)
+        aimed_at = scenario.satellite(other)
+        path, nominal, begin = _departure(scenario, aimed_at)
+        known = Target(
+            path=path,
+            phase_offset=_scalar(aimed_at.phase_offset),
+            place=np.asarray(scenario.possible_graph().neighbours(index).index(other), dtype=np.int64),
+            planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
+            planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
+        )
+        target = (known, begin)
     return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)
 
 

@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from satform.control.jets import Jet, constant, reciprocal, scalar_product, square_root, unit, vector_product
+from satform.control.jets import Jet
+from satform.control.yaw_steering import Mask, sight_triad, square_direction, yaw
 from satform.dynamics.attitude import (
     direction_cosines,
     gravity_gradient_torque,
@@ -19,8 +19,16 @@ from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, ROTATION_R
 from satform.elementwise import Array, cross, dot, joined
 from satform.spec import Number, Positive, Spec, Vector
 
-Mask: TypeAlias = NDArray[np.bool_]
 Latitude = Annotated[float, Field(ge=-math.pi / 2, le=math.pi / 2)]
+
+_LEAST_LENGTH = 1e-9
+"""Length above which a vector of any length counts as a direction."""
+
+_LEAST_PANEL_ANGLE = 1e-3
+"""Sine of the angle between boresight and panel axis below which they count as parallel."""
+
+SHORTEST_SIGHT = 1e-3
+"""Length of a line of sight below which it has no direction, m."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +150,27 @@ class SensorAxes:
     triad: Array
 
 
+def direction_of(name: str, vector: Array) -> Array:
+    """Unit vector along a direction that a scenario gives in any length.
+
+    Args:
+        name: of the field, for the message.
+        vector: shape (3,).
+
+    Returns:
+        Shape (3,).
+
+    Raises:
+        ValueError: it is the zero vector, or so short that its direction is lost to rounding.
+    """
+    vector = np.asarray(vector, dtype=np.float64)
+    length = math.sqrt(float(vector @ vector))
+    if not length > _LEAST_LENGTH:
+        found = "a zero vector" if length == 0.0 else f"one of length {length:.3g}"
+        raise ValueError(f"{name} needs a direction, got {found}")
+    return vector / length
+
+
 def sensor_axes(boresight: Array, panel_axis: Array) -> SensorAxes:
     """Body axes of sensor and panels from two directions of any length.
 
@@ -153,15 +182,12 @@ def sensor_axes(boresight: Array, panel_axis: Array) -> SensorAxes:
         Unit vectors and the triad that they span.
 
     Raises:
-        ValueError: a direction is zero or they are parallel.
+        ValueError: a direction is zero, or they are parallel to within a milliradian.
     """
-    lengths = np.linalg.norm(boresight), np.linalg.norm(panel_axis)
-    if not min(lengths) > 0.0:
-        raise ValueError("boresight and panel axis need a direction, got a zero vector")
-    first, axis = np.asarray(boresight) / lengths[0], np.asarray(panel_axis) / lengths[1]
+    first, axis = direction_of("boresight", boresight), direction_of("panel_axis", panel_axis)
     second = np.cross(first, axis)
     length = float(np.linalg.norm(second))
-    if not length > 1e-9:
+    if not length > _LEAST_PANEL_ANGLE:
         raise ValueError("the panel axis is parallel to the boresight: no turn about it moves the panels")
     second = second / length
     return SensorAxes(first, axis, np.stack((first, second, np.cross(first, second))))
@@ -171,22 +197,33 @@ def pointing_reference(line_of_sight: Jet, sun: Array, axes: SensorAxes) -> Atti
     """Attitude with the boresight along a line of sight and the panel axis square to the sun.
 
     Args:
-        line_of_sight: from the satellite to the target, inertial, any length, shape (..., 3);
-            nowhere parallel to the sun's direction.
+        line_of_sight: from the satellite to the target, inertial, m, shape (..., 3).
         sun: unit vector to the sun, inertial, constant, shape (..., 3).
         axes: of sensor and panels.
 
     Returns:
-        Desired attitude with analytic rates. Where no turn about the boresight makes the panel axis
-        square to the sun, the turn that comes nearest is taken and `feasible` is false.
+        Desired attitude with analytic rates, finite for every line of sight that is not zero. Where no
+        turn about the boresight makes the panel axis square to the sun, the turn that comes nearest is
+        taken and `feasible` is false. Within `SUN_CONE` of the sun or of the direction away from it the
+        turn is taken from a fixed direction instead, and a line of sight shorter than `SHORTEST_SIGHT`
+        gives `sun_safe_reference`.
 
     Source: Long & Hall: target pointing with yaw steering; of the two yaw angles the one with a
     positive sine is taken.
     """
-    first, second, third, along, across = _sight_triad(line_of_sight, sun)
+    short = dot(line_of_sight.value, line_of_sight.value) < SHORTEST_SIGHT * SHORTEST_SIGHT
+    if np.any(short):
+        direction = square_direction(np.broadcast_to(sun, line_of_sight.value.shape))
+        still = np.zeros_like(direction)
+        line_of_sight = Jet(
+            np.where(short[..., None], direction, line_of_sight.value),
+            np.where(short[..., None], still, line_of_sight.rate),
+            np.where(short[..., None], still, line_of_sight.acceleration),
+        )
+    first, second, third, along, across = sight_triad(line_of_sight, sun)
     axis_along = dot(axes.panel_axis, axes.triad[..., 0, :])
     axis_across = dot(axes.panel_axis, axes.triad[..., 2, :])
-    cosine, sine, feasible = _yaw(along.times(-axis_along), across.times(axis_across))
+    cosine, sine, feasible = yaw(along.times(-axis_along), across.times(axis_across))
     turned_second = second * cosine.along() + third * sine.along()
     turned_third = third * cosine.along() - second * sine.along()
     triad = (first, turned_second, turned_third)
@@ -209,40 +246,21 @@ def pointing_reference(line_of_sight: Jet, sun: Array, axes: SensorAxes) -> Atti
     )
 
 
-def _sight_triad(line_of_sight: Jet, sun: Array) -> tuple[Jet, Jet, Jet, Jet, Jet]:
-    """Triad of line of sight and sun, and the sun's components along its first and third axes."""
-    to_sun = constant(np.broadcast_to(sun, line_of_sight.value.shape))
-    first = unit(line_of_sight)
-    second = unit(vector_product(first, to_sun))
-    third = vector_product(first, second)
-    return first, second, third, scalar_product(to_sun, first), scalar_product(to_sun, third)
+def sun_safe_reference(sun: Array, axes: SensorAxes) -> AttitudeReference:
+    """Attitude of a satellite that has nothing to point at: at rest in inertial space, panels to the sun.
 
+    The boresight is square to the sun, so that every panel axis can be; it needs no motion of any target,
+    no time and no memory, and is the same whenever it is needed again.
 
-def _yaw(numerator: Jet, denominator: Jet) -> tuple[Jet, Jet, Mask]:
-    """Cosine and sine of the yaw angle from the cosine's two parts, and where they are attainable."""
-    feasible = np.abs(numerator.value) < np.abs(denominator.value)
-    divisor = np.where(feasible, denominator.value, 1.0)
-    cosine = numerator * reciprocal(Jet(divisor, denominator.rate, denominator.acceleration))
-    held = np.where(np.signbit(numerator.value) == np.signbit(denominator.value), 1.0, -1.0)
-    nothing = np.zeros_like(held)
-    cosine = Jet(
-        np.where(feasible, cosine.value, held),
-        np.where(feasible, cosine.rate, nothing),
-        np.where(feasible, cosine.acceleration, nothing),
-    )
-    return cosine, _sine(cosine, feasible), feasible
+    Args:
+        sun: unit vector to the sun, inertial, constant, shape (..., 3).
+        axes: of sensor and panels.
 
-
-def _sine(cosine: Jet, feasible: Mask) -> Jet:
-    squared = constant(np.ones_like(cosine.value)) - cosine * cosine
-    safe = Jet(np.where(feasible, squared.value, 1.0), squared.rate, squared.acceleration)
-    root = square_root(safe)
-    nothing = np.zeros_like(cosine.value)
-    return Jet(
-        np.where(feasible, root.value, nothing),
-        np.where(feasible, root.rate, nothing),
-        np.where(feasible, root.acceleration, nothing),
-    )
+    Returns:
+        Desired attitude, of zero rate.
+    """
+    still = np.zeros_like(sun)
+    return pointing_reference(Jet(square_direction(sun), still, still), sun, axes)
 
 
 def _body_axes(body_triad: Array, triad: tuple[Jet, Jet, Jet]) -> Array:
@@ -344,14 +362,11 @@ class GroundPointingSpec(Spec):
         Raises:
             ValueError: a direction is zero, or the panel axis is parallel to the boresight.
         """
-        sun = np.array(self.sun, dtype=np.float64)
-        if not np.any(sun):
-            raise ValueError("sun needs a direction, got a zero vector")
         orbit = circular_orbit_over(self.start_latitude, self.start_longitude, self.heading, self.altitude)
         return GroundPointing(
             orbit=orbit,
             latitude=self.target_latitude,
             longitude=self.target_longitude,
-            sun=sun / np.linalg.norm(sun),
+            sun=direction_of("sun", np.array(self.sun)),
             axes=sensor_axes(np.array(self.boresight), np.array(self.panel_axis)),
         )

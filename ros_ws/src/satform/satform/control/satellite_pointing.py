@@ -1,6 +1,5 @@
 """Attitude that points a sensor at another satellite of the formation."""
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,8 +10,10 @@ from satform.control.pointing import (
     AttitudeReference,
     CircularOrbit,
     SensorAxes,
+    direction_of,
     pointing_reference,
     sensor_axes,
+    sun_safe_reference,
 )
 from satform.elementwise import Array, cross, joined
 from satform.reference import Reference
@@ -78,11 +79,18 @@ class SatellitePointing:
         """Desired attitude from the desired motions (LVLH, shape (..., 3)) at a time (s, shape (...))."""
         return pointing_reference(inertial_line(own, target, self.orbit, time), self.sun, self.axes)
 
+    def safe_reference(self) -> AttitudeReference:
+        """Desired attitude while it is not known where the target is: `sun_safe_reference`."""
+        return sun_safe_reference(self.sun, self.axes)
+
 
 class SatellitePointingSpec(Spec):
     """Pointing at another satellite of the formation, with the panels kept to the sun.
 
-    Inertial axes are the chief's LVLH axes at time zero. The satellite has to hear the other one.
+    Inertial axes are the chief's LVLH axes at time zero. The satellite has to hear the other one, whose
+    phase is extrapolated by its time stamp and rate. Until the first message the flight plan stands for a
+    message of time zero. Once the newest message is older than the consensus law's `drop_after`, the
+    satellite rests in inertial space with its boresight and its panels' axis square to the sun.
     """
 
     kind: Literal["satellite_pointing"] = "satellite_pointing"
@@ -105,16 +113,11 @@ class SatellitePointingSpec(Spec):
         Raises:
             ValueError: a direction is zero, or the panel axis is parallel to the boresight.
         """
-        sun = np.array(self.sun, dtype=np.float64)
-        length = math.sqrt(float(sun @ sun))
-        if length == 0.0:
-            raise ValueError("sun needs a direction, got a zero vector")
+        sun = direction_of("sun", np.array(self.sun))
         orbit = CircularOrbit(
             radial=np.array([1.0, 0.0, 0.0]),
             transverse=np.array([0.0, 1.0, 0.0]),
             radius=np.asarray(radius, dtype=np.float64),
             mean_motion=np.asarray(mean_motion, dtype=np.float64),
         )
-        return SatellitePointing(
-            orbit, sun / length, sensor_axes(np.array(self.boresight), np.array(self.panel_axis))
-        )
+        return SatellitePointing(orbit, sun, sensor_axes(np.array(self.boresight), np.array(self.panel_axis)))
