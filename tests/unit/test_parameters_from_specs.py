@@ -12,9 +12,18 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from satform.control.sliding_mode import SlidingModeSpec
+from satform.curves.specs import FixedPointSpec
+from satform.scenario.yaml_reader import read_value
 from satform.spec import NonNegative, NonNegativePerAxis, Number, Positive, Spec
 from satform_bringup.domain import own_domain
-from satform_nodes.parameters import FormationNode, declare_fixed, declare_spec, on_spec_change
+from satform_nodes.parameters import (
+    FormationNode,
+    ParameterError,
+    declare_fixed,
+    declare_rate,
+    declare_spec,
+    on_spec_change,
+)
 
 
 class Tuning(Spec):
@@ -76,9 +85,11 @@ def ros() -> Iterator[rclpy.Context]:
 class QuietNode(FormationNode):
     """The node of a formation in a context of its own."""
 
-    def __init__(self, context: rclpy.Context) -> None:
+    def __init__(self, context: rclpy.Context, *arguments: str) -> None:
         self.sentence = ""
-        super(FormationNode, self).__init__("tuned", context=context, start_parameter_services=False)
+        super(FormationNode, self).__init__(
+            "tuned", context=context, start_parameter_services=False, cli_args=list(arguments)
+        )
 
 
 @pytest.fixture
@@ -120,9 +131,9 @@ def test_the_bounds_of_a_gain_per_axis_are_said_in_words(flown: Flown) -> None:
         for name in ("proportional_gain", "switching_gain", "disturbance_centre")
     }
     assert said == {
-        "proportional_gain": "each number > 0 and <= 1e+15",
-        "switching_gain": "each number >= 0 and <= 1e+15",
-        "disturbance_centre": "each number >= -1e+15 and <= 1e+15",
+        "proportional_gain": "each number > 0 and <= 1e+15; one number stands for all",
+        "switching_gain": "each number >= 0 and <= 1e+15; one number stands for all",
+        "disturbance_centre": "each number >= -1e+15 and <= 1e+15; one number stands for all",
     }
 
 
@@ -187,6 +198,75 @@ def test_every_kind_of_number_can_be_changed(flown: Flown) -> None:
     assert flown.tuning == expected
 
 
+NEGATIVE = "found -1.0; it should be greater than or equal to 0"
+SAME = [
+    ({"tuning__gain": 3}, "gain=3"),
+    ({"tuning__gain": "1e1"}, "gain=1e1"),
+    ({"tuning__offset": "1.0e3"}, "offset=1.0e3"),
+    ({"tuning__offset": "-2E-3"}, "offset=-2E-3"),
+    ({"tuning__weights": [1, 2, 3]}, "weights=[1, 2, 3]"),
+    ({"tuning__weights": 2.5}, "weights=2.5"),
+    ({"tuning__weights": 4}, "weights=4"),
+    ({"tuning__weights": "1e1"}, "weights=1e1"),
+    ({"tuning__weights": "[1e-1, 2, .5]"}, "weights=[1e-1, 2, .5]"),
+    ({"tuning__weights": ["1e-1", "2e0", "5e-1"]}, "weights=[1e-1, 2e0, 5e-1]"),
+]
+
+
+@pytest.mark.parametrize(("values", "setting"), SAME)
+def test_a_parameter_takes_what_a_scenario_file_takes_and_makes_the_same_of_it(
+    flown: Flown, values: dict[str, Any], setting: str
+) -> None:
+    name, _, text = setting.partition("=")
+    assert flown.change(**values).successful
+    assert flown.tuning == Tuning(**{name: read_value(text, "typed")})
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"tuning__gain": "fast"}, 'tuning.gain: found "fast"; it should be a number'),
+        ({"tuning__gain": True}, "tuning.gain: found true; it should be a number"),
+        ({"tuning__gain": [1.0]}, "tuning.gain: found [1.0]; it should be a number"),
+        ({"tuning__weights": ["1", "x", "2"]}, 'tuning.weights[1]: found "x"; it should be a number'),
+        ({"tuning__weights": True}, "tuning.weights: found true; it should be a number"),
+        ({"tuning__weights": -1}, "; ".join(f"tuning.weights[{axis}]: {NEGATIVE}" for axis in range(3))),
+    ],
+)
+def test_what_is_no_number_is_refused_in_the_words_of_a_scenarios_errors(
+    flown: Flown, values: dict[str, Any], sentence: str
+) -> None:
+    assert refused(flown, **values) == sentence
+
+
+def test_a_vector_that_a_scenario_file_wants_in_full_is_wanted_in_full_here(ros: rclpy.Context) -> None:
+    node = QuietNode(ros)
+    declare_spec(node, "curve", FixedPointSpec(position=(1.0, 2.0, 3.0)))
+    result = node.set_parameters_atomically([Parameter("curve.position", value=1.0)])
+    node.destroy_node()
+    assert result.reason == "curve.position: found 1.0; it should be a list, such as [x, y, z]"
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"), [("1e1", [10.0] * 3), ("[1, 2, 3]", [1.0, 2.0, 3.0]), ("0.5", [0.5] * 3)]
+)
+def test_a_value_given_at_the_start_is_taken_in_the_same_forms(
+    ros: rclpy.Context, given: str, expected: list[float]
+) -> None:
+    node = QuietNode(ros, "--ros-args", "-p", f"tuning.weights:={given}", "-p", "rate:=10")
+    declare_spec(node, "tuning", Tuning())
+    assert list(node.get_parameter("tuning.weights").value) == expected
+    assert declare_rate(node) == 10.0
+    node.destroy_node()
+
+
+def test_a_value_of_another_type_given_at_the_start_is_a_sentence(ros: rclpy.Context) -> None:
+    node = QuietNode(ros, "--ros-args", "-p", "tuning.gain:=fast")
+    with pytest.raises(ParameterError, match=r'tuning\.gain: found "fast"; it should be a number'):
+        declare_spec(node, "tuning", Tuning())
+    node.destroy_node()
+
+
 def refused(flown: Flown, **values: Any) -> str:
     """The reason of a refusal, which must leave everything as it was."""
     controller, tuning = flown.controller, flown.tuning
@@ -201,20 +281,20 @@ def refused(flown: Flown, **values: Any) -> str:
 
 def test_a_gain_out_of_bounds_is_refused_by_its_name_value_and_bound(flown: Flown) -> None:
     reason = refused(flown, controller__switching_gain=[0.1, -2.5, 0.1])
-    assert reason.startswith("controller.switching_gain.1: found -2.5; ")
+    assert reason.startswith("controller.switching_gain[1]: found -2.5; it should be ")
     assert "greater than or equal to 0" in reason
 
 
 def test_everything_wrong_is_said_at_once(flown: Flown) -> None:
     reason = refused(flown, controller__switching_gain=[-1.0, 0.1, -3.0])
-    assert "switching_gain.0: found -1.0" in reason
-    assert "switching_gain.2: found -3.0" in reason
+    assert "switching_gain[0]: found -1.0" in reason
+    assert "switching_gain[2]: found -3.0" in reason
 
 
 def test_one_bad_gain_refuses_the_good_ones_that_come_with_it(flown: Flown) -> None:
     reason = refused(flown, controller__reaching_gain=[0.5] * 3, controller__proportional_gain=[0.0] * 3)
     assert "reaching_gain" not in reason
-    assert "controller.proportional_gain.0" in reason
+    assert "controller.proportional_gain[0]" in reason
 
 
 @pytest.mark.parametrize("value", [[0.1, 0.1], [0.1] * 4, [float("nan")] * 3])

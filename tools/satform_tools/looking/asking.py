@@ -4,6 +4,8 @@ from typing import Any
 
 import yaml
 
+from satform.scenario import ScenarioError
+from satform.scenario.yaml_reader import read_value
 from satform_bringup.discovery import MOST_FULL
 from satform_nodes.group_node import LARGEST_FULL_GROUP
 from satform_tools import say
@@ -69,8 +71,7 @@ def _why_not(service: str) -> str:
 
 def _read(request: str) -> Any:
     try:
-        data = yaml.safe_load(request)
-    except yaml.YAMLError as error:
-        problem = " ".join(str(error).split())
-        raise CommandError(f"the request {request!r} is not YAML: {problem}") from None
+        data = read_value(request, "the request")
+    except ScenarioError as error:
+        raise CommandError(f"the request {request!r} {error.problems[0].sentence}") from None
     return {} if data is None else data

@@ -4,11 +4,12 @@ import difflib
 import math
 from typing import Any
 
-import yaml
 from rcl_interfaces.msg import Parameter, ParameterDescriptor, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.parameter import parameter_value_to_python
 
+from satform.scenario import ScenarioError
+from satform.scenario.yaml_reader import read_value
 from satform_tools import say
 from satform_tools.faults import CommandError
 from satform_tools.looking.asking import ask
@@ -79,7 +80,7 @@ def change(looker: Looker, node: str, name: str, text: str, *, as_json: bool) ->
         looker: in the formation's domain.
         node: name of the node.
         name: of the parameter.
-        text: the value as YAML; whole numbers do for doubles.
+        text: the value as in a scenario file; whole numbers do for doubles, one number for several.
         as_json: print JSON.
 
     Returns:
@@ -110,10 +111,17 @@ def as_parameter(kind: int, name: str, text: str) -> ParameterValue:
     """
     title, field, python = _KINDS.get(kind, _KINDS[ParameterType.PARAMETER_STRING])
     try:
-        typed = text if python is str and not title.endswith("array") else yaml.safe_load(text)
-    except yaml.YAMLError:
+        typed = text if python is str and not title.endswith("array") else read_value(text, name)
+    except ScenarioError:
         typed = None
     many = title.endswith("array")
+    if (
+        kind == ParameterType.PARAMETER_DOUBLE_ARRAY
+        and isinstance(typed, int | float)
+        and _fits(typed, float)
+    ):
+        # One number for all; a node that wants several says so.
+        return ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(typed))
     entries = typed if many and isinstance(typed, list) else [typed]
     if many != isinstance(typed, list) or not all(_fits(entry, python) for entry in entries):
         raise CommandError(f"{name}: found {text!r}; it has to be of the type {title}, {_EXAMPLES[title]}")

@@ -9,9 +9,10 @@ Specs are found through Python entry points, so that a package outside this one 
 
 import functools
 from importlib.metadata import entry_points
-from typing import Annotated, Any, Union
+from typing import Annotated, Any, Union, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, GetCoreSchemaHandler
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema
 
 
@@ -29,6 +30,23 @@ class Spec(BaseModel):
 def _three(value: Any) -> Any:
     """A lone number stands for the same value on each axis."""
     return (value, value, value) if isinstance(value, int | float) else value
+
+
+def one_for_all(field: FieldInfo) -> bool:
+    """Whether one number may stand for all components of a field."""
+    return _holds_three(field.annotation, *field.metadata)
+
+
+def _holds_three(*parts: Any) -> bool:
+    return any(
+        part.func is _three if isinstance(part, BeforeValidator) else _holds_three(*_within(part))
+        for part in parts
+    )
+
+
+def _within(annotation: Any) -> tuple[Any, ...]:
+    """What a type is made of, and what it is annotated with."""
+    return (*get_args(annotation), *getattr(annotation, "__metadata__", ()))
 
 
 Number = Annotated[float, Field(ge=-1e15, le=1e15)]

@@ -12,7 +12,7 @@ from rclpy.signals import SignalHandlerOptions
 from satform.exit_codes import EXIT_BAD_INPUT
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.executor import StepExecutor
-from satform_nodes.parameters import NO_SIM_TIME, SIM_TIME, FormationNode
+from satform_nodes.parameters import NO_SIM_TIME, SIM_TIME, FormationNode, ParameterError
 from satform_nodes.report import Report
 from satform_nodes.signals import StopRequest
 
@@ -128,6 +128,9 @@ def run(
         except NodeError as failure:
             node.get_logger().error(str(failure))
             return failure.code
+        except ParameterError as error:
+            node.get_logger().error(str(error))
+            return EXIT_BAD_INPUT
         finally:
             executor.shutdown(timeout_sec=0.0)
             node.destroy_node()

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any, get_args
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -13,8 +14,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from satform.adjustments import changed
-from satform.spec import Spec
+from satform.scenario.sentences import field_sentence
+from satform.spec import Spec, one_for_all
 from satform_nodes import LEAN
+from satform_nodes.parameter_values import as_declared
 
 
 class FormationNode(Node):
@@ -63,11 +66,38 @@ class FormationNode(Node):
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Change parameters together; the result's reason is what the change's acceptor said."""
         self.sentence = ""
+        try:
+            parameter_list = [self._as_declared(parameter) for parameter in parameter_list]
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
         result = super().set_parameters_atomically(parameter_list)
         if result.successful:
             result.reason = self.sentence
         return result
 
+    def _as_declared(self, parameter: Parameter) -> Parameter:
+        """A parameter's new value in the type with which it was declared.
+
+        Raises:
+            ValueError: it is of another type.
+        """
+        if not self.has_parameter(parameter.name):
+            return parameter
+        declared = self.get_parameter(parameter.name)
+        return as_declared(parameter, declared, one_for_all=parameter.name in self.one_for_all)
+
+    @cached_property
+    def one_for_all(self) -> set[str]:
+        """Names of the parameters of several numbers for which one may stand."""
+        return set()
+
+
+class ParameterError(ValueError):
+    """A parameter was given a value at the start that it cannot have; the message says why."""
+
+
+ONE_FOR_ALL = "one number stands for all"
+"""How the description of a parameter of several numbers says that one will do."""
 
 SIM_TIME = "use_sim_time"
 """Parameter that every ROS node has: whether the node's clock goes by `/clock`."""
@@ -86,6 +116,7 @@ def _keep_wall_clock(parameters: Sequence[Parameter]) -> SetParametersResult:
 
 def declare_fixed(node: Node, name: str, default: Any, description: str) -> Any:
     """Declare a parameter that is given at the start and never changes; returns its value."""
+    _prepare_override(node, Parameter(name, value=default), one_for_all=False)
     descriptor = ParameterDescriptor(read_only=True, description=description)
     return node.declare_parameter(name, default, descriptor).value
 
@@ -96,7 +127,7 @@ def declare_rate(node: Node) -> float:
     return float(declare_fixed(node, "rate", 0.0, words))
 
 
-def declare_spec(node: Node, prefix: str, spec: Spec) -> None:
+def declare_spec(node: FormationNode, prefix: str, spec: Spec) -> None:
     """Declare every field of a specification as `<prefix>.<field>`, with its bounds and description.
 
     Numbers become doubles and triples arrays of doubles, which may change in flight. Choices and flags
@@ -112,15 +143,34 @@ def declare_spec(node: Node, prefix: str, spec: Spec) -> None:
         if value is None:
             continue
         bounds = _bounds(field)
+        lone = one_for_all(field)
+        if lone:
+            node.one_for_all.add(f"{prefix}.{name}")
+        _prepare_override(node, Parameter(f"{prefix}.{name}", value=value), one_for_all=lone)
         descriptor = ParameterDescriptor(
             description=(field.description or f"{name} of {prefix}").strip(),
             read_only=isinstance(value, bool | str),
-            additional_constraints=_in_words(bounds),
+            additional_constraints=_in_words(bounds, one_for_all=lone),
         )
         limits = _limits(bounds)
         if isinstance(value, float) and limits is not None:
             descriptor.floating_point_range = [limits]
         node.declare_parameter(f"{prefix}.{name}", value, descriptor)
+
+
+def _prepare_override(node: Node, declared: Parameter, *, one_for_all: bool) -> None:
+    """Have the value that a parameter was given at the start in its declared type.
+
+    Raises:
+        ParameterError: it is of another type.
+    """
+    overrides = node._parameter_overrides
+    if declared.name in overrides:
+        try:
+            given = as_declared(overrides[declared.name], declared, one_for_all=one_for_all)
+        except ValueError as error:
+            raise ParameterError(str(error)) from None
+        overrides[declared.name] = given
 
 
 def on_spec_change(
@@ -162,8 +212,7 @@ def on_spec_change(
 def _sentences(error: ValidationError, prefix: str) -> str:
     lines = []
     for details in error.errors(include_url=False):
-        field = ".".join(str(part) for part in details["loc"])
-        lines.append(f"{prefix}.{field}: found {details['input']!r}; {details['msg']}")
+        lines.append(f"{prefix}.{field_sentence(details)}")
     return "; ".join(lines)
 
 
@@ -189,9 +238,11 @@ def _bounds(field: FieldInfo) -> list[Any]:
     return [item for item in found if isinstance(item, Ge | Gt | Le | Lt)]
 
 
-def _in_words(bounds: Sequence[Any]) -> str:
+def _in_words(bounds: Sequence[Any], *, one_for_all: bool) -> str:
     words = {Ge: ">= {0.ge:g}", Gt: "> {0.gt:g}", Le: "<= {0.le:g}", Lt: "< {0.lt:g}"}
-    return "each number " + " and ".join(words[type(item)].format(item) for item in bounds) if bounds else ""
+    allowed = "each number " + " and ".join(words[type(item)].format(item) for item in bounds)
+    parts = [*([allowed] if bounds else []), *([ONE_FOR_ALL] if one_for_all else [])]
+    return "; ".join(parts)
 
 
 def _limits(metadata: Sequence[Any]) -> FloatingPointRange | None:

@@ -17,6 +17,8 @@ Path = tuple[int | str, ...]
 
 _NOT_A_MAPPING = {"model_type", "model_attributes_type", "dict_type"}
 _NOT_A_LIST = {"tuple_type", "list_type"}
+A_NUMBER = "should be a number"
+A_LIST = "should be a list, such as [x, y, z]"
 _NAME_RULE = "lower case letters, digits and underscores, a letter first, at most 40 of them"
 
 
@@ -82,7 +84,7 @@ def _coerced(written: Any, taken: Any, path: Path) -> list[tuple[Path, str]]:
         made = taken[0] if isinstance(taken, list | tuple) and taken else taken
         number = isinstance(made, int | float) and not isinstance(made, bool)
         wrong = number and isinstance(written, bool | str)
-        return [(path, f"found {_shortened(written)}; it should be a number")] if wrong else []
+        return [(path, f"found {shortened(written)}; it {A_NUMBER}")] if wrong else []
     return [found for key, old, new in parts for found in _coerced(old, new, (*path, key))]
 
 
@@ -91,8 +93,8 @@ def _placed(path: Path, sentence: str, tree: Any, file: str, changes: Mapping[Pa
         laid_over = path[: len(changed)] == changed
         made_on_the_way = changed[: len(path)] == path and not _stands_in(path, tree)
         if laid_over or made_on_the_way:
-            return Problem(f"--set {change}", None, _dotted(path), sentence)
-    return Problem(file, line_of(path, tree), _dotted(path), sentence)
+            return Problem(f"--set {change}", None, dotted(path), sentence)
+    return Problem(file, line_of(path, tree), dotted(path), sentence)
 
 
 def _stands_in(path: Path, tree: Any) -> bool:
@@ -127,7 +129,8 @@ def _child(node: Any, part: int | str) -> Any:
     return None
 
 
-def _dotted(path: Path) -> str:
+def dotted(path: Path) -> str:
+    """The path of a field as messages print it."""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else (f".{part}" if text else part)
@@ -152,7 +155,7 @@ def _sentence(details: ErrorDetails, path: Path, data: Any) -> str:
         return f"found {found!r}{_nearest(found, _options(str(context['expected'])))}"
     if kind == "value_error":
         return details["msg"].removeprefix("Value error, ")
-    return f"found {_shortened(found)}; it {_rule(details, context)}"
+    return f"found {shortened(found)}; it {_rule(details, context)}"
 
 
 def _missing(path: Path, found: Any) -> str:
@@ -165,14 +168,14 @@ def _no_mapping(kind: str, found: Any, kinds: Sequence[str]) -> str:
     choice = f" with `kind:` one of {', '.join(kinds)}" if kinds else ""
     if kind == "union_tag_not_found":
         return f"needs a `kind:`, one of {', '.join(kinds)}"
-    return f"found {_shortened(found)}; it should be a mapping of fields{choice}"
+    return f"found {shortened(found)}; it should be a mapping of fields{choice}"
 
 
 def _rule(details: ErrorDetails, context: Mapping[str, Any]) -> str:
     """What is allowed, to follow `it`."""
     kind = details["type"]
     if kind in _NOT_A_LIST:
-        return "should be a list, such as [x, y, z]"
+        return A_LIST
     if kind == "too_short":
         return f"has {context['actual_length']} entries, but needs at least {context['min_length']}"
     if kind == "too_long":
@@ -180,7 +183,7 @@ def _rule(details: ErrorDetails, context: Mapping[str, Any]) -> str:
     if kind == "string_pattern_mismatch":
         return f"should consist of {_NAME_RULE}"
     if kind in {"float_parsing", "int_parsing", "float_type", "int_type"}:
-        return f"should be a {'whole ' if kind.startswith('int') else ''}number"
+        return "should be a whole number" if kind.startswith("int") else A_NUMBER
     return details["msg"].removeprefix("Input ").removeprefix("String ")
 
 
@@ -194,7 +197,18 @@ def _nearest(name: str, candidates: Sequence[str]) -> str:
     return f"; did you mean {close[0]}? Allowed: {allowed}" if close else f"; allowed: {allowed}"
 
 
-def _shortened(value: Any) -> str:
+def field_sentence(details: ErrorDetails) -> str:
+    """What a check of one field found, in the words of a scenario's errors: where, what, and what is allowed.
+
+    Args:
+        details: the finding, of a specification that is checked by itself.
+    """
+    path = tuple(details["loc"])
+    return f"{dotted(path)}: {_sentence(details, path, {})}"
+
+
+def shortened(value: Any) -> str:
+    """A value as messages show it."""
     try:
         text = json.dumps(value, ensure_ascii=False)
     except (TypeError, ValueError):
