@@ -44,6 +44,8 @@ class Timer(NamedTuple):
 class RecordingNode:
     """Stands for a node: keeps what is published and the timer that was made."""
 
+    namespace = "/"
+
     def __init__(self) -> None:
         self.published: list[DiagnosticArray] = []
         self.timers: list[Timer] = []
@@ -53,6 +55,9 @@ class RecordingNode:
         assert message_type is DiagnosticArray
         self.topic = topic
         return SimpleNamespace(publish=self.published.append)
+
+    def get_namespace(self) -> str:
+        return self.namespace
 
     def create_timer(self, period: float, callback: Any) -> Any:
         self.timers.append(Timer(period, callback))

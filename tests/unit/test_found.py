@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from satform_msgs.msg import FormationStatus
 
-from satform_nodes.speakers import UNKNOWN_NODE
+from satform_nodes.node_names import UNKNOWN_NODE
 from satform_tools.looking.found import Ends, Graph, is_whole
 
 STATUS = FormationStatus(satellites=["a", "b"], alive=[True, True], listeners=[1], speakers=[0])

@@ -76,7 +76,7 @@ def launch_file(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setattr(module, "LaunchDescription", lambda entities: entities)
     monkeypatch.setattr(module, "LaunchConfiguration", Configuration)
     # It would hold the shell's domain until the tests are over.
-    monkeypatch.setattr(module, "hold_shell_domain", lambda _scenario, _folder: 0)
+    monkeypatch.setattr(module, "hold_shell_domain", lambda *_: 0)
     return module
 
 

@@ -205,7 +205,7 @@ def test_a_reader_who_has_seen_enough_ends_a_look_in_peace(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     @contextmanager
-    def looking(_domain: int, _patience: float) -> Iterator[None]:
+    def looking(_domain: int, _patience: float, _namespace: str | None) -> Iterator[None]:
         yield None
 
     def closed(*_: Any, **__: Any) -> NoReturn:

@@ -20,10 +20,24 @@ class Graph:
         self.asked = 0
 
     def get_publishers_info_by_topic(self, topic: str) -> list[Any]:
-        assert topic == TOPIC
+        # As a node names it that moves with its namespace.
+        assert topic == TOPIC.removeprefix("/")
         self.asked += 1
         # rclpy gives an identifier as a list of numbers.
-        return [SimpleNamespace(endpoint_gid=list(gid), node_name=name) for gid, name in self.owner.items()]
+        return [
+            SimpleNamespace(
+                endpoint_gid=list(gid), node_name=name.rpartition("/")[2], node_namespace=self.space_of(name)
+            )
+            for gid, name in self.owner.items()
+        ]
+
+    def get_namespace(self) -> str:
+        return "/f1"
+
+    @staticmethod
+    def space_of(name: str) -> str:
+        """Of a node called by its bare name the own namespace."""
+        return name.rpartition("/")[0] or "/" if "/" in name else "/f1"
 
 
 def writer(number: int) -> bytes:
@@ -63,7 +77,7 @@ def test_a_writer_that_was_found_before_the_flight_is_not_looked_up_and_needs_th
     believed: Speakers, graph: Graph
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "stranger", writer(3): "sat1"}
-    believed.introduce(graph.get_publishers_info_by_topic(TOPIC))
+    believed.introduce(graph.get_publishers_info_by_topic("sat1/command"))
     asked = graph.asked
     assert believed.who(writer(1)) == "sat1"
     assert graph.asked == asked
@@ -152,3 +166,15 @@ def test_bytes_that_are_no_message_are_counted_and_nothing_comes_of_them(refusal
 
     assert decoded(b"\x00\x01\x00\x00", Ready, "/formation/ready", refusals) is None
     assert refusals.counts == {("/formation/ready", "another form"): 1}
+
+
+def test_a_node_of_another_namespace_is_not_the_one_of_the_same_name(
+    believed: Speakers, graph: Graph, refusals: Refusals
+) -> None:
+    # Two formations in a domain have nodes of the same names, and `/clock` and `/diagnostics` in common.
+    graph.owner = {writer(1): "/f2/sat1", writer(2): "sat1", writer(3): "/sat1"}
+    assert [believed.who(writer(number)) for number in (1, 2, 3)] == [None, "sat1", None]
+    assert dict(refusals.counts) == {
+        (TOPIC, "not for /f2/sat1 to say"): 1,
+        (TOPIC, "not for /sat1 to say"): 1,
+    }

@@ -117,6 +117,12 @@ def run(
             metavar="NAME", help="Run only the part of this machine, by its name in the scenario's hosts."
         ),
     ] = None,
+    namespace: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="Namespace of all nodes and topics, by which formations can share a domain."
+        ),
+    ] = "",
     profile: Annotated[
         bool,
         typer.Option("--profile", help="Keep what every process did when: trace.json, trace.png."),
@@ -131,7 +137,7 @@ def run(
 
         # It imports what nodes need while this process imports and checks the scenario.
         nursery.prepare()
-    from satform_tools import catalogue, running, tables
+    from satform_tools import catalogue, names, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
     clock = rate if mode is RunMode.REALTIME else 0.0
@@ -145,6 +151,7 @@ def run(
         host=host,
         keystore=secure,
         profile=profile,
+        namespace=names.namespace(namespace),
     )
     outcome = running.run(flown, mode.value, record=record, out=out, manner=manner)
     if json:

@@ -38,6 +38,13 @@ ParameterName = Annotated[
     str, typer.Argument(metavar="NAME", help="Name of a parameter, e.g. controller.switching_gain.")
 ]
 
+Namespace = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME", help="Namespace of the formation, / for the root; by default that of the only one."
+    ),
+]
+
 _PATIENCE = 10.0
 
 topics = typer.Typer(help=f"Topics of a running formation. {_WHICH}", invoke_without_command=True)
@@ -56,13 +63,14 @@ def add_to(app: typer.Typer) -> None:
 
 
 @contextmanager
-def _looking(domain: int | None, wait: float) -> Iterator["Looker"]:
-    from satform_tools import ros
+def _looking(domain: int | None, namespace: str | None, wait: float) -> Iterator["Looker"]:
+    from satform_tools import names, ros
 
     ros.require()
     from satform_tools.looking import looker, where
 
-    with looker.looking(where.domain(domain), wait) as found:
+    space = None if namespace is None else names.namespace(namespace)
+    with looker.looking(where.domain(domain), wait, space) as found:
         try:
             yield found
         except BrokenPipeError:
@@ -73,21 +81,31 @@ def _looking(domain: int | None, wait: float) -> Iterator["Looker"]:
 
 @topics.callback()
 def list_topics(
-    context: typer.Context, domain: Domain = None, wait: Wait = _PATIENCE, json: Json = False
+    context: typer.Context,
+    domain: Domain = None,
+    namespace: Namespace = None,
+    wait: Wait = _PATIENCE,
+    json: Json = False,
 ) -> None:
     """List topics, with their types and how many publish and subscribe."""
     if context.invoked_subcommand:
         return
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import graph
 
         graph.list_topics(looker, as_json=json)
 
 
 @topics.command("info")
-def topic_info(topic: Topic, domain: Domain = None, wait: Wait = _PATIENCE, json: Json = False) -> None:
+def topic_info(
+    topic: Topic,
+    domain: Domain = None,
+    namespace: Namespace = None,
+    wait: Wait = _PATIENCE,
+    json: Json = False,
+) -> None:
     """Show who publishes and who subscribes, and with which quality of service."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import graph
 
         graph.topic_info(looker, topic, as_json=json)
@@ -98,11 +116,12 @@ def topic_rate(
     topic: Topic,
     count: Annotated[int, typer.Option(min=0, help="Lines after which to end; 0 to go on.")] = 0,
     domain: Domain = None,
+    namespace: Namespace = None,
     wait: Wait = _PATIENCE,
     json: Json = False,
 ) -> None:
     """Print once a second how often something is said."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import listening
 
         listening.rate(looker, topic, count=count, as_json=json)
@@ -116,13 +135,14 @@ def echo(
     ] = "",
     csv: Annotated[bool, typer.Option("--csv", help="A line for each message, after one of names.")] = False,
     domain: Domain = None,
+    namespace: Namespace = None,
     wait: Wait = _PATIENCE,
     json: Json = False,
 ) -> None:
     """Print what is said on a topic."""
     if csv and json:
         raise typer.BadParameter("--csv and --json exclude each other")
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import listening
 
         form = "csv" if csv else "json" if json else "yaml"
@@ -131,21 +151,31 @@ def echo(
 
 @nodes.callback()
 def list_nodes(
-    context: typer.Context, domain: Domain = None, wait: Wait = _PATIENCE, json: Json = False
+    context: typer.Context,
+    domain: Domain = None,
+    namespace: Namespace = None,
+    wait: Wait = _PATIENCE,
+    json: Json = False,
 ) -> None:
     """List nodes."""
     if context.invoked_subcommand:
         return
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import graph
 
         graph.list_nodes(looker, as_json=json)
 
 
 @nodes.command("info")
-def node_info(node: NodeName, domain: Domain = None, wait: Wait = _PATIENCE, json: Json = False) -> None:
+def node_info(
+    node: NodeName,
+    domain: Domain = None,
+    namespace: Namespace = None,
+    wait: Wait = _PATIENCE,
+    json: Json = False,
+) -> None:
     """Show what a node publishes, what it subscribes to, and its services."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import graph
 
         graph.node_info(looker, node, as_json=json)
@@ -153,10 +183,14 @@ def node_info(node: NodeName, domain: Domain = None, wait: Wait = _PATIENCE, jso
 
 @params.command("list")
 def list_parameters(
-    node: NodeName, domain: Domain = None, wait: Wait = _PATIENCE, json: Json = False
+    node: NodeName,
+    domain: Domain = None,
+    namespace: Namespace = None,
+    wait: Wait = _PATIENCE,
+    json: Json = False,
 ) -> None:
     """List the parameters of a node with their values."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import settings
 
         settings.list_all(looker, node, as_json=json)
@@ -164,10 +198,15 @@ def list_parameters(
 
 @params.command("get")
 def get_parameter(
-    node: NodeName, name: ParameterName, domain: Domain = None, wait: Wait = _PATIENCE, json: Json = False
+    node: NodeName,
+    name: ParameterName,
+    domain: Domain = None,
+    namespace: Namespace = None,
+    wait: Wait = _PATIENCE,
+    json: Json = False,
 ) -> None:
     """Print the value of a parameter."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import settings
 
         settings.get(looker, node, name, as_json=json)
@@ -175,10 +214,15 @@ def get_parameter(
 
 @params.command("describe")
 def describe_parameter(
-    node: NodeName, name: ParameterName, domain: Domain = None, wait: Wait = _PATIENCE, json: Json = False
+    node: NodeName,
+    name: ParameterName,
+    domain: Domain = None,
+    namespace: Namespace = None,
+    wait: Wait = _PATIENCE,
+    json: Json = False,
 ) -> None:
     """Show type, meaning, bounds and value of a parameter."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import settings
 
         settings.describe(looker, node, name, as_json=json)
@@ -190,11 +234,12 @@ def set_parameter(
     name: ParameterName,
     value: Annotated[str, typer.Argument(metavar="VALUE", help="As YAML, e.g. '[0.2, 0.2, 0.2]'.")],
     domain: Domain = None,
+    namespace: Namespace = None,
     wait: Wait = _PATIENCE,
     json: Json = False,
 ) -> None:
     """Change a parameter in flight; the node says from which step on it counts."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import settings
 
         taken = settings.change(looker, node, name, value, as_json=json)
@@ -207,11 +252,12 @@ def call(
         str, typer.Argument(metavar="[YAML]", help="Fields of the request, e.g. '{names: [scenario]}'.")
     ] = "",
     domain: Domain = None,
+    namespace: Namespace = None,
     wait: Wait = _PATIENCE,
     json: Json = False,
 ) -> None:
     """Call a service of a running formation."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import asking
 
         asking.call(looker, service, request, as_json=json)
@@ -220,11 +266,12 @@ def call(
 def watch(
     once: Annotated[bool, typer.Option("--once", help="Print one frame and end.")] = False,
     domain: Domain = None,
+    namespace: Namespace = None,
     wait: Wait = _PATIENCE,
     json: Json = False,
 ) -> None:
     """Watch a formation fly until it has ended, or Ctrl-C."""
-    with _looking(domain, wait) as looker:
+    with _looking(domain, namespace, wait) as looker:
         from satform_tools.looking import watching
 
         code = watching.watch(looker, once=once, as_json=json)

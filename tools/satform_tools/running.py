@@ -30,6 +30,7 @@ class Manner:
         host: the scenario's host that this machine is; None when it runs everything.
         keystore: with the nodes' keys; None to fly unsecured.
         profile: whether to keep what every process did when.
+        namespace: of all nodes and topics, such as `/f1`; empty for the root.
     """
 
     measure: bool = False
@@ -41,6 +42,7 @@ class Manner:
     host: str | None = None
     keystore: Path | None = None
     profile: bool = False
+    namespace: str = ""
 
 
 def run(
@@ -95,6 +97,7 @@ def _require_fitting(manner: Manner, mode: Mode) -> None:
             (manner.group > 1, "--group is for flights of several processes; --mode inprocess is but one"),
             (manner.restart, "--restart is for processes that are lost; --mode inprocess has but one"),
             (manner.without_recorder, "--without-recorder is for DDS: in one process there is no recorder"),
+            (manner.namespace != "", "--namespace is for DDS: a run in one process has no topics"),
             (manner.measure, "--measure is for DDS: a run in one process exchanges no messages"),
         )
         for wanted, sentence in asked:
@@ -103,6 +106,10 @@ def _require_fitting(manner: Manner, mode: Mode) -> None:
     if manner.profile and mode == "realtime":
         raise CommandError(
             "--profile is for lockstep: on the wall clock a step waits for its moment, not for work"
+        )
+    if manner.namespace and manner.keystore is not None:
+        raise CommandError(
+            "--namespace and --secure exclude each other: a keystore's permissions name topics of the root"
         )
     if manner.display and manner.keystore is not None:
         raise CommandError(
@@ -187,6 +194,7 @@ def _over_dds(
                 host=host,
                 keystore=manner.keystore,
                 environment=_tracing(folder) if manner.profile else None,
+                namespace=manner.namespace,
             )
     except RuntimeError as error:
         raise CommandError(str(error)) from None

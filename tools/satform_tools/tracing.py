@@ -148,14 +148,14 @@ def step_ends(found: list[Span]) -> list[Span]:
 
 
 def _speakers(topics: set[str]) -> set[str]:
-    return {topic.split("/")[1] for topic in topics}
+    return {topic.split("/")[-2] for topic in topics}
 
 
 def _critical_path(
     before: Span, last: Span, acting: dict[str, list[Span]]
 ) -> tuple[int, int, int, int] | None:
     """Lengths in ns of a step's four parts; None where marks are missing."""
-    satellite = last.name.split("/")[1]
+    satellite = last.name.split("/")[-2]
     candidates = [
         span for span in acting.get(satellite, ()) if before.begin < span.begin and span.begin < last.begin
     ]

@@ -9,7 +9,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform.channels import KINDS_OF_A_SATELLITE, PLANT, RECORDER, topic_name
 from satform_nodes import topics
-from satform_nodes.speakers import UNKNOWN_NODE
+from satform_nodes.node_names import UNKNOWN_NODE
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,7 @@ def known_topic(looker: Looker, topic: str) -> tuple[str, str]:
         CommandError: there is none of that name.
     """
     there = dict(looker.node.get_topic_names_and_types())
-    name = full_name(topic)
+    name = full_name(looker, topic)
     if name not in there:
         raise CommandError(f"there is no topic {name} on domain {looker.domain}; {_near(name, there)}")
     return name, there[name][0]
@@ -109,7 +109,7 @@ def known_node(looker: Looker, node: str) -> str:
     Raises:
         CommandError: there is none of that name.
     """
-    there, name = _node_names(looker), full_name(node)
+    there, name = _node_names(looker), full_name(looker, node)
     if name not in there:
         raise CommandError(f"there is no node {name} on domain {looker.domain}; {_near(name, there)}")
     return name
@@ -121,7 +121,7 @@ def known_service(looker: Looker, service: str) -> tuple[str, str]:
     Raises:
         CommandError: there is none of that name.
     """
-    name = full_name(service)
+    name = full_name(looker, service)
     # Each satellite's status topic, by which it counts as found, says nothing about its services.
     looker.wait(lambda: name in dict(looker.node.get_service_names_and_types()), _SERVICES)
     there = dict(looker.node.get_service_names_and_types())
@@ -130,9 +130,9 @@ def known_service(looker: Looker, service: str) -> tuple[str, str]:
     return name, there[name][0]
 
 
-def full_name(name: str) -> str:
-    """A name from the root of all names, as the graph has it."""
-    return name if name.startswith("/") else f"/{name}"
+def full_name(looker: Looker, name: str) -> str:
+    """A name from the root of all names, as the graph has it; one without a slash is the formation's own."""
+    return name if name.startswith("/") else looker.full_name(f"/{name}")
 
 
 def _near(name: str, there: Any) -> str:

@@ -120,7 +120,9 @@ def _rate_words(found: dict[str, float]) -> str:
 
 def _wait_for_topic(looker: Looker, topic: str) -> tuple[str, str]:
     """Full name and type of a topic, as soon as someone who speaks there has been found."""
-    name = full_name(topic)
+    if not topic.startswith("/"):
+        looker.require_formation()
+    name = full_name(looker, topic)
     if not looker.wait(
         lambda: bool(looker.node.get_publishers_info_by_topic(name)), min(2.0, looker.patience)
     ):

@@ -19,8 +19,10 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rclpy.signals import SignalHandlerOptions
 from satform_msgs.msg import FormationStatus
 
+from satform.channels import OF_ALL_NAMESPACES, PLANT, in_namespace
 from satform_bringup.domain import stay_on_this_machine
 from satform_nodes import topics
+from satform_nodes.node_names import local_name
 from satform_nodes.signals import interrupting
 from satform_tools.faults import CommandError
 from satform_tools.looking import where
@@ -60,12 +62,14 @@ class Looker:
         node: rclpy's node; without log topic, parameters and their services.
         domain: DDS domain that it is in.
         patience: wall-clock time within which what is awaited has to be there, s.
+        namespace: of the formation, such as `/f1`; empty for the root, None until it has been found.
     """
 
-    def __init__(self, node: Node, domain: int, patience: float) -> None:
+    def __init__(self, node: Node, domain: int, patience: float, namespace: str | None = None) -> None:
         self.node = node
         self.domain = domain
         self.patience = patience
+        self.namespace = namespace
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
 
@@ -79,6 +83,23 @@ class Looker:
             self._executor.spin_once(timeout_sec=min(left, _LOOK))
         return True
 
+    def full_name(self, topic: str) -> str:
+        """Full name of a topic of the formation.
+
+        Args:
+            topic: its name in the root namespace.
+        """
+        return in_namespace(topic, self.namespace or "")
+
+    def require_formation(self) -> None:
+        """Wait until a plant is there, which tells in which namespace the formation is.
+
+        Raises:
+            CommandError: there is none, or several and none of them was named.
+        """
+        if not self.wait(self._sees_plant, self.patience):
+            raise CommandError(where.nobody_flies(self.domain, self.namespace))
+
     def find_formation(self) -> None:
         """Wait until the formation flies and its nodes and topics have been found.
 
@@ -87,10 +108,9 @@ class Looker:
         Raises:
             CommandError: no plant is there.
         """
-        if not self.wait(self._sees_plant, self.patience):
-            raise CommandError(where.nobody_flies(self.domain))
+        self.require_formation()
         heard: list[FormationStatus] = []
-        with self.hearing(FormationStatus, topics.STATUS, heard.append):
+        with self.hearing(FormationStatus, self.full_name(topics.STATUS), heard.append):
             self.wait(self._graph_is_calm(heard), self.patience)
 
     def hear_status(self) -> FormationStatus:
@@ -99,10 +119,9 @@ class Looker:
         Raises:
             CommandError: no formation flies here.
         """
+        self.require_formation()
         heard: list[FormationStatus] = []
-        if not self.wait(self._sees_plant, self.patience):
-            raise CommandError(where.nobody_flies(self.domain))
-        with self.hearing(FormationStatus, topics.STATUS, heard.append):
+        with self.hearing(FormationStatus, self.full_name(topics.STATUS), heard.append):
             if not self.wait(lambda: bool(heard), self.patience):
                 raise CommandError(
                     f"the formation on domain {self.domain} has not begun to fly within {self.patience:g} s"
@@ -119,8 +138,33 @@ class Looker:
             self.node.destroy_subscription(subscription)
 
     def _sees_plant(self) -> bool:
-        publishers = self.node.get_publishers_info_by_topic(topics.STATUS)
-        return any(publisher.node_name == "plant" for publisher in publishers)
+        found = [space for space in self._namespaces() if self.namespace in (None, space)]
+        if len(found) > 1:
+            raise CommandError(
+                f"{len(found)} formations fly on domain {self.domain}, in the namespaces "
+                f"{', '.join(space or '/' for space in found)}; name one with --namespace"
+            )
+        if not found:
+            return False
+        self.namespace = found[0]
+        return True
+
+    def plant_is_there(self) -> bool:
+        """Whether the plant of the formation that has been found is still there."""
+        return self.namespace in self._namespaces()
+
+    def _namespaces(self) -> list[str]:
+        """Namespaces in which a plant tells the status of its formation."""
+        kind = "satform_msgs/msg/FormationStatus"
+        found = []
+        for topic, kinds in self.node.get_topic_names_and_types():
+            space = topic.removesuffix(topics.STATUS)
+            if kind not in kinds or space == topic:
+                continue
+            publishers = self.node.get_publishers_info_by_topic(topic)
+            if any(local_name(publisher, space or "/") == PLANT for publisher in publishers):
+                found.append(space)
+        return sorted(found)
 
     def _graph_is_calm(self, heard: list[FormationStatus]) -> Callable[[], bool]:
         """Whether all nodes are there with all their topics, and nothing new has come for a moment."""
@@ -138,27 +182,36 @@ class Looker:
         return calm
 
     def _graph(self) -> Graph:
-        """What has been found by now."""
-        node = self.node
+        """What has been found by now, by the names that it has for the formation's own nodes."""
+        node, space = self.node, self.namespace or ""
+
+        def names(endpoints: list[Any]) -> list[str]:
+            return sorted(local_name(entry, space or "/") for entry in endpoints)
+
+        topics_there = [topic for topic, _ in node.get_topic_names_and_types()]
+        own = [topic for topic in topics_there if topic in OF_ALL_NAMESPACES or topic.startswith(f"{space}/")]
         return Graph(
-            frozenset(node.get_node_names()),
+            frozenset(
+                name for name, other in node.get_node_names_and_namespaces() if other.rstrip("/") == space
+            ),
             {
-                topic: Ends(
-                    sorted(entry.node_name for entry in node.get_publishers_info_by_topic(topic)),
-                    sorted(entry.node_name for entry in node.get_subscriptions_info_by_topic(topic)),
+                topic if topic in OF_ALL_NAMESPACES else topic.removeprefix(space): Ends(
+                    names(node.get_publishers_info_by_topic(topic)),
+                    names(node.get_subscriptions_info_by_topic(topic)),
                 )
-                for topic, _ in node.get_topic_names_and_types()
+                for topic in own
             },
         )
 
 
 @contextmanager
-def looking(domain: int, patience: float) -> Iterator[Looker]:
+def looking(domain: int, patience: float, namespace: str | None = None) -> Iterator[Looker]:
     """Be in the domain of a formation for the length of the block.
 
     Args:
         domain: DDS domain.
         patience: wall-clock time within which what is awaited has to be there, s.
+        namespace: of the formation that is looked for; None for the only one in the domain.
 
     Yields:
         The one who looks.
@@ -178,7 +231,7 @@ def looking(domain: int, patience: float) -> Iterator[Looker]:
                 enable_rosout=False,
                 start_parameter_services=False,
             )
-            looker = Looker(node, domain, patience)
+            looker = Looker(node, domain, patience, namespace)
             try:
                 yield looker
             finally:

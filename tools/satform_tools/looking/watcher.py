@@ -91,6 +91,7 @@ class Watcher:
         self._looker = looker
         self.events: deque[str] = deque(maxlen=100)
         # Subscribed to before the present status is asked for, so that no change falls in between.
+        looker.require_formation()
         self._status = self._newest(FormationStatus, topics.STATUS)
         self.status = looker.hear_status()
         alive = zip(self.status.satellites, self.status.alive, strict=True)
@@ -99,7 +100,10 @@ class Watcher:
         self._rare = [
             self._queue(Log, "/rosout"),
             self._queue(DiagnosticArray, "/diagnostics"),
-            *(self._queue(ParameterChange, topics.parameter_changes(name)) for name in self._satellites),
+            *(
+                self._queue(ParameterChange, looker.full_name(topics.parameter_changes(name)))
+                for name in self._satellites
+            ),
         ]
         runs = [run for run in where.runs_here() if run.domain == looker.domain]
         self._title = f"{runs[0].scenario} on domain {looker.domain}" if runs else f"domain {looker.domain}"
@@ -165,7 +169,9 @@ class Watcher:
 
     def _newest(self, kind: Any, topic: str) -> _Newest:
         newest = _Newest()
-        newest.subscription = self._looker.node.create_subscription(kind, topic, newest.hear, passing(1))
+        newest.subscription = self._looker.node.create_subscription(
+            kind, self._looker.full_name(topic), newest.hear, passing(1)
+        )
         return newest
 
     def _queue(self, kind: Any, topic: str) -> Any:
@@ -189,7 +195,7 @@ class Watcher:
 
     def _announces(self, name: str) -> tuple[Any, str] | None:
         for kind, topic in ((ArcLength, topics.arc_length(name)), (RelativeState, topics.motion(name))):
-            if self._looker.node.count_publishers(topic):
+            if self._looker.node.count_publishers(self._looker.full_name(topic)):
                 return kind, topic
         return None
 
@@ -205,8 +211,7 @@ class Watcher:
             if newer.reason:
                 self.events.append(f"step {newer.step}: {newer.reason}")
             self.status = newer
-        there = self._looker.node.get_publishers_info_by_topic(topics.STATUS)
-        if not self.over and not any(publisher.node_name == "plant" for publisher in there):
+        if not self.over and not self._looker.plant_is_there():
             self.status.phase = FormationStatus.ABORTED
             self.events.append("the plant is gone without a word about the end of the flight")
 

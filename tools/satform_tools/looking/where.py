@@ -37,12 +37,17 @@ def domain(asked: int | None) -> int:
     return runs[0].domain
 
 
-def nobody_flies(number: int) -> str:
-    """The sentence that no formation has been found in a domain, and where there are some."""
+def nobody_flies(number: int, namespace: str | None = None) -> str:
+    """The sentence that no formation has been found in a domain, and where there are some.
+
+    Args:
+        number: of the domain.
+        namespace: in which one was looked for; None for any.
+    """
+    inside = "" if namespace is None else f" in the namespace {namespace or '/'}"
     runs = runs_here()
-    return (
-        f"no formation is flying on domain {number}; {others(runs) if runs else 'no run is under way here'}"
-    )
+    elsewhere = others(runs) if runs else "no run is under way here"
+    return f"no formation is flying on domain {number}{inside}; {elsewhere}"
 
 
 def runs_here() -> list[RunUnderWay]:

@@ -1,7 +1,8 @@
 """Who says what to whom: every topic of a flight, with its speakers and its listeners, from the scenario.
 
 The nodes, the recorder, the permissions and what is shown of a scenario all go by this one table. What
-only looks on, such as the display, is not in it: nobody waits for it.
+only looks on, such as the display, is not in it: nobody waits for it. Names are those of a formation in the
+root namespace; `relative` and `in_namespace` are for one in another.
 """
 
 from collections.abc import Iterable
@@ -22,6 +23,9 @@ STATUS = "/formation/status"
 READY = "/formation/ready"
 RECORDED = "/formation/recorded"
 DIAGNOSTICS = "/diagnostics"
+
+OF_ALL_NAMESPACES = frozenset({CLOCK, DIAGNOSTICS})
+"""Topics whose names are fixed for a whole domain: by rcl's use_sim_time, and by REP 107."""
 
 KINDS_OF_A_SATELLITE = (
     "state",
@@ -66,6 +70,25 @@ class Channel:
 def topic_name(kind: str, satellite: str) -> str:
     """Name of a satellite's topic of a kind."""
     return f"/{satellite}/{kind}"
+
+
+def relative(topic: str) -> str:
+    """Name by which a node makes an endpoint on a topic, so that it moves with the node's namespace.
+
+    Args:
+        topic: name in the root namespace.
+    """
+    return topic if topic in OF_ALL_NAMESPACES else topic.removeprefix("/")
+
+
+def in_namespace(topic: str, namespace: str) -> str:
+    """Full name of a topic or service of a formation in a namespace.
+
+    Args:
+        topic: name in the root namespace.
+        namespace: of the formation, such as `/f1`.
+    """
+    return topic if topic in OF_ALL_NAMESPACES else f"{namespace.rstrip('/')}{topic}"
 
 
 def satellite_channels(scenario: "Scenario", index: int) -> list[Channel]:

@@ -76,8 +76,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
     rate = _rate(asked["rate"]) if asked["mode"] == "realtime" else 0.0
     scenario = load_scenario(_find(asked["scenario"]), asked["set"].split())
     out = _folder(asked["out"], scenario.name)
-    # Two formations in one domain would hear each other; and whoever wants to look in finds this one.
-    hold_shell_domain(scenario.name, out)
+    # Two formations in one namespace of a domain would hear each other; and who wants to look in finds this.
+    hold_shell_domain(scenario.name, out, context.launch_configurations.get("ros_namespace", ""))
     scenario_file = out / SCENARIO_FILE
     scenario_file.write_text(scenario.to_json(), encoding="utf-8")
     bag = out / BAG_FOLDER if asked["record"] == "true" else None

@@ -46,11 +46,12 @@ class DomainError(RuntimeError):
 
 
 @contextmanager
-def own_domain(agreed: int | None = None) -> Iterator[int]:
+def own_domain(agreed: int | None = None, namespace: str = "") -> Iterator[int]:
     """Hold a domain for the length of a run.
 
     Args:
         agreed: with other machines, to be taken unless the environment says otherwise; None for any.
+        namespace: of all nodes and topics of the run; runs in different ones may share a domain.
 
     Yields:
         `ROS_DOMAIN_ID` from the environment if it is set; else the one that was agreed; else a number
@@ -65,7 +66,7 @@ def own_domain(agreed: int | None = None) -> Iterator[int]:
         yield wanted[0]
         return
     for number in wanted:
-        lock = hold(number)
+        lock = hold(number, namespace)
         if lock is not None:
             try:
                 yield number
@@ -116,8 +117,10 @@ def _number(given: str) -> int:
     return int(given)
 
 
-def hold(number: int) -> int | None:
-    """Hold a domain for as long as the descriptor that is returned stays open; None when another run has it.
+def hold(number: int, namespace: str = "") -> int | None:
+    """Hold a domain, or a namespace in it, while the descriptor that is returned stays open.
+
+    None is returned when another run has it.
 
     The hold is a socket in Linux's abstract namespace, which the kernel grants once, to whichever user asks
     first, and takes back when its process ends; it is no file, in whose place another user could put a link.
@@ -128,7 +131,7 @@ def hold(number: int) -> int | None:
     """
     held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        held.bind(f"{ABSTRACT}{number}")
+        held.bind(f"{ABSTRACT}{number}{namespace.rstrip('/')}")
         # Whoever wants to know who has it connects, and is told by the kernel.
         held.listen(_BACKLOG)
     except OSError as error:
@@ -136,7 +139,9 @@ def hold(number: int) -> int | None:
         if error.errno == errno.EADDRINUSE:
             return None
         raise
-    leftovers.clear(number)
+    if not namespace.rstrip("/"):
+        # In a domain that several formations share another one may be about to begin.
+        leftovers.clear(number)
     return held.detach()
 
 

@@ -76,12 +76,13 @@ def require_own_address(host: HostSpec) -> None:
 
 
 @contextmanager
-def flight_domain(scenario: Scenario, host: HostSpec | None) -> Iterator[int]:
+def flight_domain(scenario: Scenario, host: HostSpec | None, namespace: str = "") -> Iterator[int]:
     """Hold the DDS domain of a flight on this machine.
 
     Args:
         scenario: what is flown.
         host: the part that this machine has; None when it runs everything.
+        namespace: of all nodes and topics; flights in different ones may share a domain.
 
     Yields:
         `ROS_DOMAIN_ID` if it is set; else one that is free on this machine or, with several hosts,
@@ -90,7 +91,7 @@ def flight_domain(scenario: Scenario, host: HostSpec | None) -> Iterator[int]:
     Raises:
         DomainError: the domain is no domain, or another run on this machine holds it.
     """
-    with own_domain(None if host is None else agreed_domain(scenario)) as number:
+    with own_domain(None if host is None else agreed_domain(scenario), namespace) as number:
         yield number
 
 

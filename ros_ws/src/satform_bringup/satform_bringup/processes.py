@@ -1,7 +1,7 @@
 """Which processes a scenario needs: the one list behind the command line and the launch file."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -22,6 +22,7 @@ class NodeProcess:
         parameters: ROS parameters that are given at the start.
         optional: whether the flight goes on without it, however it ends, and nobody waits for its end.
         enclave: where its keys are in a keystore; empty when it has none.
+        namespace: of all nodes in it and of their topics; empty for the root.
     """
 
     name: str
@@ -29,12 +30,15 @@ class NodeProcess:
     parameters: dict[str, Value] = field(default_factory=dict)
     optional: bool = False
     enclave: str = ""
+    namespace: str = ""
 
     def arguments(self) -> list[str]:
         """Command line after the executable: the node's name and its parameters."""
         # Only the group's own node takes the group's name; its satellites keep theirs.
         whose = "group:" if self.executable == "group_node" else ""
         words = ["--ros-args", "-r", f"{whose}__node:={self.name}"]
+        if self.namespace:
+            words += ["-r", f"__ns:={self.namespace}"]
         for name, value in self.parameters.items():
             # Quoted, since a bare `on` or `1` would be read as something else than a string.
             words += ["-p", f"{name}:={json.dumps(value, ensure_ascii=False)}"]
@@ -52,6 +56,7 @@ def processes(
     *,
     display: bool = False,
     host: HostSpec | None = None,
+    namespace: str = "",
 ) -> list[NodeProcess]:
     """The processes of a scenario, the plant first.
 
@@ -65,6 +70,7 @@ def processes(
         rate: simulated seconds in each second of the wall clock; 0 for lockstep.
         display: whether the flight is shown on topics that RViz and Foxglove draw.
         host: of which only the part is wanted; None for all.
+        namespace: in which all nodes and their topics are; empty for the root.
 
     Returns:
         Plant, the satellites in their order, the recorder if there is a bag, and the display if asked for.
@@ -94,7 +100,7 @@ def processes(
         found.append(NodeProcess("recorder", "recorder_node", {**common, "bag": str(bag)}))
     if display:
         found.append(NodeProcess("display", "display_node", common, optional=True))
-    return found
+    return [replace(process, namespace=namespace) for process in found]
 
 
 def _runs(host: HostSpec | None, part: str) -> bool:

@@ -39,6 +39,7 @@ def fly(
     host: HostSpec | None = None,
     keystore: Path | None = None,
     environment: Mapping[str, str] | None = None,
+    namespace: str = "",
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -53,6 +54,7 @@ def fly(
         host: of the scenario's hosts the one that this machine is; None when it runs everything.
         keystore: with the nodes' keys; None to fly unsecured.
         environment: more variables for the processes.
+        namespace: of all nodes and topics, such as `/f1`; empty for the root.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -78,13 +80,14 @@ def fly(
         policy.rate,
         display=display,
         host=host,
+        namespace=namespace,
     )
     if keystore is not None:
         nodes = security.secured(nodes)
     with (
         # Those who still run are given up at the second signal, and the run is told all the same.
         StopRequest(exit_at_second=False) as signals,
-        flight_domain(scenario, host) as domain,
+        flight_domain(scenario, host, namespace) as domain,
         described(domain, scenario.name, out),
     ):
         if keystore is not None:

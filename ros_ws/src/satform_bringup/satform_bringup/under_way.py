@@ -73,8 +73,13 @@ def file_name(domain: int) -> str:
     return f"run-{domain}-{os.getpid()}.json"
 
 
-def hold_shell_domain(scenario: str, folder: Path) -> int:
+def hold_shell_domain(scenario: str, folder: Path, namespace: str = "") -> int:
     """Hold the shell's own domain for the rest of this process's life, and say what flies in it.
+
+    Args:
+        scenario: name of what is flown.
+        folder: of the run.
+        namespace: of all its nodes and topics; runs in different ones may share a domain.
 
     Returns:
         `ROS_DOMAIN_ID`, or 0, which is ROS's own default.
@@ -83,12 +88,12 @@ def hold_shell_domain(scenario: str, folder: Path) -> int:
         DomainError: it is no domain, or another run on this machine holds it.
     """
     domain = shell_domain() or 0
-    if hold(domain) is None:
+    if hold(domain, namespace) is None:
         others = [run for run in runs_under_way() if run.domain == domain]
         who = f" ({others[0].scenario} in {others[0].folder})" if others else ""
         raise DomainError(
             f"domain {domain} is in use by another run on this machine{who}, and both would hear each other; "
-            "wait for it to end, or set ROS_DOMAIN_ID to another number"
+            "wait for it to end, set ROS_DOMAIN_ID to another number, or push a namespace"
         )
     describe(domain, scenario, folder)
     return domain

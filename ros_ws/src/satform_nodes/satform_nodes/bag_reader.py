@@ -3,7 +3,7 @@
 import struct
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
 from satform_nodes.absences import Absences, happened
 from satform_nodes.bag_events import TYPES, EventError, Events, Told, read_events
-from satform_nodes.bag_writer import RUN_METADATA, SCENARIO_ATTACHMENT, TIME_METADATA, WALL_CLOCK
+from satform_nodes.bag_writer import ROLE, RUN_METADATA, SCENARIO_ATTACHMENT, TIME_METADATA, WALL_CLOCK
 from satform_nodes.wire import layout
 
 ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
@@ -65,7 +65,7 @@ class Bag:
         scenario: what was flown.
         versions: what flew it: name and version of each part.
         record: the flight, up to the last step of which everything is there.
-        messages: number of messages of each topic.
+        messages: number of messages of each topic, by the name that it had.
         complete: whether the file was closed properly and holds the whole flight.
         events: what happened in the flight beside what the scenario plans, by step, to fly it once more.
         clocked: whether it was flown on the wall clock, so that it cannot be flown again to the same bits.
@@ -106,7 +106,7 @@ def read_bag(path: Path) -> Bag:
         )
     record = _record(contents, scenario, file)
     whole = contents.closed and record.steps == scenario.timing.steps
-    counts = {topic: len(messages) for topic, messages in contents.messages.items()}
+    counts = {contents.names[role]: len(messages) for role, messages in contents.messages.items()}
     return Bag(
         path=file,
         scenario=scenario,
@@ -122,12 +122,15 @@ def read_bag(path: Path) -> Bag:
 
 @dataclass
 class _Contents:
+    """What a file holds; messages and definitions by the topics' names in the root namespace."""
+
     scenario: Scenario | None
     versions: dict[str, str]
     messages: dict[str, list[bytes]]
     definitions: dict[str, Schema]
     closed: bool
     clocked: bool = False
+    names: dict[str, str] = field(default_factory=dict)
 
 
 def _find(path: Path) -> Path:
@@ -151,8 +154,9 @@ def _scan(file: Path) -> _Contents:
                 if isinstance(record, Message):
                     contents.messages[names[record.channel_id]].append(record.data)
                 elif isinstance(record, Channel):
-                    names[record.id] = record.topic
-                    contents.definitions[record.topic] = schemas[record.schema_id]
+                    role = names[record.id] = record.metadata.get(ROLE, record.topic)
+                    contents.names[role] = record.topic
+                    contents.definitions[role] = schemas[record.schema_id]
                 elif isinstance(record, Schema):
                     schemas[record.id] = record
                 else:
@@ -376,9 +380,9 @@ def _held(table: Table, kind: str, states: int) -> Table:
 
 def _blank(table: Table, rows: NDArray[np.bool_]) -> None:
     """Make the numbers of some rows not a number."""
-    for field in table.dtype.names or ():
-        if table.dtype[field].kind == "f":
-            table[field][rows] = np.nan
+    for name in table.dtype.names or ():
+        if table.dtype[name].kind == "f":
+            table[name][rows] = np.nan
 
 
 def _with_silence(

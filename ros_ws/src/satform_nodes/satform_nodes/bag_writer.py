@@ -21,6 +21,9 @@ CHUNK_BYTES = 64 * 1024
 SCENARIO_ATTACHMENT = "scenario.json"
 RUN_METADATA = "satform"
 
+ROLE = "satform_topic"
+"""Key of a channel's metadata: what the topic is called in a formation in the root namespace."""
+
 TIME_METADATA = "time"
 WALL_CLOCK = "wall clock"
 """Who keeps the time of a flight: the steps, or the wall clock, on which satellites may miss some."""
@@ -69,13 +72,17 @@ class BagFile:
         """Keep a file in the file."""
         self._writer.add_attachment(0, 0, name, media_type, data)
 
-    def add_topic(self, topic: str, message_type: MessageType, profiles: Sequence[Profile]) -> int:
+    def add_topic(
+        self, topic: str, message_type: MessageType, profiles: Sequence[Profile], role: str = ""
+    ) -> int:
         """Register a topic before its first message.
 
         Args:
             topic: full name.
             message_type: of all its messages.
             profiles: qualities of service that its publishers offer.
+            role: name of the topic in the table of a formation in the root namespace, by which it is found
+                again whatever it is called; its own name when left out.
 
         Returns:
             The number under which to write the topic's messages.
@@ -85,7 +92,7 @@ class BagFile:
             text = message_type.definition.encode()
             self._schemas[name] = self._writer.register_schema(name, "ros2msg", text)
         added = Topic(topic, name, message_type.type_hash, profiles)
-        facts = bag_metadata.channel_metadata(added)
+        facts = {**bag_metadata.channel_metadata(added), ROLE: role or topic}
         channel = self._writer.register_channel(topic, "cdr", self._schemas[name], facts)
         self._topics[channel] = added
         return channel

@@ -91,8 +91,10 @@ class Health:
             clock: wall clock, s.
         """
         self._node = node
-        self._name = name
-        self._hardware_id = hardware_id
+        # Two formations may tell of their health in one domain.
+        space = node.get_namespace().strip("/")
+        self._name = f"{space}/{name}" if space else name
+        self._hardware_id = f"{space}/{hardware_id}" if space else hardware_id
         self._condition = condition
         self._stamp = stamp
         self._clock = clock

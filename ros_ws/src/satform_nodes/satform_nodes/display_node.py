@@ -17,7 +17,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
-from satform.channels import topic_name
+from satform.channels import relative, topic_name
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import Scenario
 from satform.scene import Scene
@@ -72,11 +72,15 @@ class DisplayNode:
         self._readers: list[Callable[[bytes], None]] = []
 
         types = topics.TYPES
-        self._say_markers = node.create_publisher(types["markers"], topics.MARKERS, topics.PICTURE)
+        self._say_markers = node.create_publisher(types["markers"], relative(topics.MARKERS), topics.PICTURE)
         self._say_pose, self._say_path = {}, {}
         for name in self.scene.names:
-            self._say_pose[name] = node.create_publisher(types["pose"], topics.pose(name), topics.PICTURE)
-            self._say_path[name] = node.create_publisher(types["path"], topics.path(name), topics.PICTURE)
+            self._say_pose[name] = node.create_publisher(
+                types["pose"], relative(topics.pose(name)), topics.PICTURE
+            )
+            self._say_path[name] = node.create_publisher(
+                types["path"], relative(topics.path(name)), topics.PICTURE
+            )
         for index, name in enumerate(self.scene.names):
             spec = scenario.satellite(index)
             moved = ("truth", topics.truth) if spec.sensor is not None else ("state", topics.state)
@@ -86,11 +90,11 @@ class DisplayNode:
             # Looked at last: what was announced is then at least as new as what it is compared with.
             said = scenario.consensus.announces
             self._look_at(executor, said, topic_name(said, name), self._on_announcement(index), ())
-        node.create_subscription(types["status"], topics.STATUS, self._on_status, topics.GLANCED)
+        node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, topics.GLANCED)
         # What was decided before this node came is only kept for readers whom the plant waits for at the
         # end of the flight; so this subscription is given up once it has been heard.
         self._history = node.create_subscription(
-            types["status"], topics.STATUS, self._on_status, topics.LATCHED
+            types["status"], relative(topics.STATUS), self._on_status, topics.LATCHED
         )
 
     def begin(self, executor: StepExecutor, stop: StopRequest, longest: float) -> None:

@@ -16,6 +16,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
+from satform.channels import relative
 from satform_nodes.ear import Ear
 from satform_nodes.speakers import Speakers
 from satform_nodes.taking import Taker
@@ -117,7 +118,7 @@ class StepExecutor(SingleThreadedExecutor):
         Args:
             node: the node that subscribes, already added to this executor.
             message_type: rosidl's class of the message.
-            topic: name of the topic.
+            topic: name of the topic in the root namespace.
             callback: called with the serialised message and the name of the node that said it.
             qos: quality of service.
             speakers: who is believed there; anyone, whose name is empty then, when left out.
@@ -131,7 +132,7 @@ class StepExecutor(SingleThreadedExecutor):
         def _never_called(_data: bytes) -> None:
             """What is taken for the parent goes through the ear, too."""
 
-        subscription = node.create_subscription(message_type, topic, _never_called, qos, raw=True)
+        subscription = node.create_subscription(message_type, relative(topic), _never_called, qos, raw=True)
         ear = Ear(subscription, speakers, self._traced(topic, callback, vital=vital), self._taker)
         self._ears[id(subscription)] = ear
         if vital:

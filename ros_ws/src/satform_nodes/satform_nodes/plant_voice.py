@@ -8,13 +8,14 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, RelativeState
 
-from satform.channels import Channel, topic_name
+from satform.channels import Channel, relative, topic_name
 from satform.formation import Formation
 from satform.muster import Change
 from satform.plant import Plant
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.lifetime import see_off
+from satform_nodes.node_names import local_name
 from satform_nodes.readiness import Company
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
@@ -54,7 +55,7 @@ class PlantVoice:
         self._channels = [channel for channel in said if channel.kind != "diagnostics"]
         publishers = self._publishers = {
             channel.topic: node.create_publisher(
-                topics.TYPES[channel.kind], channel.topic, topics.BY_RHYTHM[channel.rhythm]
+                topics.TYPES[channel.kind], relative(channel.topic), topics.BY_RHYTHM[channel.rhythm]
             )
             for channel in self._channels
         }
@@ -215,8 +216,8 @@ class PlantVoice:
         """
 
         def present() -> bool:
-            listening = self._node.get_subscriptions_info_by_topic(topics.STATUS)
-            return any(other.node_name in others for other in listening)
+            listening = self._node.get_subscriptions_info_by_topic(self._say_status.topic_name)
+            return any(local_name(other, self._node.get_namespace()) in others for other in listening)
 
         said_in_steps: list[Any] = [] if recorded else [*self._say_state, self._say_clock]
         return see_off((self._say_status, *said_in_steps), present, _FAREWELL)

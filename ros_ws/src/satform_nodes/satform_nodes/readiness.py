@@ -6,6 +6,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from satform_nodes.node_names import local_name
 from satform_nodes.speakers import Speakers
 
 
@@ -46,15 +47,16 @@ class Company:
         return not self._missing
 
     def _there(self, endpoint: Any, speakers: Speakers | None, names: set[str]) -> bool:
+        namespace = self._node.get_namespace()
         if speakers is None:
             if endpoint.get_subscription_count() < len(names):
                 return False
             listening = self._node.get_subscriptions_info_by_topic(endpoint.topic_name)
-            return names <= {other.node_name for other in listening}
+            return names <= {local_name(other, namespace) for other in listening}
         if endpoint.get_publisher_count() < len(names):
             return False
         speaking = self._node.get_publishers_info_by_topic(endpoint.topic_name)
-        found = Counter(other.node_name for other in speaking)
+        found = Counter(local_name(other, namespace) for other in speaking)
         # Two writers with one name cannot be told apart before either has spoken.
         if any(found[name] != 1 for name in names):
             return False

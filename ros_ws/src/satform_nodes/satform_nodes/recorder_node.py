@@ -13,7 +13,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
 
-from satform.channels import PLANT, RECORDER, Channel, channels, heard_by
+from satform.channels import PLANT, RECORDER, Channel, channels, heard_by, relative
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.scenario import Scenario
 from satform_nodes import topics
@@ -113,8 +113,8 @@ class RecorderNode:
         except OSError as error:
             raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_BAD_INPUT) from None
 
-        self._say_ready = node.create_publisher(Ready, topics.READY, topics.LATCHED)
-        self._say_recorded = node.create_publisher(Recorded, topics.RECORDED, topics.STEPPED)
+        self._say_ready = node.create_publisher(Ready, relative(topics.READY), topics.LATCHED)
+        self._say_recorded = node.create_publisher(Recorded, relative(topics.RECORDED), topics.STEPPED)
         self._company = Company(node)
         self._company.listens(self._say_recorded, [PLANT])
         self._company.listens(self._say_ready, [PLANT])
@@ -184,7 +184,9 @@ class RecorderNode:
 
     def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
         message_type = topics.TYPES[kind]
-        return self.bag.add_topic(topic, described(message_type), [offered(profile)])
+        # With the name that it really has, which a namespace or a remapping may have changed.
+        name = self.node.resolve_topic_name(relative(topic))
+        return self.bag.add_topic(name, described(message_type), [offered(profile)], role=topic)
 
     def _follow(self, executor: StepExecutor, followed: Channel) -> None:
         """Write every message of a topic that has one at each step, and notice a gap.

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from satform_msgs.msg import Command, ParameterChange, Ready, Tracking
 
 from satform.announcements import AnyAnnouncement, numbers
-from satform.channels import PLANT, RECORDER, formation_channels, said_by, satellite_channels
+from satform.channels import PLANT, RECORDER, formation_channels, relative, said_by, satellite_channels
 from satform.faults import Faults
 from satform.satellite import Decision
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.lifetime import see_off
+from satform_nodes.node_names import local_name
 from satform_nodes.parameters import FormationNode
 from satform_nodes.readiness import Company
 from satform_nodes.stamps import Stamps
@@ -59,7 +60,9 @@ class SatelliteVoice:
         self._channels = {channel.kind: channel for channel in said_by(name, table)}
         self._publishers = {
             kind: node.create_publisher(
-                topics.TYPES[kind], self._channels[kind].topic, topics.BY_RHYTHM[self._channels[kind].rhythm]
+                topics.TYPES[kind],
+                relative(self._channels[kind].topic),
+                topics.BY_RHYTHM[self._channels[kind].rhythm],
             )
             for kind in (announces, "command", "tracking", "parameter_changes", "ready")
         }
@@ -186,5 +189,5 @@ class SatelliteVoice:
 
     def _heard_out(self) -> bool:
         """Whether the plant or the recorder still listens to this satellite."""
-        others = self._node.get_subscriptions_info_by_topic(topics.command(self._name))
-        return bool({PLANT, RECORDER} & {other.node_name for other in others})
+        others = self._node.get_subscriptions_info_by_topic(self._say_command.topic_name)
+        return bool({PLANT, RECORDER} & {local_name(other, self._node.get_namespace()) for other in others})

@@ -7,6 +7,7 @@ from rclpy.node import Node
 from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
+from satform.channels import relative
 from satform.consensus.graph import Graph
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.formation import Event, Rewired
@@ -53,11 +54,11 @@ class FormationServices:
 
     def __init__(self, node: Node, conductor: Conductor) -> None:
         self._conductor = conductor
-        node.create_service(Trigger, PAUSE, self._pause)
-        node.create_service(Trigger, RESUME, self._resume)
-        node.create_service(Trigger, STEP, self._step)
-        node.create_service(Trigger, STOP, self._stop)
-        node.create_service(SetGraph, SET_GRAPH, self._set_graph)
+        node.create_service(Trigger, relative(PAUSE), self._pause)
+        node.create_service(Trigger, relative(RESUME), self._resume)
+        node.create_service(Trigger, relative(STEP), self._step)
+        node.create_service(Trigger, relative(STOP), self._stop)
+        node.create_service(SetGraph, relative(SET_GRAPH), self._set_graph)
 
     def _pause(self, _request: Any, reply: Any) -> Any:
         if self._conductor.paused:

@@ -8,21 +8,21 @@ again. Names are looked up once for each writer.
 import time
 from collections import Counter
 from collections.abc import Collection, Iterable
+from functools import cached_property
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
+from satform.channels import relative
 from satform_nodes.entry import Refusals
+from satform_nodes.node_names import UNKNOWN_NODE, local_name
 
 UNDECIDED = ""
 """In place of a name: discovery has not yet told whose writer it is."""
 
 _LOOK = 0.02
 """Wall-clock time between two look-ups of a writer whose node is not known yet, s."""
-
-UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
-"""How rmw calls the node of an endpoint before its name has arrived."""
 
 _ANONYMOUS = 10.0
 """Wall-clock time within which every ROS node has told its name, s."""
@@ -39,7 +39,7 @@ class Speakers:
 
         Args:
             node: that listens.
-            topic: its name.
+            topic: its name in the root namespace.
             names: of the nodes that have to speak there, each with one writer.
             refusals: where messages of others are counted.
         """
@@ -67,9 +67,9 @@ class Speakers:
             endpoints: of the topic, as rclpy tells of publishers.
         """
         there = {
-            bytes(other.endpoint_gid): other.node_name
+            bytes(other.endpoint_gid): self._name(other)
             for other in endpoints
-            if other.node_name in self._expected
+            if self._name(other) in self._expected
         }
         known = self._name_of.keys() | self._strangers.keys()
         self._introduced = {writer: name for writer, name in there.items() if writer not in known}
@@ -106,7 +106,7 @@ class Speakers:
 
     def writers(self, name: str) -> set[bytes]:
         """Identifiers of all writers that a node of this name has here at present, believed or not."""
-        return {bytes(other.endpoint_gid) for other in self._endpoints() if other.node_name == name}
+        return {bytes(other.endpoint_gid) for other in self._endpoints() if self._name(other) == name}
 
     def _meet(self, writer: bytes, name: str) -> str | None:
         """Believe a new writer from now on, or remember why not."""
@@ -141,12 +141,19 @@ class Speakers:
         for other in endpoints:
             if bytes(other.endpoint_gid) == writer and other.node_name != UNKNOWN_NODE:
                 self._met.pop(writer, None)
-                return str(other.node_name)
+                return self._name(other)
         self._next_look = now + _LOOK
         return UNDECIDED
 
     def _endpoints(self) -> list[Any]:
-        return list(self._node.get_publishers_info_by_topic(self._topic))
+        return list(self._node.get_publishers_info_by_topic(relative(self._topic)))
+
+    @cached_property
+    def _namespace(self) -> str:
+        return str(self._node.get_namespace())
+
+    def _name(self, endpoint: Any) -> str:
+        return local_name(endpoint, self._namespace)
 
 
 def decoded(data: bytes, kind: Any, topic: str, refusals: Refusals) -> Any:

@@ -1,0 +1,25 @@
+"""Names of nodes as a node of the same formation sees them, whatever namespace the formation is in."""
+
+from typing import Any
+
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+"""How rmw calls the node of an endpoint before its name has arrived."""
+
+
+def local_name(endpoint: Any, namespace: str) -> str:
+    """Name of the node that an endpoint belongs to, as those in a namespace call it.
+
+    Two formations in one domain have nodes of the same names, and a few topics in common (`/clock`,
+    `/diagnostics`): only a node of the own namespace goes by its bare name.
+
+    Args:
+        endpoint: as rclpy tells of publishers and subscriptions.
+        namespace: of the node that asks.
+
+    Returns:
+        The bare name of a node in that namespace; of any other its name from the root.
+    """
+    name = str(endpoint.node_name)
+    if name == UNKNOWN_NODE or endpoint.node_namespace == namespace:
+        return name
+    return f"{endpoint.node_namespace.rstrip('/')}/{name}"
