@@ -22,7 +22,7 @@ def domain() -> Iterator[int]:
 @pytest.fixture
 def signals() -> Iterator[None]:
     """What a node's program does about signals ends with it."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     yield
     signal.set_wakeup_fd(-1)
     for number, handler in before.items():
