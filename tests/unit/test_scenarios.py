@@ -14,6 +14,8 @@ from satform_tools.check import warnings
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
+RESPONSES = {name for name in NAMES if name.startswith(("geo_parallel_l", "geo_sphere_l"))}
+
 
 @functools.cache
 def validator() -> jsonschema.Draft202012Validator:
@@ -29,8 +31,11 @@ def test_a_shipped_scenario_bears_its_own_name_and_says_where_it_comes_from(name
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> None:
-    # Some leave a satellite out of the graph on purpose, to show what becomes of it.
-    assert not [warning for warning in warnings(shipped(name)) if not warning.startswith("graph:")]
+    # Some leave a satellite out of the graph on purpose, to show what becomes of it; step responses begin
+    # in the chief's place, as in their source, where another satellite stays or is compared with them.
+    meant = ("graph: ", "start in the same place") if name in RESPONSES else ("graph: ",)
+    said = [warning for warning in warnings(shipped(name)) if not any(words in warning for words in meant)]
+    assert not said
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -10,8 +10,12 @@ from satform.scenario import Scenario
 from satform_tools.check.consensus import consensus_warnings
 from satform_tools.check.controllers import controller_warnings
 from satform_tools.check.disturbances import disturbance_warnings
+from satform_tools.check.start import start_warnings
+from satform_tools.check.times import time_warnings
 
 SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
+    start_warnings,
+    time_warnings,
     consensus_warnings,
     disturbance_warnings,
     controller_warnings,

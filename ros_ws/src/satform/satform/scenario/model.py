@@ -23,6 +23,7 @@ from satform.links import LinksSpec
 from satform.navigation import FilterSpec, NavigationSpec
 from satform.orientation import AttitudeSpec
 from satform.scenario.hosts import HostSpec, host_complaints
+from satform.scenario.start import coincident_with_followed, singular_references
 from satform.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.thruster import ThrusterSpec
 
@@ -263,6 +264,7 @@ class Scenario(Spec):
             *self._controller_complaints(),
             *self._graph_complaints(),
             *self._following_complaints(),
+            *self._reference_complaints(),
             *self._attitude_complaints(),
             *self._expectation_complaints(),
             *self._link_complaints(),
@@ -375,7 +377,15 @@ class Scenario(Spec):
             if heard != 1:
                 sentence = f"satellite {own.name} hears {heard} others; it hears just the one that it follows"
                 complaints.append((("graph",), sentence))
-        return complaints
+        if complaints or any(self.satellite(index).curve is None for index in range(len(self.satellites))):
+            return complaints
+        whole = [self.satellite(index) for index in range(len(self.satellites))]
+        return [(("satellites", index), text) for index, text in coincident_with_followed(whole, graph)]
+
+    def _reference_complaints(self) -> list[Complaint]:
+        whole = [self.satellite(index) for index in range(len(self.satellites))]
+        found = singular_references(whole, 2.0 * math.pi / self.orbit.rate)
+        return [(("satellites", index), sentence) for index, sentence in found]
 
     def _attitude_complaints(self) -> list[Complaint]:
         names = [satellite.name for satellite in self.satellites]

@@ -1,0 +1,137 @@
+"""Warnings about the start: who is where, how far apart the phases are, what is beyond its limit already."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from satform.consensus.graph import Graph
+from satform.control.distance import AdaptiveDistanceSpec
+from satform.elementwise import Array
+from satform.satellite import flight_plan, motion_at_start
+from satform.scenario import Scenario
+
+_MOST_PAIRS = 20_000
+"""Of satellites, that are looked at: all pairs of two hundred."""
+
+_MOST_SENTENCES = 5
+"""Of one kind; more are counted."""
+
+_SAME_PLACE = 1e-9
+"""Relative to the distance from the chief, below which two satellites are in one place."""
+
+
+def start_warnings(scenario: Scenario) -> list[str]:
+    """Sentences about a start from which the formation cannot fly as it is meant."""
+    return [
+        *_few(list(_coincident(scenario))),
+        *_few(list(_far_phases(scenario))),
+        *_few(list(_too_close(scenario))),
+        *_few(list(_full_wheels(scenario))),
+    ]
+
+
+def _few(found: list[str]) -> list[str]:
+    more = len(found) - _MOST_SENTENCES
+    if more <= 0:
+        return found
+    return [*found[:_MOST_SENTENCES], f"satellites: and {more} more like the last one"]
+
+
+def _linked_pairs(scenario: Scenario) -> Iterator[tuple[int, int]]:
+    """Pairs of satellites that the graph connects, directly or over others; the first of very many."""
+    part = _parts(scenario.possible_graph())
+    left = _MOST_PAIRS
+    for first in range(len(part)):
+        for second in range(first + 1, len(part)):
+            if part[first] != part[second]:
+                continue
+            left -= 1
+            if left < 0:
+                return
+            yield first, second
+
+
+def _parts(graph: Graph) -> list[int]:
+    """Number of the connected part of each satellite, whichever way the edges point."""
+    part = list(range(len(graph)))
+
+    def root(node: int) -> int:
+        while part[node] != node:
+            part[node] = part[part[node]]
+            node = part[node]
+        return node
+
+    for speaker, listener in graph.edges:
+        part[root(speaker)] = root(listener)
+    return [root(node) for node in range(len(part))]
+
+
+def _coincident(scenario: Scenario) -> Iterator[str]:
+    position = motion_at_start(scenario).position
+    names = [satellite.name for satellite in scenario.satellites]
+    # Satellites that exchange nothing are flown side by side to be compared, and may share a place.
+    for first, second in _linked_pairs(scenario):
+        apart = float(np.linalg.norm(position[first] - position[second]))
+        if apart <= _SAME_PLACE * max(1.0, float(np.linalg.norm(position[first]))):
+            yield (
+                f"satellites: {names[first]} and {names[second]} start in the same place, "
+                f"{_vector(position[first])} m"
+            )
+
+
+def _far_phases(scenario: Scenario) -> Iterator[str]:
+    if scenario.consensus.announces != "arc_length":
+        return
+    plans = [flight_plan(scenario, index) for index in range(len(scenario.satellites))]
+    phase = [float(plan.arc_length) - float(plan.phase_offset) for plan in plans]
+    periods = [float(plan.path.period) for plan in plans]
+    names = [satellite.name for satellite in scenario.satellites]
+    for first, second in _linked_pairs(scenario):
+        period = min(periods[first], periods[second])
+        apart = abs(phase[second] - phase[first])
+        if period <= 0.0 or apart <= 0.5 * period * (1.0 + _SAME_PLACE):
+            continue
+        turns = round((phase[second] - phase[first]) / period)
+        nearer = float(plans[second].arc_length) - turns * period
+        yield (
+            f"satellites: the phases of {names[first]} and {names[second]} differ by {apart:g} m, "
+            f"{apart / period:.4g} of a period of {period:g} m, and agreement makes up for all of it; at an "
+            f"arc_length of {nearer:.10g} m {names[second]} has the same place on its orbit, and a phase "
+            f"that differs by {abs(phase[second] - turns * period - phase[first]):g} m"
+        )
+
+
+def _too_close(scenario: Scenario) -> Iterator[str]:
+    position = motion_at_start(scenario).position
+    names = [satellite.name for satellite in scenario.satellites]
+    for index, name in enumerate(names):
+        law = scenario.satellite(index).controller
+        if not isinstance(law, AdaptiveDistanceSpec):
+            continue
+        for other in range(len(names)):
+            apart = float(np.linalg.norm(position[index] - position[other]))
+            follows = other in scenario.communication_graph().neighbours(index)
+            if other == index or apart > law.safe_distance or not (follows or other > index):
+                continue
+            keeps = "which its potential is to keep out of" if follows else "and its law does not look at it"
+            yield (
+                f"satellites: {name} starts {apart:.6g} m from {names[other]}, within the safe_distance of "
+                f"{law.safe_distance:g} m, {keeps}"
+            )
+
+
+def _full_wheels(scenario: Scenario) -> Iterator[str]:
+    for index, own in enumerate(scenario.satellites):
+        attitude, flown = scenario.satellite(index).attitude, flight_plan(scenario, index).orientation
+        if attitude is None or flown is None or attitude.wheel_momentum_limit is None:
+            continue
+        largest = float(np.max(np.abs(flown.start.wheel_momentum)))
+        if largest > attitude.wheel_momentum_limit:
+            yield (
+                f"satellites: a wheel of {own.name} starts with {largest:.4g} N m s, beyond its "
+                f"wheel_momentum_limit of {attitude.wheel_momentum_limit:g} N m s"
+            )
+
+
+def _vector(values: Array) -> str:
+    return f"({', '.join(f'{0.0 if abs(value) < 1e-9 else float(value):.6g}' for value in values)})"

@@ -1,0 +1,187 @@
+"""Warnings about times: what is rounded to steps, what lies beyond the end, what outlasts the flight."""
+
+from collections.abc import Iterator
+from typing import TypeAlias
+
+from satform.control.protocol import ControllerSpec
+from satform.control.waypoints import ImpulseSpec, TimedBurnsSpec
+from satform.expectation import AtTime
+from satform.faults import step_at
+from satform.links import LinkSpec
+from satform.scenario import Scenario
+
+_SLACK = 1e-6
+"""Of a step, by which a time may miss it and still count as on it."""
+
+_MOST_SENTENCES = 8
+"""Of one kind; more are counted."""
+
+Laws: TypeAlias = list[tuple[str, ControllerSpec]]
+
+
+def time_warnings(scenario: Scenario) -> list[str]:
+    """Sentences about times that are not flown as they are written."""
+    laws = _laws(scenario)
+    return [
+        *_few([*_rounded_plans(laws, scenario.timing.step), *_rounded_events(scenario)]),
+        *_few([*_late_plans(laws, scenario), *_late_events(scenario), *_too_long(scenario)]),
+    ]
+
+
+def _few(found: list[str]) -> list[str]:
+    more = len(found) - _MOST_SENTENCES
+    return found if more <= 0 else [*found[:_MOST_SENTENCES], f"timing: and {more} more like the last one"]
+
+
+def _laws(scenario: Scenario) -> Laws:
+    """Each control law once, with the path of its field."""
+    own = [
+        (f"satellites[{index}].controller", satellite.controller)
+        for index, satellite in enumerate(scenario.satellites)
+    ]
+    every = ("every_satellite.controller", scenario.every_satellite.controller)
+    return [(path, law) for path, law in [every, *own] if law is not None]
+
+
+def _off(time: float, step: float) -> bool:
+    """Whether a time is not on a step."""
+    return abs(time / step - round(time / step)) > _SLACK
+
+
+def _rounded_plans(laws: Laws, step: float) -> Iterator[str]:
+    """Times of impulses, which are flown at the nearest step."""
+    for path, law in laws:
+        if isinstance(law, ImpulseSpec):
+            if _off(law.start_time, step):
+                yield _rounded(f"{path}.start_time", law.start_time, round(law.start_time / step) * step)
+            for place, waypoint in enumerate(law.waypoints):
+                if _off(waypoint.duration, step):
+                    flown = round(waypoint.duration / step) * step
+                    yield _rounded(f"{path}.waypoints[{place}].duration", waypoint.duration, flown)
+        if isinstance(law, TimedBurnsSpec):
+            for place, burn in enumerate(law.burns):
+                begin = max(0, round(burn.time / step - 0.5)) * step
+                if abs(burn.time - begin - 0.5 * step) > _SLACK * step:
+                    yield (
+                        f"{path}.burns[{place}].time: {burn.time:.10g} s is flown from {begin:.10g} s to "
+                        f"{begin + step:.10g} s, its middle at {begin + 0.5 * step:.10g} s"
+                    )
+
+
+def _rounded(field: str, written: float, flown: float) -> str:
+    return f"{field}: {written:.10g} s is flown as {flown:.10g} s, at a whole number of steps"
+
+
+def _rounded_events(scenario: Scenario) -> Iterator[str]:
+    step = scenario.timing.step
+    for place, fault in enumerate(scenario.faults):
+        for name in ("at", "until", "back"):
+            time = getattr(fault, name, None)
+            if time is not None and _off(time, step):
+                yield _next(f"faults[{place}].{name}", time, step)
+    for place, change in enumerate(scenario.graph_schedule):
+        if _off(change.at, step):
+            yield _next(f"graph_schedule[{place}].at", change.at, step)
+    period = scenario.checkpoint_period
+    if period is not None and _off(period, step):
+        flown = max(1, round(period / step)) * step
+        yield f"checkpoint_period: {period:.10g} s is taken as {flown:.10g} s, a whole number of steps"
+    for path, link in _links(scenario):
+        yield from _rounded_links(path, link, step)
+    for place, expectation in enumerate(scenario.expect):
+        if isinstance(expectation, AtTime) and expectation.at is not None and _off(expectation.at, step):
+            judged = round(expectation.at / step) * step
+            yield f"expect[{place}].at: {expectation.at:.10g} s is judged at the step at {judged:.10g} s"
+
+
+def _next(field: str, time: float, step: float) -> str:
+    flown = step_at(time, step) * step
+    return f"{field}: {time:.10g} s is between two steps; it holds from the next one at {flown:.10g} s on"
+
+
+def _links(scenario: Scenario) -> list[tuple[str, LinkSpec]]:
+    if scenario.links is None:
+        return []
+    edges = [(f"links.edges[{place}]", edge) for place, edge in enumerate(scenario.links.edges)]
+    return [("links.default", scenario.links.default), *edges]
+
+
+def _rounded_links(path: str, link: LinkSpec, step: float) -> Iterator[str]:
+    if _off(link.delay, step) and link.jitter == 0.0:
+        arrival = step_at(link.delay, step) * step
+        yield f"{path}.delay: what takes {link.delay:.10g} s arrives at the next step, after {arrival:.10g} s"
+    if _off(link.period, step):
+        flown = max(1, round(link.period / step)) * step
+        yield f"{path}.period: {link.period:.10g} s is taken as {flown:.10g} s, a whole number of steps"
+    for place, window in enumerate(link.outages):
+        for name in ("begin", "end"):
+            if _off(getattr(window, name), step):
+                yield _next(f"{path}.outages[{place}].{name}", getattr(window, name), step)
+
+
+def _late_plans(laws: Laws, scenario: Scenario) -> Iterator[str]:
+    """What a plan of impulses still has to do when the flight ends."""
+    step, steps = scenario.timing.step, scenario.timing.steps
+    end = f"after the flight's end at {scenario.timing.duration:.10g} s"
+    for path, law in laws:
+        if isinstance(law, TimedBurnsSpec):
+            for place, burn in enumerate(law.burns):
+                if max(0, round(burn.time / step - 0.5)) >= steps:
+                    yield f"{path}.burns[{place}].time: {burn.time:.10g} s is {end}; it is never flown"
+        if isinstance(law, ImpulseSpec):
+            at = round(law.start_time / step)
+            if at >= steps:
+                yield f"{path}.start_time: {law.start_time:.10g} s is {end}; nothing of the tour is flown"
+                continue
+            for place, waypoint in enumerate(law.waypoints):
+                at += round(waypoint.duration / step)
+                stops = waypoint.arrival == "stop" or place == len(law.waypoints) - 1
+                # The burn that stops there is held over a step of its own.
+                if at + stops > steps:
+                    yield f"{path}.waypoints[{place}]: is reached at {at * step:.10g} s, {end}"
+                    break
+                at += stops
+
+
+def _late_events(scenario: Scenario) -> Iterator[str]:
+    duration = scenario.timing.duration
+    for place, fault in enumerate(scenario.faults):
+        until = getattr(fault, "until", None)
+        if until is not None and until > duration:
+            yield (
+                f"faults[{place}].until: {until:g} s is after the flight's end at {duration:g} s; the fault "
+                "lasts to the end"
+            )
+    for path, link in _links(scenario):
+        for place, window in enumerate(link.outages):
+            if window.begin >= duration:
+                yield (
+                    f"{path}.outages[{place}]: begins at {window.begin:g} s, after the flight's end at "
+                    f"{duration:g} s"
+                )
+
+
+def _too_long(scenario: Scenario) -> Iterator[str]:
+    """Delays and periods that the flight is too short for."""
+    duration = scenario.timing.duration
+    end = f"but the flight lasts {duration:g} s"
+    if scenario.checkpoint_period is not None and scenario.checkpoint_period > duration:
+        yield f"checkpoint_period: {scenario.checkpoint_period:g} s, {end}: no checkpoint is kept"
+    for path, link in _links(scenario):
+        if link.delay >= duration:
+            yield f"{path}.delay: {link.delay:g} s, {end}: no message arrives"
+        elif link.period >= duration:
+            yield f"{path}.period: {link.period:g} s, {end}: only the first message is sent"
+    seen: set[str] = set()
+    for index in range(len(scenario.satellites)):
+        sensor = scenario.satellite(index).sensor
+        if sensor is None or repr(sensor) in seen:
+            continue
+        seen.add(repr(sensor))
+        name = scenario.satellites[index].name
+        for field in ("latency", "update_period"):
+            if getattr(sensor, field) >= duration:
+                yield (
+                    f"satellites[{index}].sensor.{field}: {getattr(sensor, field):g} s, {end}: {name} has "
+                    "its first measurement and no other"
+                )
