@@ -1,12 +1,15 @@
 """Every truth model, thruster, sensor and filter flies over DDS as it does in one process, bit for bit."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from flights import shipped, shortened
+from earth_orientation_table import finals
+from flights import SCENARIOS, shipped, shortened
 from satform.record import FlightRecord
+from satform.scenario import load_scenario
 from satform.simulate import simulate
 from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import read_bag
@@ -33,6 +36,25 @@ def test_a_lockstep_flight_under_each_truth_has_the_bits_of_the_in_process_run(
 ) -> None:
     recorded, in_process, _ = flown(name, tmp_path)
     assert in_process.differences(recorded) == []
+
+
+def test_a_scenario_that_names_a_file_flies_and_is_read_from_its_bag_without_it(tmp_path: Path) -> None:
+    folder, out = tmp_path / "scenario", tmp_path / "run"
+    folder.mkdir()
+    out.mkdir()
+    (folder / "eop.txt").write_text(finals())
+    text = (SCENARIOS / "leo_degree10.yaml").read_text()
+    (folder / "scenario.yaml").write_text(text)
+    gravity = "dynamics.gravity={degree: 4, rotation: full, orientation_file: eop.txt}"
+    changes = [gravity, "timing.duration=600.0", "expect=[]"]
+    scenario = load_scenario(folder / "scenario.yaml", changes)
+    flight = fly(scenario, out, record=True, progress=lambda _done, _all: None)
+    assert flight.bag is not None
+    shutil.rmtree(folder)
+    bag = read_bag(flight.bag.rename(tmp_path / "bag"))
+    assert bag.scenario.digest() == scenario.digest()
+    assert simulate(bag.scenario).differences(bag.record) == []
+    assert load_scenario(out / "scenario.json").digest() == scenario.digest()
 
 
 def test_measured_states_and_estimates_are_the_same_and_the_truth_has_a_topic_of_its_own(

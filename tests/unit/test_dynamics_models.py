@@ -128,7 +128,6 @@ def test_satellites_of_their_own_shape_are_slowed_by_the_air_each_in_its_own_way
         ),
         (lambda: GravitySpec(degree=4, order=5), "order 5 is above degree 4"),
         (lambda: GravitySpec(rotation="full", earth_angle=1.0), "earth_angle belongs to rotation: closed"),
-        (lambda: GravitySpec(orientation_file="x"), "orientation_file belongs to rotation: full"),
         (lambda: GravitySpec(degree=121), "less than or equal to 120"),
     ],
 )

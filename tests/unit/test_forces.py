@@ -127,10 +127,3 @@ def test_the_epochs_earth_angle_is_brahes():
     matrix = np.asarray(brahe.earth_rotation(forces.brahe_epoch(later)))
     expected = math.atan2(matrix[0, 1], matrix[0, 0]) % (2.0 * math.pi)
     assert earth_angle_at(later) == pytest.approx(expected, abs=1e-9)
-
-
-def test_a_file_without_earth_orientation_is_refused_by_name(tmp_path):
-    wrong = tmp_path / "finals.txt"
-    wrong.write_text("no data\n")
-    with pytest.raises(ValueError, match=r"finals\.txt"):
-        forces.ensure_earth_orientation(wrong)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
-from satform.scenario import Scenario
+from satform.scenario import Scenario, save_scenario
 from satform.scenario.hosts import HostSpec
 from satform_bringup import SCENARIO_FILE
 from satform_bringup.flight import Flight, Policy
@@ -69,7 +69,7 @@ def run(
     folder = folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
-            (folder / SCENARIO_FILE).write_text(scenario.to_json(), encoding="utf-8")
+            save_scenario(scenario, folder / SCENARIO_FILE)
             outcome = _in_process(scenario, folder, record=record)
         else:
             outcome = _over_dds(scenario, folder, record=record, manner=manner, host=part)

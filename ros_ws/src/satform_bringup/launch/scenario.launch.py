@@ -13,7 +13,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from satform.faults import SatelliteLostSpec
-from satform.scenario import Scenario, load_scenario
+from satform.scenario import Scenario, load_scenario, save_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery
 from satform_bringup.processes import NodeProcess, processes
 from satform_bringup.under_way import hold_shell_domain
@@ -79,7 +79,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
     # Two formations in one namespace of a domain would hear each other; and who wants to look in finds this.
     hold_shell_domain(scenario.name, out, context.launch_configurations.get("ros_namespace", ""))
     scenario_file = out / SCENARIO_FILE
-    scenario_file.write_text(scenario.to_json(), encoding="utf-8")
+    save_scenario(scenario, scenario_file)
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
     display = asked["display"] == "true"
     checkpoints = None if scenario.checkpoint_period is None else out / CHECKPOINT_FOLDER

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from satform.scenario import Scenario
+from satform.scenario import Scenario, save_scenario
 from satform.scenario.hosts import HostSpec
 from satform_bringup import (
     BAG_FOLDER,
@@ -93,7 +93,7 @@ def fly(
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
         given = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
-        scenario_file.write_text(scenario.to_json(), encoding="utf-8")
+        save_scenario(scenario, scenario_file)
         watch = Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, given)
         told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
         (out / PROCESSES_FILE).write_text(json.dumps(told))

@@ -20,13 +20,21 @@ from satform.attitude_figures import FIGURES, attitude_figures
 from satform.channels import topic_name
 from satform.consensus.arc_length import Announces
 from satform.formation import Plan
+from satform.named_file import FileSource
 from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
 from satform_nodes.absences import Absences, happened
 from satform_nodes.bag_events import TYPES, EventError, Events, Told, read_events
-from satform_nodes.bag_writer import ROLE, RUN_METADATA, SCENARIO_ATTACHMENT, TIME_METADATA, WALL_CLOCK
+from satform_nodes.bag_writer import (
+    FILE_ATTACHMENTS,
+    ROLE,
+    RUN_METADATA,
+    SCENARIO_ATTACHMENT,
+    TIME_METADATA,
+    WALL_CLOCK,
+)
 from satform_nodes.wire import layout
 
 ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
@@ -131,6 +139,7 @@ class _Contents:
     closed: bool
     clocked: bool = False
     names: dict[str, str] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
 
 
 def _find(path: Path) -> Path:
@@ -174,9 +183,15 @@ def _scan(file: Path) -> _Contents:
 
 
 def _note(contents: _Contents, record: Any, file: Path) -> None:
-    if isinstance(record, Attachment) and record.name == SCENARIO_ATTACHMENT:
+    if isinstance(record, Attachment) and record.name.startswith(FILE_ATTACHMENTS):
+        contents.files[record.name.removeprefix(FILE_ATTACHMENTS)] = record.data
+    elif isinstance(record, Attachment) and record.name == SCENARIO_ATTACHMENT:
         try:
-            contents.scenario = parse_scenario(record.data.decode(), f"{file}:{SCENARIO_ATTACHMENT}")
+            contents.scenario = parse_scenario(
+                record.data.decode(),
+                f"{file}:{SCENARIO_ATTACHMENT}",
+                files=FileSource(file.parent, contents.files),
+            )
         except (ScenarioError, UnicodeDecodeError) as error:
             raise BagError(f"{file}: the scenario in it cannot be read: {error}") from None
     elif isinstance(record, Metadata) and record.name == RUN_METADATA:

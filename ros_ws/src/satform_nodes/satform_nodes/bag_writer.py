@@ -19,6 +19,8 @@ from satform_nodes.definitions import MessageType
 
 CHUNK_BYTES = 64 * 1024
 SCENARIO_ATTACHMENT = "scenario.json"
+FILE_ATTACHMENTS = "scenario_files/"
+"""Before the names of files that the scenario names, which precede it in the bag."""
 RUN_METADATA = "satform"
 
 ROLE = "satform_topic"
@@ -144,4 +146,6 @@ class BagWriter(BagFile):
         super().__init__(folder)
         self.add_metadata(RUN_METADATA, {**versions, "scenario": scenario.name, "digest": scenario.digest()})
         self.add_metadata(TIME_METADATA, {"kept_by": WALL_CLOCK if clocked else "steps"})
+        for name, content in scenario.files().items():
+            self.add_attachment(f"{FILE_ATTACHMENTS}{name}", "application/octet-stream", content)
         self.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario.to_json().encode())

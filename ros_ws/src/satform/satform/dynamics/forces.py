@@ -8,15 +8,15 @@ series, the atmosphere is the Harris-Priester model.
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import brahe
 import numpy as np
 
 from satform.dynamics.chief import as_utc, earth_angle_at
+from satform.dynamics.earth_orientation import EarthOrientation, from_file, without_file
 from satform.elementwise import Array, dot
 from satform.frames import ClosedEarthRotation, EarthRotation
 
@@ -56,37 +56,10 @@ def central_gravity(position: Array, parameter: float) -> Array:
 
 def brahe_epoch(epoch: datetime) -> Any:
     """An epoch of brahe from a date; without a time zone it is UTC."""
-    ensure_earth_orientation()
     utc = as_utc(epoch)
     second = utc.second + 1e-6 * utc.microsecond
     scale: Any = brahe.TimeSystem.UTC
     return brahe.Epoch.from_datetime(utc.year, utc.month, utc.day, utc.hour, utc.minute, second, 0.0, scale)
-
-
-def ensure_earth_orientation(file: Path | None = None) -> None:
-    """Earth orientation parameters for brahe, which keeps them for the whole process.
-
-    Args:
-        file: an IERS finals or C04 file; None keeps what is set, and sets UT1 = UTC without polar
-            motion if nothing is.
-
-    Raises:
-        ValueError: the file cannot be used.
-    """
-    if file is not None:
-        try:
-            provider = brahe.FileEOPProvider.from_file(str(file), True, "Hold")
-        except Exception as error:
-            raise ValueError(f"{file} is not a file of Earth orientation parameters: {error}") from error
-        brahe.set_global_eop_provider_from_file_provider(provider)
-    elif not brahe.get_global_eop_initialization():
-        brahe.set_global_eop_provider_from_static_provider(brahe.StaticEOPProvider.from_zero())
-
-
-def equator_of_date(epoch: Any) -> Array:
-    """Rotation of inertial axes (GCRF) into the true equator and equinox of brahe's epoch, (3, 3)."""
-    rotation: Array = brahe.rotation_gcrf_to_tod(epoch)
-    return rotation
 
 
 @dataclass(frozen=True)
@@ -95,14 +68,15 @@ class FullEarthRotation:
 
     Attributes:
         epoch: brahe's epoch of time zero.
+        orientation: Earth orientation parameters of this flight.
     """
 
     epoch: Any
+    orientation: EarthOrientation = field(default_factory=without_file)
 
     def matrix(self, time: float) -> Array:
         """Rotation of inertial into Earth-fixed components at `time` s after the epoch, (3, 3)."""
-        rotation: Array = brahe.rotation_gcrf_to_itrf(self.epoch + time)
-        return rotation
+        return self.orientation.inertial_to_fixed(self.epoch + time)
 
 
 @dataclass(frozen=True)
@@ -293,8 +267,16 @@ def gravity_of(spec: "GravitySpec", epoch: datetime) -> Gravity:
     if spec.rotation == "closed":
         angle = earth_angle_at(epoch) if spec.earth_angle is None else spec.earth_angle
         return Gravity(spec.degree, order, ClosedEarthRotation(angle))
-    ensure_earth_orientation(spec.orientation_file)
-    return Gravity(spec.degree, order, FullEarthRotation(brahe_epoch(epoch)))
+    return Gravity(spec.degree, order, FullEarthRotation(brahe_epoch(epoch), earth_orientation_of(spec)))
+
+
+def earth_orientation_of(spec: "GravitySpec") -> EarthOrientation:
+    """The Earth orientation parameters that a scenario names.
+
+    Raises:
+        ValueError: its file cannot be used.
+    """
+    return without_file() if spec.orientation_file is None else from_file(spec.orientation_file)
 
 
 def forces_of(spec: "InertialDynamicsSpec") -> ForceModel:
@@ -304,11 +286,17 @@ def forces_of(spec: "InertialDynamicsSpec") -> ForceModel:
     if spec.sun or spec.moon:
         chosen.append(ThirdBodies(epoch, spec.sun, spec.moon))
     if spec.drag:
-        full = spec.gravity.rotation == "full"
-        chosen.append(Drag(epoch, equator_of_date(epoch) if full else np.eye(3)))
+        chosen.append(Drag(epoch, _equator(spec.gravity, epoch)))
     if spec.solar_pressure:
         chosen.append(SolarPressure(epoch))
     return ForceModel(tuple(chosen))
+
+
+def _equator(spec: "GravitySpec", epoch: Any) -> Array:
+    """Rotation of inertial axes into the equator to which the atmosphere belongs, (3, 3)."""
+    if spec.rotation == "closed":
+        return np.eye(3)
+    return earth_orientation_of(spec).inertial_to_equator_of_date(epoch)
 
 
 def body_of(spec: "BodySpec") -> Body:

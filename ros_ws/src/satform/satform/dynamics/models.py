@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from satform.dynamics.chief import Angle, ChiefOrbitSpec
 from satform.dynamics.cw import DisturbedStep
@@ -17,6 +16,7 @@ from satform.dynamics.linear_j2 import build as build_linear_j2
 from satform.dynamics.perturbations import Perturbation, PerturbationSetting, PerturbationSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec, total_perturbation
 from satform.elementwise import Array
+from satform.named_file import NamedFile
 from satform.spec import NonNegative, Plugin, Positive, Spec
 
 if TYPE_CHECKING:
@@ -122,9 +122,18 @@ class GravitySpec(Spec):
     """closed: uniform about the inertial z axis; full: precession, nutation and polar motion (brahe)."""
     earth_angle: Angle | None = None
     """closed: Earth rotation angle at time zero [rad]; the epoch's when left out."""
-    orientation_file: Path | None = None
-    """full: a file of Earth orientation parameters (IERS finals or C04); UT1 = UTC and no polar
-    motion when left out. Nothing is downloaded."""
+    orientation_file: NamedFile | None = None
+    """full: a file of Earth orientation parameters (IERS finals2000A or C04), its path counted from the
+    scenario's folder; UT1 = UTC and no polar motion when left out. Nothing is downloaded."""
+
+    @field_validator("orientation_file")
+    @classmethod
+    def _readable(cls, file: NamedFile | None) -> NamedFile | None:
+        if file is not None:
+            from satform.dynamics.earth_orientation import from_file  # noqa: PLC0415  brahe is slow to import
+
+            from_file(file)
+        return file
 
     @model_validator(mode="after")
     def _consistent(self) -> "GravitySpec":

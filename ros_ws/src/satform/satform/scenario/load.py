@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from satform.bounded_file import read_bounded, too_large
+from satform.named_file import FileSource
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
 from satform.scenario.overrides import apply_changes
@@ -31,7 +32,7 @@ def load_scenario(
     """Read and check a scenario file.
 
     Args:
-        path: the YAML file.
+        path: the YAML file; files that it names count from its folder.
         changes: `key=value` settings laid over the file, with paths of fields and YAML values, for
             example `timing.step=1.0` or `satellites[0].arc_length=100.0`. Where they shorten the
             flight, what the file expects, breaks or changes beyond its new end is left out.
@@ -54,7 +55,22 @@ def load_scenario(
     except ValueError:
         # Python's own word for a name with a null character.
         raise ScenarioError([Problem(file, None, "", "is not a possible file name")]) from None
-    return parse_scenario(text, file, changes, remark)
+    return parse_scenario(text, file, changes, remark, FileSource(Path(path).parent))
+
+
+def save_scenario(scenario: Scenario, path: Path) -> None:
+    """Write a scenario to a file, with copies of the files that it names beside it.
+
+    Args:
+        scenario: to be written.
+        path: of the new file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    for name, content in scenario.files().items():
+        (path.parent / name).write_bytes(content)
+    path.write_text(scenario.to_json(), encoding="utf-8")
 
 
 def parse_scenario(
@@ -62,6 +78,7 @@ def parse_scenario(
     file: str = "<text>",
     changes: Iterable[str] = (),
     remark: Callable[[str], None] | None = None,
+    files: FileSource | None = None,
 ) -> Scenario:
     """Check the text of a scenario.
 
@@ -70,6 +87,7 @@ def parse_scenario(
         file: the name to use in messages.
         changes: as for `load_scenario`.
         remark: as for `load_scenario`.
+        files: where the files that it names are looked for; the working directory when left out.
 
     Returns:
         The scenario, complete and consistent.
@@ -90,11 +108,11 @@ def parse_scenario(
     changed = apply_changes(data, changes)
     beyond = beyond_the_end(written, data, changed)
     flown = within_the_end(data, beyond)
-    scenario, found = _checked(flown, tree, file, changed)
+    scenario, found = _checked(flown, tree, file, changed, files)
     if found and beyond:
         # Found once more in the whole, where every problem has the place that the file gives it.
         outside = {f"{field}[{place}]" for field, places in beyond.items() for place in places}
-        _, every = _checked(data, tree, file, changed)
+        _, every = _checked(data, tree, file, changed, files)
         found = [problem for problem in every if not problem.field.startswith(tuple(outside))] or found
     if scenario is None or found:
         raise ScenarioError(_first(sorted(found, key=lambda problem: problem.line or 0)))
@@ -113,11 +131,11 @@ def _first(found: list[Problem]) -> list[Problem]:
 
 
 def _checked(
-    data: Any, tree: Any, file: str, changed: Mapping[FieldPath, str]
+    data: Any, tree: Any, file: str, changed: Mapping[FieldPath, str], files: FileSource | None
 ) -> tuple[Scenario | None, list[Problem]]:
     """The scenario, unless the model refuses it, and all that is wrong."""
     try:
-        scenario = Scenario.model_validate(data)
+        scenario = Scenario.model_validate(data, context=files)
     except ValidationError as error:
         every = error.errors(include_url=False)
         return None, [

@@ -20,6 +20,7 @@ from satform.expectation import Expectation
 from satform.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
 from satform.formation import GraphChangeSpec, planned, possible_graph
 from satform.links import LinksSpec
+from satform.named_file import BY_CONTENT, with_copies
 from satform.navigation import FilterSpec, NavigationSpec
 from satform.orientation import AttitudeSpec
 from satform.scenario.hosts import HostSpec, host_complaints
@@ -523,9 +524,16 @@ class Scenario(Spec):
         return own.model_copy(update=inherited)
 
     def to_json(self) -> str:
-        """The scenario as JSON text, from which the same scenario is read again."""
-        text = self.model_dump_json(indent=1, exclude_unset=True)
+        """The scenario as JSON text, from which the same scenario is read again.
+
+        Files that it names stand there by the names of their copies, the keys of `files`.
+        """
+        text, _ = with_copies(self, indent=1, exclude_unset=True)
         return _NOT_IN_YAML.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+    def files(self) -> dict[str, bytes]:
+        """Content of the files that the scenario names, by the names of their copies."""
+        return with_copies(self, exclude_unset=True)[1]
 
     def digest(self) -> str:
         """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
@@ -533,5 +541,5 @@ class Scenario(Spec):
         explicit = self.model_copy(update={"satellites": satellites, "every_satellite": SatelliteFields()})
         # Where the parts run does not change what is flown, nor what is not judged what is judged.
         return hashlib.sha256(
-            explicit.model_dump_json(exclude={"hosts", "expectations_left_out"}).encode()
+            explicit.model_dump_json(exclude={"hosts", "expectations_left_out"}, context=BY_CONTENT).encode()
         ).hexdigest()
