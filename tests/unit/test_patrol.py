@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 from satform.control.patrol import (
     GEOSTATIONARY_RADIUS,
     Burn,
+    NoPatrolError,
     Patrol,
     PatrolGoal,
     PatrolTarget,
@@ -226,6 +227,85 @@ def test_a_larger_keep_out_distance_is_respected():
     patrol = replace(PATROL, targets=PATROL.targets[1:2])
     near, far = plan_patrol(patrol), plan_patrol(patrol, PatrolGoal(keep_out=52e3))
     assert near.encounters[0].distance < 52e3 <= far.encounters[0].distance
+
+
+def flown(patrol, burns):
+    """Distance in m of the watcher to each target once a minute, by integration of gravity and burns."""
+
+    def rate(_time, state):
+        return np.concatenate(
+            (state[2:], -GRAVITATIONAL_PARAMETER * state[:2] / np.linalg.norm(state[:2]) ** 3)
+        )
+
+    radius = GEOSTATIONARY_RADIUS + patrol.altitude_offset
+    angle = greenwich_angle(patrol.start_day) + patrol.longitude
+    outward, ahead = (
+        np.array([math.cos(angle), math.sin(angle)]),
+        np.array([-math.sin(angle), math.cos(angle)]),
+    )
+    state = np.concatenate((radius * outward, math.sqrt(GRAVITATIONAL_PARAMETER / radius) * ahead))
+    times, places, begin = np.arange(0.0, patrol.duration, 60.0), [], 0.0
+    for burn in (*burns, None):
+        end = patrol.duration if burn is None else burn.time
+        asked = times[(times >= begin) & (times < end)]
+        if end > begin:
+            leg = solve_ivp(rate, (begin, end), state, "DOP853", [*asked, end], rtol=1e-10, atol=1e-4)
+            places.append(leg.y[:2, :-1].T)
+            state, begin = leg.y[:, -1].copy(), end
+        if burn is not None:
+            state[2:] *= 1.0 + burn.speed_change / np.linalg.norm(state[2:])
+    watcher = np.hstack((np.vstack(places), np.zeros((times.size, 1))))
+    found = []
+    for one in patrol.targets:
+        argument = greenwich_angle(patrol.start_day) + one.longitude - one.node + MEAN_MOTION * times
+        flat = np.stack((np.cos(argument), np.sin(argument) * math.cos(one.inclination)), axis=-1)
+        turn = np.array([[math.cos(one.node), math.sin(one.node)], [-math.sin(one.node), math.cos(one.node)]])
+        place = np.hstack((flat @ turn, (np.sin(argument) * math.sin(one.inclination))[:, None]))
+        found.append(np.linalg.norm(watcher - GEOSTATIONARY_RADIUS * place, axis=1))
+    return np.array(found)
+
+
+TWO = replace(PATROL, duration=7.0 * DAY, targets=PATROL.targets[:2])
+
+
+@pytest.mark.parametrize(
+    ("patrol", "goal"),
+    [
+        (TWO, PatrolGoal()),
+        (TWO, PatrolGoal(keep_out=60e3)),
+        # The second target lies beside the start: it is passed while the watcher is on its way to the first.
+        (replace(PATROL, targets=(PATROL.targets[2], PATROL.targets[1])), PatrolGoal(keep_out=50e3)),
+    ],
+)
+def test_a_plan_keeps_its_distance_to_every_target_at_every_time_of_an_independent_flight(patrol, goal):
+    plan = plan_patrol(patrol, goal, width=2)
+    assert all(burn.time <= patrol.duration for burn in plan.burns)
+    assert plan.delta_v() <= goal.budget
+    assert flown(patrol, plan.burns).min() > goal.keep_out - 20.0
+
+
+@pytest.mark.parametrize("goal", [PatrolGoal(keep_out=300e3), PatrolGoal(keep_out=60e3, budget=0.01)])
+def test_a_distance_that_cannot_be_kept_gives_no_plan_but_the_largest_that_can(goal):
+    with pytest.raises(NoPatrolError) as caught:
+        plan_patrol(TWO, goal, width=2)
+    nearest = caught.value.nearest
+    assert nearest is not None
+    assert nearest < goal.keep_out
+    kept = plan_patrol(TWO, replace(goal, keep_out=nearest), width=2)
+    assert flown(TWO, kept.burns).min() == pytest.approx(nearest, abs=50.0)
+
+
+def test_a_start_within_the_keep_out_distance_gives_no_plan():
+    beside = replace(PATROL, targets=(target(53.5, 0.01, 270.0),))
+    with pytest.raises(NoPatrolError, match="stays 60 km away from every target all the time") as caught:
+        plan_patrol(beside, PatrolGoal(keep_out=60e3), width=2)
+    # 50 km below the target, which the orbits' inclination moves by 7 km at most.
+    assert caught.value.nearest == pytest.approx(50e3, abs=600.0)
+
+
+def test_no_burn_is_later_than_the_patrol_ends():
+    short = replace(PATROL, duration=0.7 * DAY, targets=PATROL.targets[1:2])
+    assert all(burn.time <= short.duration for burn in plan_patrol(short).burns)
 
 
 @pytest.mark.parametrize("budget", [0.0, 0.1])

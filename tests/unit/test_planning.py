@@ -93,3 +93,15 @@ def test_a_plan_that_cannot_be_made_is_refused_in_words(
 ) -> None:
     assert cli.main(["plan", *words]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_patrol_that_cannot_keep_its_distance_ends_with_the_nearest_that_can(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ("plan", "patrol", "--target", "56.82,0.01,270", "--days", "7")
+    assert cli.main([*words, "--keep-out", "300"]) == 1
+    said = capsys.readouterr().err
+    assert "stays 300 km away from every target all the time within 0.45 m/s and 7 days" in said
+    feasible = said.rsplit(" is ", 1)[1].split(" km")[0]
+    assert cli.main([*words, "--keep-out", feasible, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["closest_distance"] >= 1e3 * float(feasible)

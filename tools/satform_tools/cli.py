@@ -334,6 +334,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return end.code if isinstance(end.code, int) else EXIT_BAD_INPUT
     except CommandError as error:
         say.error(str(error))
+        return error.exit_code
     except OSError as error:
         say.error(sentence_of(error))
     except ValueError as error:

@@ -53,6 +53,9 @@ def patrol(
     below: Annotated[float, typer.Option(help="Depth of the watcher's orbit below the belt, km.")] = 50.0,
     days: Annotated[float, typer.Option(help="Length of the patrol, days.")] = 7.7,
     budget: Annotated[float, typer.Option(help="Delta-v that is not exceeded, m/s.")] = 0.45,
+    keep_out: Annotated[
+        float, typer.Option(help="Distance kept to every target from the start to the end, km.")
+    ] = 35.0,
     date: Date = None,
     chief: Annotated[
         float, typer.Option(help="Longitude of the geostationary chief in whose LVLH burns are given, deg E.")
@@ -62,4 +65,4 @@ def patrol(
     """Small burns that pass satellites of the geostationary belt near and well lit, beside plain drift."""
     from satform_tools import planning
 
-    planning.patrol(target, longitude, below, days, budget, date, chief, as_json=json)
+    planning.patrol(target, longitude, below, days, budget, keep_out, date, chief, as_json=json)

@@ -13,11 +13,13 @@ from satform.control.patrol import (
     GEOSTATIONARY_RADIUS,
     Burn,
     Encounter,
+    NoPatrolError,
     Patrol,
     PatrolGoal,
     PatrolPlan,
     PatrolTarget,
     burn_in_lvlh,
+    clearance,
     encounters,
     plan_patrol,
 )
@@ -26,7 +28,7 @@ from satform.control.sunlight import days_at, sun_in_lvlh
 from satform.control.tour import TourPlan, plan_tour
 from satform.earth import GRAVITATIONAL_PARAMETER
 from satform_tools import say
-from satform_tools.faults import CommandError
+from satform_tools.faults import CommandError, InfeasibleError
 from satform_tools.say import Table
 
 DAY = 86400.0
@@ -91,6 +93,7 @@ def patrol(
     below: float,
     days: float,
     budget: float,
+    keep_out: float,
     date: datetime | None,
     chief: float,
     *,
@@ -104,15 +107,19 @@ def patrol(
         below: depth of its orbit below the geostationary belt, km.
         days: length of the patrol.
         budget: delta-v that is not exceeded, m/s.
+        keep_out: distance to every target that is kept from the start to the end, km.
         date: of the start, UTC; None for that of `patrol_three`.
         chief: longitude of the chief in whose LVLH burns are given, deg east.
         as_json: whether for a machine.
 
     Raises:
         CommandError: a text is not of its form, or a number is out of range.
+        InfeasibleError: no plan keeps budget, duration and keep-out distance.
     """
     if not (0.0 < days <= 60.0 and budget >= 0.0 and abs(below) <= 1000.0):
         raise CommandError("a patrol takes up to 60 days, no negative budget, and 1000 km about the belt")
+    if not 0.0 <= keep_out <= 1000.0:
+        raise CommandError(f"--keep-out {keep_out:g}: takes 0 to 1000 km")
     task = Patrol(
         start_day=days_at(date or PATROL_DATE),
         duration=days * DAY,
@@ -120,7 +127,11 @@ def patrol(
         altitude_offset=-1e3 * below,
         targets=tuple(_target(text) for text in targets or PATROL_TARGETS),
     )
-    plan, drifting = plan_patrol(task, PatrolGoal(budget=budget)), encounters(task, ())
+    try:
+        plan = plan_patrol(task, PatrolGoal(budget=budget, keep_out=1e3 * keep_out))
+    except NoPatrolError as error:
+        raise InfeasibleError(str(error)) from None
+    drifting = encounters(task, ())
     vectors = [burn_in_lvlh(task, plan.burns, burn, math.radians(chief)) for burn in plan.burns]
     if as_json:
         say.as_json(_patrol_data(task, plan, drifting, [vector.tolist() for vector in vectors]))
@@ -130,6 +141,8 @@ def patrol(
     _print_passes(task, plan.encounters, drifting)
     say.line()
     say.line(f"delta-v {plan.delta_v():.6g} m/s; drifting needs none")
+    nearest = clearance(task, plan.burns, 0.0, task.duration)
+    say.line(f"nearest to any target at any time: {nearest / 1e3:.1f} km")
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:
@@ -183,6 +196,7 @@ def _patrol_data(
             for burn, vector in zip(plan.burns, vectors, strict=True)
         ],
         "delta_v": plan.delta_v(),
+        "closest_distance": clearance(task, plan.burns, 0.0, task.duration),
         "passes": [
             {**asdict(seen), "angular_rate": _angular_rate(target, seen)}
             for target, seen in zip(task.targets, plan.encounters, strict=True)

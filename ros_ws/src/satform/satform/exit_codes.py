@@ -4,7 +4,7 @@ EXIT_DONE = 0
 """Done; what was judged is as expected."""
 
 EXIT_MISSED = 1
-"""An expectation was missed."""
+"""An expectation was missed, or no plan keeps its constraints."""
 
 EXIT_BAD_INPUT = 2
 """Something that was given cannot be used: a scenario, a parameter, a folder."""

@@ -6,246 +6,49 @@ A target whose orbit is inclined is near the equator only when it crosses its no
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from satform.control.sunlight import greenwich_angle, in_cylindrical_shadow, sun_direction
+from satform.control.patrol_orbit import GEOSTATIONARY_RADIUS, Burn, altitude_change
+from satform.control.patrol_passes import (
+    Encounter,
+    Patrol,
+    PatrolTarget,
+    clearance,
+    closest_approach,
+    closest_pass,
+    encounters,
+    target_position,
+    watcher_position,
+)
+from satform.control.sunlight import greenwich_angle
 from satform.earth import GRAVITATIONAL_PARAMETER
-from satform.elementwise import Array, dot, joined, norm
+from satform.elementwise import Array
 
-GEOSTATIONARY_RADIUS = 42164169.6
-_KEPLER_ITERATIONS = 4
+__all__ = [
+    "GEOSTATIONARY_RADIUS",
+    "Burn",
+    "Encounter",
+    "NoPatrolError",
+    "Patrol",
+    "PatrolGoal",
+    "PatrolPlan",
+    "PatrolTarget",
+    "altitude_change",
+    "burn_in_lvlh",
+    "clearance",
+    "closest_approach",
+    "closest_pass",
+    "encounters",
+    "plan_patrol",
+    "target_position",
+    "watcher_position",
+]
+
 _REST_AFTER_PASS = 3600.0
-_COARSE_INTERVAL = 600.0
 _FINEST_CHANGE = 50.0
-
-
-@dataclass(frozen=True)
-class PatrolTarget:
-    """A satellite on a circular geosynchronous orbit.
-
-    Attributes:
-        longitude: at which it crosses the equator, east of Greenwich, rad.
-        inclination: rad.
-        node: right ascension of its ascending node, rad.
-    """
-
-    longitude: float
-    inclination: float
-    node: float
-
-
-@dataclass(frozen=True)
-class Patrol:
-    """What has to be patrolled, and from where.
-
-    Attributes:
-        start_day: days since 2000-01-01 12:00 UTC.
-        duration: s.
-        longitude: of the watcher at the start, east of Greenwich, rad.
-        altitude_offset: of the watcher's first circular orbit from the belt, m; negative below.
-        targets: in the order in which they are passed.
-    """
-
-    start_day: float
-    duration: float
-    longitude: float
-    altitude_offset: float
-    targets: tuple[PatrolTarget, ...]
-
-
-@dataclass(frozen=True)
-class Burn:
-    """A tangential impulse.
-
-    Attributes:
-        time: since the start, s.
-        speed_change: m/s, positive forward.
-    """
-
-    time: float
-    speed_change: float
-
-
-@dataclass(frozen=True)
-class Encounter:
-    """The closest pass of a target.
-
-    Attributes:
-        time: since the start, s.
-        distance: m.
-        light_angle: at the target between the sun and the watcher, rad; small when well lit.
-        sunlit: whether the target is outside the Earth's shadow.
-    """
-
-    time: float
-    distance: float
-    light_angle: float
-    sunlit: bool
-
-
-def target_position(patrol: Patrol, target: PatrolTarget, time: Array) -> Array:
-    """Where a target is.
-
-    Args:
-        patrol: gives the day at time zero.
-        target: whose position is wanted.
-        time: since the start, s, shape (m,).
-
-    Returns:
-        Inertial equatorial position, m, shape (m, 3).
-
-    Source: Geometry of a circular orbit.
-    """
-    start = greenwich_angle(patrol.start_day) + target.longitude - target.node
-    argument = start + math.sqrt(GRAVITATIONAL_PARAMETER / GEOSTATIONARY_RADIUS**3) * time
-    along, across = np.cos(argument), np.sin(argument) * math.cos(target.inclination)
-    cosine, sine = math.cos(target.node), math.sin(target.node)
-    up = np.sin(argument) * math.sin(target.inclination)
-    components = (cosine * along - sine * across, sine * along + cosine * across, up)
-    return GEOSTATIONARY_RADIUS * np.stack(components, axis=-1)
-
-
-@dataclass(frozen=True)
-class PlanarOrbit:
-    """A nearly circular equatorial orbit.
-
-    Attributes:
-        semi_major_axis: m.
-        eccentricity: components of the eccentricity vector along inertial x and y.
-        mean_longitude: at `time`, rad.
-        time: s.
-    """
-
-    semi_major_axis: float
-    eccentricity: tuple[float, float]
-    mean_longitude: float
-    time: float
-
-    def state(self, time: Array) -> tuple[Array, Array]:
-        """Inertial position (m) and velocity (m/s) in the plane, each (m, 2), at times (s) of shape (m,).
-
-        Source: Equinoctial form of Kepler's equation; Battin, An Introduction to the Mathematics and
-        Methods of Astrodynamics, ch. 10.
-        """
-        axis, (ex, ey) = self.semi_major_axis, self.eccentricity
-        motion = math.sqrt(GRAVITATIONAL_PARAMETER / axis**3)
-        mean = self.mean_longitude + motion * (time - self.time)
-        longitude = mean
-        for _ in range(_KEPLER_ITERATIONS):
-            cosine, sine = np.cos(longitude), np.sin(longitude)
-            miss = longitude - ex * sine + ey * cosine - mean
-            longitude = longitude - miss / (1.0 - ex * cosine - ey * sine)
-        cosine, sine = np.cos(longitude), np.sin(longitude)
-        weight = 1.0 / (1.0 + math.sqrt(1.0 - ex * ex - ey * ey))
-        rate = motion / (1.0 - ex * cosine - ey * sine)
-        xx, xy, yy = 1.0 - ey * ey * weight, ex * ey * weight, 1.0 - ex * ex * weight
-        position = joined(xx * cosine + xy * sine - ex, yy * sine + xy * cosine - ey)
-        velocity = joined(xy * cosine - xx * sine, yy * cosine - xy * sine)
-        return axis * position, axis * rate[..., None] * velocity
-
-    def after(self, burn: Burn) -> "PlanarOrbit":
-        """The orbit after a tangential burn."""
-        position, velocity = (vector[0] for vector in self.state(np.array([burn.time])))
-        speed = math.hypot(*velocity)
-        velocity = velocity * (1.0 + burn.speed_change / speed)
-        return _orbit_through(position, velocity, burn.time)
-
-
-def _orbit_through(position: Array, velocity: Array, time: float) -> PlanarOrbit:
-    (x, y), (vx, vy) = position.tolist(), velocity.tolist()
-    radius, momentum = math.hypot(x, y), x * vy - y * vx
-    ex = vy * momentum / GRAVITATIONAL_PARAMETER - x / radius
-    ey = -vx * momentum / GRAVITATIONAL_PARAMETER - y / radius
-    axis = 1.0 / (2.0 / radius - (vx * vx + vy * vy) / GRAVITATIONAL_PARAMETER)
-    weight = 1.0 / (1.0 + math.sqrt(1.0 - ex * ex - ey * ey))
-    root = math.sqrt(1.0 - ex * ex - ey * ey)
-    cosine = ex + ((1.0 - ex * ex * weight) * x / axis - ex * ey * weight * y / axis) / root
-    sine = ey + ((1.0 - ey * ey * weight) * y / axis - ex * ey * weight * x / axis) / root
-    longitude = math.atan2(sine, cosine)
-    return PlanarOrbit(axis, (ex, ey), longitude - ex * sine + ey * cosine, time)
-
-
-def watcher_position(patrol: Patrol, burns: Sequence[Burn], time: Array) -> Array:
-    """Where the watcher is.
-
-    Args:
-        patrol: gives its first orbit.
-        burns: in order of time.
-        time: since the start, s, ascending, shape (m,).
-
-    Returns:
-        Inertial equatorial position, m, shape (m, 3).
-
-    Source: Two-body motion between impulses.
-    """
-    radius = GEOSTATIONARY_RADIUS + patrol.altitude_offset
-    angle = greenwich_angle(patrol.start_day) + patrol.longitude
-    orbit = PlanarOrbit(radius, (0.0, 0.0), angle, 0.0)
-    position = np.zeros((time.size, 3))
-    ends = np.searchsorted(time, [burn.time for burn in burns])
-    begin = 0
-    for burn, end in zip(burns, ends.tolist(), strict=True):
-        position[begin:end, :2] = orbit.state(time[begin:end])[0]
-        orbit, begin = orbit.after(burn), end
-    position[begin:, :2] = orbit.state(time[begin:])[0]
-    return position
-
-
-def closest_pass(
-    patrol: Patrol, burns: Sequence[Burn], target: PatrolTarget, since: float = 0.0
-) -> Encounter:
-    """The closest pass of one target during the patrol.
-
-    Args:
-        patrol: the watcher's start and the duration.
-        burns: in order of time.
-        target: that is passed.
-        since: earliest time of the pass, s.
-
-    Returns:
-        Time, distance and light of the pass.
-    """
-    low, high, interval = since, patrol.duration, _COARSE_INTERVAL
-    while True:
-        time = np.linspace(low, high, 2 + int((high - low) / interval))
-        apart = watcher_position(patrol, burns, time) - target_position(patrol, target, time)
-        distance = norm(apart)
-        best = int(np.argmin(distance))
-        if interval < 0.1:
-            break
-        low, high = max(since, time[best] - 2.0 * interval), min(patrol.duration, time[best] + 2.0 * interval)
-        interval /= 20.0
-    sun = sun_direction(patrol.start_day + time[best] / 86400.0)
-    cosine = float(dot(apart[best], sun) / distance[best])
-    shadowed = in_cylindrical_shadow(target_position(patrol, target, time[best : best + 1])[0], sun)
-    return Encounter(
-        float(time[best]), float(distance[best]), math.acos(min(1.0, max(-1.0, cosine))), not shadowed
-    )
-
-
-def encounters(patrol: Patrol, burns: Sequence[Burn]) -> tuple[Encounter, ...]:
-    """The closest pass of every target, in the targets' order."""
-    return tuple(closest_pass(patrol, burns, target) for target in patrol.targets)
-
-
-def altitude_change(start: float, change: float) -> tuple[Burn, Burn]:
-    """Burns that move a nearly circular orbit near the belt up or down and leave it circular.
-
-    Args:
-        start: time of the first burn, s.
-        change: of altitude, m.
-
-    Returns:
-        Two equal burns half a day apart.
-
-    Source: Hohmann 1925, linear in the altitude.
-    """
-    motion = math.sqrt(GRAVITATIONAL_PARAMETER / GEOSTATIONARY_RADIUS**3)
-    half = 0.25 * motion * change
-    return Burn(start, half), Burn(start + math.pi / motion, half)
 
 
 @dataclass(frozen=True)
@@ -258,7 +61,7 @@ class PatrolGoal:
         distance: m.
         light_angle: rad.
         budget: sum of all changes of speed that is not exceeded, m/s.
-        keep_out: distance below which no target is passed, m.
+        keep_out: distance to every target below which the watcher never comes, m.
         altitude_reach: largest change of altitude between two targets, m.
         altitude_grid: between the changes that are tried first, m.
     """
@@ -288,6 +91,19 @@ class PatrolPlan:
         return sum(abs(burn.speed_change) for burn in self.burns)
 
 
+class NoPatrolError(ValueError):
+    """No plan that keeps its constraints was found.
+
+    Attributes:
+        nearest: largest distance in m to every target that a plan within budget and duration keeps; None
+            when none passes every target in sunlight.
+    """
+
+    def __init__(self, sentence: str, nearest: float | None) -> None:
+        super().__init__(sentence)
+        self.nearest = nearest
+
+
 def plan_patrol(patrol: Patrol, goal: PatrolGoal | None = None, width: int = 6) -> PatrolPlan:
     """Altitude changes, one before each target, after which the targets are seen near and well lit.
 
@@ -296,30 +112,53 @@ def plan_patrol(patrol: Patrol, goal: PatrolGoal | None = None, width: int = 6) 
 
     Args:
         patrol: what has to be patrolled, and from where.
-        goal: how plans are compared.
+        goal: how plans are compared, and what they have to keep: the budget, and the keep-out distance to
+            every target from the patrol's start to its end.
         width: number of partial plans that are kept.
 
     Returns:
         The plan; without burns if nothing is better.
+
+    Raises:
+        NoPatrolError: no plan was found that keeps budget, duration, keep-out distance and sunlight.
     """
     goal = goal or PatrolGoal()
-    count = round(goal.altitude_reach / goal.altitude_grid)
-    changes = [goal.altitude_grid * index for index in range(-count, count + 1)]
-    kept = [_Draft((), (), ())]
-    for _ in patrol.targets:
-        grown = [draft for parent in kept for draft in _grown(patrol, goal, parent, changes)]
-        kept = sorted(grown, key=lambda draft: draft.cost(goal))[:width]
-    best = _refined(patrol, goal, kept[0])
+    best = _Search(patrol, goal, lambda draft: draft.cost(goal), goal.keep_out).best(width)
+    if best is None:
+        # What a search for nearness leaves out, one for distance may find; else it finds what is feasible.
+        best = _Search(patrol, goal, lambda draft: draft.closeness(goal), math.inf).best(width)
+        if best is None or best.clear < goal.keep_out:
+            raise _no_plan(patrol, goal, None if best is None else best.clear)
     return PatrolPlan(best.burns(), best.seen)
+
+
+def _no_plan(patrol: Patrol, goal: PatrolGoal, nearest: float | None) -> NoPatrolError:
+    within = f"within {goal.budget:g} m/s and {patrol.duration / 86400.0:g} days"
+    if nearest is None:
+        return NoPatrolError(f"no plan was found that passes every target in sunlight {within}", None)
+    return NoPatrolError(
+        f"no plan was found that stays {goal.keep_out / 1e3:g} km away from every target all the time "
+        f"{within}; the largest distance for which one was found is "
+        f"{math.floor(nearest / 10.0) / 100.0:g} km",
+        nearest,
+    )
 
 
 @dataclass(frozen=True)
 class _Draft:
-    """Altitude changes so far, the times at which they begin, and the passes that they lead to."""
+    """Altitude changes so far, the times at which they begin, and the passes that they lead to.
+
+    Attributes:
+        changes: of altitude, m.
+        starts: of the first burn of each, s.
+        seen: passes of the targets.
+        clear: distance to the nearest target up to the last pass, and up to the end in a whole plan, m.
+    """
 
     changes: tuple[float, ...]
     starts: tuple[float, ...]
     seen: tuple[Encounter, ...]
+    clear: float = math.inf
 
     def burns(self) -> tuple[Burn, ...]:
         pairs = [
@@ -333,51 +172,102 @@ class _Draft:
         return sum(abs(burn.speed_change) for burn in self.burns())
 
     def cost(self, goal: PatrolGoal) -> float:
-        if self.delta_v() > goal.budget:
+        """What is less the better, infinite for what breaks a constraint."""
+        if self.delta_v() > goal.budget or self.clear < goal.keep_out:
             return math.inf
         total = 0.0
         for seen in self.seen:
-            if seen.distance < goal.keep_out or not seen.sunlit:
+            if not seen.sunlit:
                 return math.inf
             total += (seen.distance / goal.distance) ** 2 + (seen.light_angle / goal.light_angle) ** 2
         return total
 
-
-def _grown(patrol: Patrol, goal: PatrolGoal, parent: _Draft, changes: Sequence[float]) -> list[_Draft]:
-    start = 0.0
-    if parent.seen:
-        half_day = math.pi / math.sqrt(GRAVITATIONAL_PARAMETER / GEOSTATIONARY_RADIUS**3)
-        start = max(parent.seen[-1].time + _REST_AFTER_PASS, parent.starts[-1] + half_day)
-    target = patrol.targets[len(parent.seen)]
-    drafts = []
-    for change in changes:
-        draft = _Draft((*parent.changes, change), (*parent.starts, start), parent.seen)
-        if draft.delta_v() > goal.budget:
-            continue
-        seen = closest_pass(patrol, draft.burns(), target, since=start)
-        drafts.append(replace(draft, seen=(*parent.seen, seen)))
-    return drafts
+    def closeness(self, goal: PatrolGoal) -> float:
+        """The less the farther the nearest target is, infinite for what breaks another constraint."""
+        if self.delta_v() > goal.budget or not all(seen.sunlit for seen in self.seen):
+            return math.inf
+        return -self.clear
 
 
-def _refined(patrol: Patrol, goal: PatrolGoal, draft: _Draft) -> _Draft:
-    reach, best = 0.5 * goal.altitude_grid, draft
-    while reach > _FINEST_CHANGE:
-        before = best
-        for index in range(len(best.changes)):
-            for shift in (-reach, reach):
-                trial = _shifted(patrol, best, index, shift)
-                best = min(best, trial, key=lambda candidate: candidate.cost(goal))
-        reach = 0.5 * reach if best is before else reach
-    return best
+@dataclass(frozen=True)
+class _Search:
+    """A search for the plan of least cost.
 
+    Attributes:
+        patrol: what has to be patrolled.
+        goal: grid of the changes of altitude.
+        cost: of a draft, infinite for one that breaks a constraint.
+        enough: clearance beyond which it does not matter, m.
+    """
 
-def _shifted(patrol: Patrol, draft: _Draft, leg: int, shift: float) -> _Draft:
-    """The draft with one altitude change shifted, and the passes that this alters."""
-    changes = (*draft.changes[:leg], draft.changes[leg] + shift, *draft.changes[leg + 1 :])
-    shifted = replace(draft, changes=changes)
-    burns, later = shifted.burns(), zip(patrol.targets[leg:], draft.starts[leg:], strict=True)
-    seen = [closest_pass(patrol, burns, target, since=start) for target, start in later]
-    return replace(shifted, seen=(*draft.seen[:leg], *seen))
+    patrol: Patrol
+    goal: PatrolGoal
+    cost: Callable[[_Draft], float]
+    enough: float
+
+    def best(self, width: int) -> _Draft | None:
+        """The best plan that is found, None when every one breaks a constraint."""
+        count = round(self.goal.altitude_reach / self.goal.altitude_grid)
+        changes = [self.goal.altitude_grid * index for index in range(-count, count + 1)]
+        kept = [_Draft((), (), ())]
+        for _ in self.patrol.targets:
+            grown = [draft for parent in kept for draft in self._grown(parent, changes)]
+            kept = sorted(grown, key=self.cost)[:width]
+        feasible = [draft for draft in map(self._completed, kept) if self.cost(draft) < math.inf]
+        return self._refined(min(feasible, key=self.cost)) if feasible else None
+
+    def _grown(self, parent: _Draft, changes: Sequence[float]) -> list[_Draft]:
+        """The draft with each change of altitude before the next target, where it keeps its constraints."""
+        start, since = 0.0, 0.0
+        if parent.seen:
+            half_day = math.pi / math.sqrt(GRAVITATIONAL_PARAMETER / GEOSTATIONARY_RADIUS**3)
+            since = parent.seen[-1].time
+            start = max(since + _REST_AFTER_PASS, parent.starts[-1] + half_day)
+        if start >= self.patrol.duration:
+            return []
+        target = self.patrol.targets[len(parent.seen)]
+        drafts = []
+        for change in changes:
+            draft = _Draft((*parent.changes, change), (*parent.starts, start), parent.seen, parent.clear)
+            burns = draft.burns()
+            if self.cost(draft) == math.inf or not self._in_time(burns):
+                continue
+            seen = closest_pass(self.patrol, burns, target, since=start)
+            draft = replace(draft, seen=(*parent.seen, seen))
+            # Light and budget are known already, and the clearance takes longest to find.
+            if self.cost(draft) < math.inf:
+                clear = clearance(self.patrol, burns, since, seen.time, self.enough)
+                drafts.append(replace(draft, clear=min(parent.clear, clear)))
+        return [draft for draft in drafts if self.cost(draft) < math.inf]
+
+    def _in_time(self, burns: Sequence[Burn]) -> bool:
+        return not burns or burns[-1].time <= self.patrol.duration
+
+    def _completed(self, draft: _Draft) -> _Draft:
+        """The draft with its clearance over the whole patrol."""
+        whole = clearance(self.patrol, draft.burns(), 0.0, self.patrol.duration, self.enough)
+        return replace(draft, clear=whole)
+
+    def _refined(self, draft: _Draft) -> _Draft:
+        reach, best = 0.5 * self.goal.altitude_grid, draft
+        while reach > _FINEST_CHANGE:
+            before = best
+            for leg in range(len(best.changes)):
+                for shift in (-reach, reach):
+                    trial = self._shifted(best, leg, shift)
+                    best = best if trial is None else min(best, trial, key=self.cost)
+            reach = 0.5 * reach if best is before else reach
+        return best
+
+    def _shifted(self, draft: _Draft, leg: int, shift: float) -> _Draft | None:
+        """The draft with one altitude change shifted, and the passes that this alters; None past the end."""
+        changes = (*draft.changes[:leg], draft.changes[leg] + shift, *draft.changes[leg + 1 :])
+        shifted = replace(draft, changes=changes)
+        burns, later = shifted.burns(), zip(self.patrol.targets[leg:], draft.starts[leg:], strict=True)
+        if not self._in_time(burns):
+            return None
+        seen = [closest_pass(self.patrol, burns, target, since=start) for target, start in later]
+        return self._completed(replace(shifted, seen=(*draft.seen[:leg], *seen)))
 
 
 def burn_in_lvlh(patrol: Patrol, burns: Sequence[Burn], burn: Burn, chief_longitude: float) -> Array:
