@@ -76,7 +76,7 @@ def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_pat
 
     form, refusals = layout(Command, topics.FRAME), Refusals()
     entry = Entry("/sat1/command", form, refusals, Stamps(0.5, 500_000_000))
-    rest = [0.0] * 5, (0, 0, *[0.0] * 8)
+    rest = [0.0] * 5, (0, 0, *[0.0] * 8, 0, 0.0)
 
     def says(step: int, number: float) -> object:
         return entry.admit(

@@ -72,7 +72,8 @@ def messages_of(record: FlightRecord) -> Messages:
                 "announced_arc_length": record.arc_length[k + 1, i],
                 "announced_rate": record.rate[k + 1, i],
             }
-            yield "command", name, k, {**command, **stamp, **announced}
+            within = {"violation": 0, "violating_value": 0.0}
+            yield "command", name, k, {**command, **stamp, **announced, **within}
             tracking = {
                 "reference_position": record.reference_position[k, i],
                 "reference_velocity": record.reference_velocity[k, i],

@@ -292,6 +292,7 @@ def fly_like(monkeypatch: pytest.MonkeyPatch, **outcome: Any) -> None:
         "bag": None,
         "messages": 0,
         "missed": (),
+        "early_end": None,
         **outcome,
     }
     stand_in = types.ModuleType("satform_bringup.supervise")

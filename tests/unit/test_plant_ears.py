@@ -36,7 +36,8 @@ class Network:
         self.next_awaited = next_awaited
 
     def command(self, name: str, step: int) -> None:
-        data = layout(Command, topics.FRAME).pack(*self._stamps.at(step), step, *[0.0] * 6, 0, 0, *[0.0] * 8)
+        nothing = (*[0.0] * 6, 0, 0, *[0.0] * 8, 0, 0.0)
+        data = layout(Command, topics.FRAME).pack(*self._stamps.at(step), step, *nothing)
         self._callbacks[topics.command(name)](data, name)
 
 

@@ -14,6 +14,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from satform_msgs.msg import (
     ArcLength,
     Command,
+    EarlyEnd,
     FormationStatus,
     ParameterChange,
     Ready,
@@ -25,12 +26,13 @@ from satform_nodes.stamps import Stamps
 from satform_nodes.wire import Layout, layout
 
 FRAME = "lvlh"
-VARIABLE = (FormationStatus, ParameterChange, Ready)
+VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, Ready)
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 FIXED = [message for message in MESSAGES if message not in VARIABLE]
 
 RANGES = {
     "int32": st.integers(-(2**31), 2**31 - 1),
+    "uint8": st.integers(0, 2**8 - 1),
     "uint32": st.integers(0, 2**32 - 1),
     "uint64": st.integers(0, 2**64 - 1),
     "double": st.floats(allow_nan=True, allow_infinity=False),

@@ -6,6 +6,7 @@ Each command loads those modules itself, so that none waits for what another one
 # ruff: noqa: PLC0415
 
 import sys
+import warnings
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -21,6 +22,7 @@ from satform_tools.formats import Format
 
 _EXIT_CODES = (
     "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
+    "4 the flight ended early (a quantity diverged, or a satellite hit the ground), "
     "130 stopped by Ctrl-C or SIGTERM."
 )
 
@@ -218,7 +220,7 @@ def replay(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, bag folder, or .mcap file.")],
     json: Json = False,
 ) -> None:
-    """Fly a recorded flight once more in one process, with all that happened in it; 0 when all bits agree."""
+    """Fly a recorded flight once more in one process, with all that happened in it, and compare the bits."""
     from satform_tools import replaying
 
     raise typer.Exit(replaying.replay(run, as_json=json))
@@ -327,6 +329,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure:
             reconfigure(errors="replace")
+    # What is not finite ends a flight with a sentence; numpy's warning would say the same less well.
+    warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
         with interrupting():
             app(args=None if arguments is None else list(arguments), prog_name="satform")

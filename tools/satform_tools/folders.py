@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from satform.flight.early_end import EarlyEnd
 from satform.record import QUANTITIES, FlightRecord
 from satform_tools.catalogue import ROOT
 from satform_tools.faults import CommandError, sentence_of
@@ -69,7 +70,8 @@ def save_record(record: FlightRecord, path: Path) -> None:
         OSError: it cannot be written.
     """
     arrays = {name: getattr(record, name) for name in QUANTITIES}
-    head = json.dumps({"satellites": record.satellites, "step": record.step})
+    end = None if record.early_end is None else record.early_end.data()
+    head = json.dumps({"satellites": record.satellites, "step": record.step, "early_end": end})
     with path.open("xb") as file:
         np.savez(file, head=np.array(head), **arrays)
 
@@ -90,7 +92,9 @@ def load_record(path: Path) -> FlightRecord:
         with np.load(path, allow_pickle=False) as archive:
             head = json.loads(str(archive["head"]))
             arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in QUANTITIES}
-        return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays)
+        end = head.get("early_end")
+        early_end = None if end is None else EarlyEnd.of(end)
+        return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays, early_end=early_end)
     except OSError as error:
         raise CommandError(f"{path}: cannot be read: {sentence_of(error)}") from None
     except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:

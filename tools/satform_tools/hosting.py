@@ -63,7 +63,7 @@ def told(outcome: Outcome, host: HostSpec) -> Outcome:
     judge = peers.judge(outcome.scenario).name
     outcome = replace(outcome, host=host.name, judged_on="" if judge == host.name else judge)
     flown = outcome.speed.steps == outcome.scenario.timing.steps
-    if flown or outcome.lost or outcome.stopped or "plant" in host.runs:
+    if flown or outcome.lost or outcome.stopped or outcome.early_end or "plant" in host.runs:
         return outcome
     # Nothing failed here, and a bag that ends with the flight is not the reason.
     plant = next(other.name for other in outcome.scenario.hosts if "plant" in other.runs)

@@ -21,7 +21,7 @@ class Kept:
         path: of the bag or of the record.
         scenario: what was flown.
         record: the flight, or as much of it as there is.
-        complete: whether it is the whole flight.
+        complete: whether it is the whole flight, as far as that went.
         versions: what flew it, name and version of each part; empty where nothing was noted down.
         events: what happened besides the numbers; None where nobody noted it down.
         clocked: whether it was flown on the wall clock.
@@ -47,6 +47,13 @@ class Kept:
         if self.complete:
             return ""
         return f"cut short at step {self.record.steps} of {self.scenario.timing.steps}"
+
+    @property
+    def ended_early(self) -> str:
+        """After which step a flight ended early, and why, in words; empty when it did not."""
+        end = self.record.early_end
+        flown = f"step {self.record.steps} of {self.scenario.timing.steps}"
+        return "" if end is None else f"{flown}: {end.sentence}"
 
     def verdicts(self) -> list[Verdict]:
         """The expectations against the flight; none where it is only a part of one."""
@@ -83,7 +90,9 @@ def find(run: Path) -> Kept:
         reason = sentence_of(error) if isinstance(error, OSError) else str(error)
         raise CommandError(f"{run}: {reason}") from None
     if kept.record.steps == 0:
-        raise CommandError(f"{kept.path}: not one whole step was recorded")
+        end = kept.record.early_end
+        why = "" if end is None else f": {end.sentence}"
+        raise CommandError(f"{kept.path}: not one whole step was recorded{why}")
     return kept
 
 
@@ -107,7 +116,7 @@ def _from_record(folder: Path) -> Kept:
         raise CommandError(
             f"{folder}: the record is of {', '.join(record.satellites)}, the scenario has {', '.join(names)}"
         )
-    complete = record.steps == scenario.timing.steps
+    complete = record.steps == scenario.timing.steps or record.early_end is not None
     return Kept(folder / folders.RECORD, scenario, record, complete, _noted_versions(folder), None)
 
 

@@ -7,7 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
-from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
+from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
+from satform.flight.early_end import EarlyEnd
 from satform.metrics import Verdict
 from satform.scenario import Scenario
 from satform_tools.say import to_json
@@ -89,6 +90,8 @@ class Outcome:
         judged_on: the host that judges the flight, where it is another one.
         state_hash: of the record; empty when there is none, or on the wall clock, where every run has
             bits of its own.
+        early_end: the quantity that was not finite or beyond its limit, with which the flight ended; None
+            when it did not end so.
     """
 
     scenario: Scenario
@@ -107,6 +110,7 @@ class Outcome:
     host: str = ""
     judged_on: str = ""
     state_hash: str = ""
+    early_end: EarlyEnd | None = None
 
     @property
     def complete(self) -> bool:
@@ -121,17 +125,19 @@ class Outcome:
 
     @property
     def exit_code(self) -> int:
-        """0 as expected, 1 expectation missed, 3 a process was lost, 130 stopped by the user."""
+        """As expected, expectation missed, a process lost, ended early, or stopped by the user."""
         if self.stopped:
             return EXIT_STOPPED
+        if self.early_end is not None:
+            return EXIT_ENDED_EARLY
         if not (self.complete and self.tolerated):
             return EXIT_LOST
         return EXIT_DONE if all(verdict.met for verdict in self.verdicts) else EXIT_MISSED
 
     @property
     def judged(self) -> bool:
-        """Whether the whole flight was held against at least one expectation."""
-        return self.complete and bool(self.verdicts)
+        """Whether the whole flight, or one that ended early, was held against at least one expectation."""
+        return (self.complete or self.early_end is not None) and bool(self.verdicts)
 
     def data(self) -> dict[str, Any]:
         """Everything about the run, for `result.json` and `--json`."""
@@ -151,6 +157,7 @@ class Outcome:
             "events": list(self.events),
             "reason": self.reason,
             "exit_code": self.exit_code,
+            "early_end": None if self.early_end is None else self.early_end.data(),
             "judged": self.judged,
             "expectations": [asdict(verdict) for verdict in self.verdicts],
             "expectations_left_out": list(self.scenario.expectations_left_out),

@@ -76,6 +76,8 @@ def status(kept: Kept, verdicts: list[Verdict]) -> Status:
     """What came of a flight."""
     if not kept.complete:
         return Status("partial", f"Not complete: {kept.cut_short}; nothing is judged")
+    if kept.ended_early:
+        return Status("missed", f"Ended early after {kept.ended_early}")
     text = judgement.conclusion(kept.scenario, verdicts)
     if not verdicts:
         return Status("plain", text)
@@ -99,7 +101,7 @@ def facts(kept: Kept) -> list[Fact]:
         Fact("Control", ", ".join(sorted(laws))),
         Fact("Graph", heard if len(names) > 1 else "nobody to hear"),
     ]
-    if not kept.complete:
+    if not kept.complete or kept.ended_early:
         found.insert(2, Fact("Planned", f"{scenario.timing.steps} steps"))
     return found
 

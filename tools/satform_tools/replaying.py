@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.exit_codes import EXIT_DONE, EXIT_MISSED
+from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
 from satform.formation import Lost, Plan, planned
 from satform.record import FlightRecord
 from satform.scenario import Scenario, Timing
@@ -44,6 +44,8 @@ class Replay:
         differences: a sentence for each quantity that differs; empty when all bits are the same.
         state_hash: of the recorded flight; None where it is not the whole one.
         expectations_left_out: labels of what the longer flight is judged by of which this is a part.
+        early_end: in words, why the flight ended before its last step, the recorded one and the one flown
+            once more; empty when it did not.
     """
 
     steps: int
@@ -51,6 +53,7 @@ class Replay:
     differences: tuple[str, ...]
     state_hash: str | None
     expectations_left_out: tuple[str, ...]
+    early_end: str = ""
 
 
 def replay(path: Path, *, as_json: bool) -> int:
@@ -72,14 +75,16 @@ def replay(path: Path, *, as_json: bool) -> int:
             f"{path}: was flown on the wall clock, whose chances are not in the bag; "
             "flights in lockstep can be flown again"
         )
-    if bag.record.steps < 1:
+    if bag.record.steps < 1 and bag.record.early_end is None:
         raise CommandError(f"{path}: holds no whole step; there is nothing to be flown again")
     found = compare(bag.scenario, bag.record, bag.events)
     if as_json:
         say.as_json(asdict(found))
     else:
         _print(found, bag.scenario)
-    return EXIT_MISSED if found.differences else EXIT_DONE
+    if found.differences:
+        return EXIT_MISSED
+    return EXIT_ENDED_EARLY if found.early_end else EXIT_DONE
 
 
 def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
@@ -96,22 +101,27 @@ def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
     Raises:
         CommandError: what happened cannot be done again.
     """
-    timing = Timing(step=scenario.timing.step, duration=record.steps * scenario.timing.step)
+    steps, end = record.steps, record.early_end
+    if end is not None:
+        # It ends early once more if it is flown as far as the step at which it did.
+        steps = min(scenario.timing.steps, end.step + 1)
+    timing = Timing(step=scenario.timing.step, duration=steps * scenario.timing.step)
     shortened = scenario.model_copy(update={"timing": timing})
-    within = {step: list(found) for step, found in events.items() if step <= record.steps}
+    within = {step: list(found) for step, found in events.items() if step <= steps}
     try:
         again = simulate(shortened, events=within)
     except ValueError as error:
         raise CommandError(f"what happened in the flight cannot be done again: {error}") from None
     _forget_unshown(again, record, scenario, within)
     count = sum(len(found) for found in within.values())
-    whole = record.steps == scenario.timing.steps
+    whole = record.steps == scenario.timing.steps or (end is not None and record.steps > 0)
     return Replay(
         steps=record.steps,
         events=count,
         differences=tuple(again.differences(record)),
         state_hash=record.digest() if whole else None,
         expectations_left_out=scenario.expectations_left_out,
+        early_end="" if end is None else end.sentence,
     )
 
 
@@ -146,6 +156,8 @@ def _print(found: Replay, scenario: Scenario) -> None:
     for difference in found.differences:
         say.line(difference, "bold red")
     if not found.differences:
+        if found.early_end:
+            say.line(f"Ended early: {found.early_end}.", "bold red")
         say.line("Flown once more in one process: the same to the last bit.", "green")
     if found.state_hash is not None:
         say.line(f"state hash {found.state_hash[:16]}")

@@ -61,6 +61,8 @@ def _report_one(kept: Kept, folder: Path, formats: Sequence[Format], *, as_json:
     say.heading(f"{kept.scenario.name}: {kept.scenario.title}")
     if not kept.complete:
         say.line(f"NOT COMPLETE, {kept.cut_short}: nothing is judged", "bold red")
+    if kept.ended_early:
+        say.line(f"ENDED EARLY after {kept.ended_early}", "bold red")
     tables.print_summary(summarise(kept.record))
     if verdicts:
         say.line()
@@ -86,6 +88,8 @@ def _report_both(first: Kept, second: Kept, folder: Path, *, as_json: bool) -> N
     for side, kept in (("A", first), ("B", second)):
         if not kept.complete:
             say.line(f"{side} is NOT COMPLETE, {kept.cut_short}: nothing is judged", "bold red")
+        if kept.ended_early:
+            say.line(f"{side} ENDED EARLY after {kept.ended_early}", "bold red")
     _print_comparison(comparison)
     say.line(f"report: {file}")
 
@@ -137,6 +141,7 @@ def _data(kept: Kept, verdicts: list[Verdict], written: list[Path]) -> dict[str,
         "steps_planned": kept.scenario.timing.steps,
         "complete": kept.complete,
         "cut_short": kept.cut_short,
+        "early_end": None if kept.record.early_end is None else kept.record.early_end.data(),
         "summary": summarise(kept.record).data(),
         "judged": bool(verdicts),
         "expectations": [asdict(verdict) for verdict in verdicts],

@@ -1,5 +1,6 @@
 """Flying a scenario, in this process or over DDS, and judging the flight."""
 
+import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -136,11 +137,21 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
             speed = Speed(done, time.perf_counter() - start, scenario.timing.step)
             reason = f"stopped after step {done} of {total}; the flight so far is not kept"
             return Outcome(scenario, "inprocess", folder, speed, recorded=False, reason=reason, stopped=True)
-    speed = Speed(total, time.perf_counter() - start, scenario.timing.step)
+    speed = Speed(flight.steps, time.perf_counter() - start, scenario.timing.step)
     if record:
         folders.save_record(flight, folder / folders.RECORD)
     verdicts, summary = _judged(scenario, flight)
-    return Outcome(scenario, "inprocess", folder, speed, verdicts, summary, state_hash=flight.digest())
+    return Outcome(
+        scenario,
+        "inprocess",
+        folder,
+        speed,
+        verdicts,
+        summary,
+        reason="" if flight.early_end is None else flight.early_end.sentence,
+        state_hash=flight.digest() if flight.steps else "",
+        early_end=flight.early_end,
+    )
 
 
 def _tracing(folder: Path) -> dict[str, str]:
@@ -212,13 +223,16 @@ def _over_dds(
     verdicts: tuple[Verdict, ...] = ()
     summary = None
     state_hash = ""
-    if flight.bag is not None and not broken:
+    if flight.bag is not None and (flight.early_end or not broken):
         try:
             recorded = _read(scenario, flight.bag)
             verdicts, summary = _judged(scenario, recorded)
-            state_hash = "" if manner.rate else recorded.digest()
+            state_hash = "" if manner.rate or not recorded.steps else recorded.digest()
         except CommandError as error:
-            reason = str(error)
+            reason = reason or str(error)
+            if flight.early_end:
+                # Nothing is flown of which there could be a figure.
+                verdicts = tuple(expectation.verdict(math.nan) for expectation in scenario.expect)
     return Outcome(
         scenario=scenario,
         mode="realtime" if manner.rate else "lockstep",
@@ -234,6 +248,7 @@ def _over_dds(
         reason=reason,
         stopped=flight.stopped,
         messages=flight.messages,
+        early_end=flight.early_end,
     )
 
 
@@ -274,8 +289,9 @@ def _read(scenario: Scenario, path: Path) -> FlightRecord:
     return bag.record
 
 
-def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary]:
-    return tuple(judge(scenario.expect, flight)), summarise(flight)
+def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary | None]:
+    """Verdicts, and the flight in figures, which one of no step has none of."""
+    return tuple(judge(scenario.expect, flight)), summarise(flight) if flight.steps else None
 
 
 def _ping_pong() -> float | None:

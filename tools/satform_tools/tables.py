@@ -39,6 +39,10 @@ def conclusion(outcome: Outcome) -> str:
     flown = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
     if outcome.stopped:
         return f"Stopped at {flown}: nothing is judged."
+    if outcome.early_end is not None:
+        missed = sum(not verdict.met for verdict in outcome.verdicts)
+        judged = f" {missed} of {len(outcome.verdicts)} expectations missed." if outcome.verdicts else ""
+        return f"ENDED EARLY after {flown}: {outcome.early_end.sentence}.{judged}"
     if outcome.lost and not outcome.complete:
         return f"Lost {', '.join(outcome.lost)} at {flown}: {outcome.reason}."
     if not outcome.complete:

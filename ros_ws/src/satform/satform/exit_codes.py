@@ -12,5 +12,8 @@ EXIT_BAD_INPUT = 2
 EXIT_LOST = 3
 """A process was lost, or something of the flight."""
 
+EXIT_ENDED_EARLY = 4
+"""The flight ended early: a quantity was not finite or beyond its limit, or a satellite hit the ground."""
+
 EXIT_STOPPED = 130
 """Stopped by a signal: Ctrl-C, SIGTERM, or SIGHUP of a closed terminal."""

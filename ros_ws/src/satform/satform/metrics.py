@@ -24,6 +24,9 @@ from satform.spec import Number, Positive
 if TYPE_CHECKING:
     from satform.scenario.model import Timing
 
+_TIME_SLACK = 1e-9
+"""Relative slack between two times that are meant to be the same."""
+
 __all__ = [
     "ArcLengthMean",
     "ArcLengthRate",
@@ -312,8 +315,17 @@ def largest_of_each(values: Array, excused: NDArray[np.bool_]) -> Array:
 
 
 def judge(expectations: tuple[Expectation, ...], record: FlightRecord) -> list[Verdict]:
-    """Every expectation of a scenario against a run's record, in order."""
-    return [expectation.judge(record) for expectation in expectations]
+    """Every expectation of a scenario against a run's record, in order.
+
+    Of a flight that ended early those are missed that look at more of it than there is.
+    """
+    flown = math.inf if record.early_end is None else record.steps * record.step * (1 + _TIME_SLACK)
+    return [
+        expectation.judge(record)
+        if expectation.ends(math.inf) + (record.step if expectation.of_steps else 0.0) <= flown
+        else expectation.verdict(math.nan)
+        for expectation in expectations
+    ]
 
 
 def settled(series: Array, level: float, step: float) -> float:

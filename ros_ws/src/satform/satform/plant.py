@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from satform import batch
 from satform.control.protocol import Motion
+from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.wheels import Turning, Wheels
-from satform.elementwise import Array
+from satform.elementwise import Array, norm
 from satform.faults import Faults
 from satform.navigation import NOISE_PER_STEP, Sensor
 from satform.noise import NAVIGATION_STREAM, THRUSTER_STREAM, SeededNormals
@@ -48,6 +49,7 @@ class Plant:
         self._faults = Faults(scenario.faults, names, scenario.timing.step)
         self.thrusters = _thrusters_of(scenario)
         self.turning = _turning_of(scenario)
+        self._chief_radius = scenario.orbit.radius
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         self._sensors = _sensors_of(scenario, self._motion)
         self._measured = self._measure()
@@ -55,6 +57,23 @@ class Plant:
     def motion(self) -> Motion:
         """True position in m and velocity in m/s of all satellites in LVLH, shapes (N, 3)."""
         return self._motion
+
+    def earth_distance(self) -> Array:
+        """Distance of each satellite from the Earth's centre, m, shape (N,)."""
+        if isinstance(self._dynamics, InertialDynamics):
+            return self._dynamics.earth_distance(self._state)
+        return norm(self._motion.position + np.array([self._chief_radius, 0.0, 0.0]))
+
+    def may_be_below(self, radius: float, square: float) -> bool:
+        """Whether a satellite may be nearer to the Earth's centre than a radius; True where it may be so.
+
+        Args:
+            radius: m.
+            square: sum of the squares of all satellites' distances from the chief, m^2.
+        """
+        if isinstance(self._dynamics, InertialDynamics):
+            return not float(self.earth_distance().min()) >= radius
+        return self._chief_radius - math.sqrt(square) < radius
 
     def measured(self) -> Motion:
         """What each satellite is told of its motion, shapes (N, 3); the truth where nobody measures."""

@@ -1,13 +1,14 @@
 """What is kept of a flight: plain arrays, the same from an in-process run and from a bag."""
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from satform.elementwise import Array
+from satform.flight.early_end import EarlyEnd
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,8 @@ class FlightRecord:
         panel_to_sun: cosine of the angle between panel axis and sun, its magnitude, shape (K, N).
         attitude_error: length of the modified Rodrigues parameters to the desired attitude, (K, N).
         attitude_rate_error: length of the angular velocity relative to the desired one, rad/s, (K, N).
+        early_end: why the flight ended before its last step; None when it did not. The record then ends
+            with the last state within the limits, and holds no number beyond them.
     """
 
     satellites: tuple[str, ...]
@@ -87,6 +90,7 @@ class FlightRecord:
     panel_to_sun: Array
     attitude_error: Array
     attitude_rate_error: Array
+    early_end: EarlyEnd | None = None
 
     @property
     def steps(self) -> int:
@@ -132,6 +136,19 @@ class FlightRecord:
         # Everybody flies at first: what is missing then belongs to a satellite that never gives it.
         mask: NDArray[np.bool_] = absent & missing & ~missing[:1]
         return mask
+
+    def first(self, steps: int) -> "FlightRecord":
+        """The first steps of this flight, and the state after them.
+
+        Args:
+            steps: how many, no more than there are.
+        """
+        rows = {self.steps: steps, self.steps + 1: steps + 1}
+        kept = {
+            name: array[: rows.get(len(array), 0)]
+            for name, array in ((name, getattr(self, name)) for name in QUANTITIES)
+        }
+        return replace(self, **kept)
 
     @property
     def position_error(self) -> Array:
@@ -204,6 +221,9 @@ class FlightRecord:
             if unequal.any():
                 first = int(np.argwhere(unequal)[0][0])
                 found.append(f"{name}: {int(unequal.sum())} numbers differ, the first at step {first}")
+        ends = ["its last step" if end is None else end.sentence for end in (self.early_end, other.early_end)]
+        if ends[0] != ends[1]:
+            found.append(f"end of the flight: {ends[0]}; and {ends[1]}")
         return found
 
 
@@ -230,5 +250,7 @@ def no_attitude(steps: int, satellites: int) -> dict[str, Array]:
 ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
 """Quantities of a record that a satellite is told of its attitude."""
 
-QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in {"satellites", "step"})
+_NO_ARRAYS = frozenset({"satellites", "step", "early_end"})
+
+QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in _NO_ARRAYS)
 """Names of the arrays of a record."""

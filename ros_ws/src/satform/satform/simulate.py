@@ -13,6 +13,8 @@ from satform.attitude_figures import FIGURES, attitude_figures
 from satform.checkpoint import restore, save
 from satform.control.protocol import Motion
 from satform.faults import Faults
+from satform.flight.early_end import EarlyEnd
+from satform.flight.limits import LimitCheck, Violation
 from satform.formation import (
     Adjusted,
     Back,
@@ -82,25 +84,38 @@ def simulate(
         progress: called with the number of finished steps after each.
 
     Returns:
-        The whole flight. A satellite that is lost commands nothing and says nothing: its acceleration is
-        zero, and what else it would have decided is not a number.
+        The whole flight, or what was flown of it until a quantity was not finite or beyond its limit: the
+        record's `early_end` says so. A satellite that is lost commands nothing and says nothing: its
+        acceleration is zero, and what else it would have decided is not a number.
     """
     plan = merged(planned(scenario), events or {})
-    flight = _Flight(scenario, plan, together=together and not loses(plan))
-    for step in range(scenario.timing.steps):
-        flight.step()
-        if progress:
-            progress(step + 1)
-    return flight.finished()
+    # What is not finite ends the flight with a sentence; a warning would say the same less well.
+    with np.errstate(all="ignore"):
+        flight = _Flight(scenario, plan, together=together and not loses(plan))
+        for step in range(scenario.timing.steps):
+            flight.step()
+            if flight.early_end:
+                break
+            if progress:
+                progress(step + 1)
+        return flight.finished()
 
 
 class _Flight:
-    """A flight under way."""
+    """A flight under way.
+
+    Attributes:
+        early_end: why it goes no further; None while it does.
+        flown: steps flown within the limits, once it goes no further.
+    """
 
     def __init__(self, scenario: Scenario, plan: Plan, *, together: bool) -> None:
         self.scenario = scenario
         self.plan = plan
         self.plant = Plant(scenario)
+        self.early_end: EarlyEnd | None = None
+        self.flown = 0
+        self._limits = LimitCheck(scenario)
         self.formation = Formation.of(scenario)
         self._names = [satellite.name for satellite in scenario.satellites]
         self._possible = possible_graph(scenario.communication_graph(), plan)
@@ -119,6 +134,8 @@ class _Flight:
         """Fly the next step."""
         log, plant = self.log, self.plant
         step = log.step
+        if self._beyond_limits():
+            return
         events = self.plan.get(step, [])
         # What a satellite said last for this step is heard although it is lost in it.
         log.announced(self.groups)
@@ -128,6 +145,7 @@ class _Flight:
         motion, attitude = plant.measured(), plant.attitude()
         measured_steps = plant.measured_steps() if log.measures else None
         log.moved(plant, attitude)
+        violations: dict[int, Violation] = {}
         for group in self.groups:
             place = group.place
             if not group.flies:
@@ -138,10 +156,25 @@ class _Flight:
             measured_step = None if measured_steps is None else int(measured_steps[place].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
             told = log.told(group.ears, self.formation)
-            log.decided(place, group.satellite.act(own, told, measured_step, turned))
+            decision = group.satellite.act(own, told, measured_step, turned)
+            found = self._limits.of_decision(decision, numbers(group.satellite.announce()))
+            if found:
+                members = np.atleast_1d(group.members)
+                violations.update({int(members[row]): violation for row, violation in found.items()})
+            log.decided(place, decision)
             self._keep(group)
+        self.early_end, self.flown = self._limits.computed_end(violations, step), step
+        if self.early_end:
+            return
         plant.advance(log.record.acceleration[step], log.wheel_torque())
         log.step = step + 1
+
+    def _beyond_limits(self) -> bool:
+        """Whether the flight ends because of the states of the present step."""
+        self.early_end = self._limits.of_plant(self.plant)
+        # The step that led to states beyond the limits is no part of the flight.
+        self.flown = max(0, self.plant.step - 1)
+        return self.early_end is not None
 
     def _happen(self, events: list[Event], step: int) -> None:
         self.formation.apply(events, step, self._names)
@@ -181,10 +214,15 @@ class _Flight:
         self.groups[event.satellite] = fresh
 
     def finished(self) -> FlightRecord:
-        """The whole flight."""
-        self.log.announced(self.groups)
-        self.log.moved(self.plant, self.plant.attitude())
-        return self.log.finished(self.scenario)
+        """The whole flight, or what was flown of it."""
+        log = self.log
+        ends_early = self.early_end is not None or self._beyond_limits()
+        if not ends_early or log.step == 0:
+            log.announced(self.groups)
+            log.moved(self.plant, self.plant.attitude())
+        if ends_early:
+            log.record = replace(log.record.first(self.flown), early_end=self.early_end)
+        return log.finished(self.scenario)
 
     def _grouped(self, *, together: bool) -> list[_Group]:
         count = len(self.scenario.satellites)
@@ -235,6 +273,11 @@ class _Log:
         acceleration = np.empty((steps, count, 3))
         self._turns = any(satellite.attitude is not None for satellite in satellites)
         thrusts = any(satellite.thruster is not None for satellite in satellites)
+        unknown: dict[str, Any] = {
+            **no_propulsion(steps + 1, count),
+            **no_attitude(steps if self._turns else -1, count),
+            **{name: np.empty((0, count)) for name in FIGURES},
+        }
         self.record = FlightRecord(
             satellites=tuple(satellite.name for satellite in scenario.satellites),
             step=scenario.timing.step,
@@ -252,9 +295,7 @@ class _Log:
             sliding_variable=np.empty((steps, count, 3)),
             believed_position_error=np.empty((steps if self._filters else 0, count, 3)),
             believed_velocity_error=np.empty((steps if self._filters else 0, count, 3)),
-            **no_propulsion(steps + 1, count),
-            **no_attitude(steps if self._turns else -1, count),
-            **{name: np.empty((0, count)) for name in FIGURES},
+            **unknown,
         )
 
     def announced(self, groups: list[_Group]) -> None:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from satform.flight.early_end import EarlyEnd
+
 
 @dataclass(frozen=True)
 class Loss:
@@ -74,6 +76,8 @@ class Flight:
         messages: in the bag.
         missed: sentences about messages that did not reach the bag.
         punctuality: of a flight on the wall clock: the plant's figures, and each satellite's by its name.
+        early_end: the quantity that was not finite or beyond its limit, with which the flight ended; None
+            when it did not end so.
     """
 
     steps: int
@@ -92,3 +96,4 @@ class Flight:
     messages: int
     missed: tuple[str, ...]
     punctuality: dict[str, Any]
+    early_end: EarlyEnd | None = None

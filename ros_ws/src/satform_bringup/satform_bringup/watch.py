@@ -13,6 +13,7 @@ from typing import Any
 
 from satform.exit_codes import EXIT_BAD_INPUT
 from satform.faults import SatelliteLostSpec
+from satform.flight.early_end import EarlyEnd
 from satform.formation import Lost, planned
 from satform.scenario import Scenario
 from satform_bringup import leftovers, nursery
@@ -107,6 +108,7 @@ class Watch:
         self._reason: str = ""
         self._stopped: bool = False
         self._over_since: float | None = None
+        self._early_end: EarlyEnd | None = None
 
     def start(self, nodes: list[NodeProcess]) -> None:
         """Start all processes, each with a pipe for its reports and a file for its words."""
@@ -210,13 +212,23 @@ class Watch:
             self._stopped, self._reason = True, "stopped"
         self._progress(self._steps, self._scenario.timing.steps)
 
+    def _on_early_end(self, event: dict[str, Any]) -> None:
+        """The plant has ended the flight because of a quantity, or another node has been told so."""
+        if event["event"] == "ended_early":
+            self._steps = event["step"]
+        self._early_end = EarlyEnd.of(event["end"])
+        self._reason = self._reason or self._early_end.sentence
+        self._over_since = self._over_since or time.monotonic()
+
     def _on_absence(self, event: dict[str, Any]) -> None:
-        """Someone is lost or back, and the flight goes on."""
+        """Someone is lost or back, and the flight goes on; or a quantity has ended it."""
         match event["event"]:
             case "killed":
                 self._killed.add(event["node"])
             case "loss":
                 self._note_absence(event["who"], event["step"], event["reason"])
+            case "ended_early" | "end_heard":
+                self._on_early_end(event)
             case "return":
                 away = time.monotonic() - self._lost_since.pop(event["who"], time.monotonic())
                 self._returns.append(Return(event["who"], event["step"], away))
@@ -354,4 +366,5 @@ class Watch:
             messages=self._recorded.get("messages", 0),
             missed=tuple(self._recorded.get("missed", ())),
             punctuality=self._punctuality(done.get("timing", {})),
+            early_end=self._early_end,
         )

@@ -14,6 +14,7 @@ from satform_msgs.msg import Command, Tracking
 
 from satform.announcements import WIDTH, numbers
 from satform.control.protocol import Motion
+from satform.flight.limits import LimitCheck, Violation
 from satform.orientation import Attitude
 from satform.post import Ears
 from satform.satellite import Decision, Satellite
@@ -22,6 +23,7 @@ from satform_nodes import topics
 from satform_nodes.executor import MANY
 from satform_nodes.hearsay import Words
 from satform_nodes.satellite_node import SatelliteNode
+from satform_nodes.satellite_voice import violation_command
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
@@ -70,6 +72,7 @@ class Abreast:
         self._nodes = list(satellites)
         self._voices = [node.voice for node in satellites]
         self._satellite = together
+        self._limits = LimitCheck(scenario)
         self._steps = scenario.timing.steps
         self._announces = scenario.consensus.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
@@ -231,12 +234,22 @@ class Abreast:
         measured_step = self._stamps.step(first[0], first[1])
         return self._satellite.act(motion, heard, measured_step, attitude)
 
+    def _report(self, step: int, violations: dict[int, Violation]) -> None:
+        """Tell the plant who computed what is beyond a limit; the others' commands are not flown either."""
+        within = Violation(0, 0.0)
+        for row, voice in enumerate(self._voices):
+            voice.say_command(violation_command(self._stamps.at(step), step, violations.get(row, within)))
+
     def _say(self, step: int, decision: Decision) -> None:
         """Say all commands first, for which the plant waits; then what the neighbours hear; then the rest."""
         nodes, voices, now = self._nodes, self._voices, self._stamps.at(step)
         spoken = self._satellite.announce()
-        stamp = self._stamps.at_time(float(spoken.time[0]))
         said = numbers(spoken)
+        violations = self._limits.of_decision(decision, said)
+        if violations:
+            self._report(step, violations)
+            return
+        stamp = self._stamps.at_time(float(spoken.time[0]))
         blank = np.zeros((len(nodes), 6 if self._announces == "arc_length" else 2))
         parts = (said, blank) if self._announces == "arc_length" else (blank, said)
         torque = decision.wheel_torque
@@ -245,7 +258,7 @@ class Abreast:
         ).tolist()
         announced = np.concatenate(parts, axis=-1).tolist()
         for voice, push, words in zip(voices, pushes, announced, strict=True):
-            voice.say_command(_COMMAND.pack(*now, step, *push, *stamp, *words))
+            voice.say_command(_COMMAND.pack(*now, step, *push, *stamp, *words, 0, 0.0))
         between = (0,) if self._announces == "motion" else ()
         for voice, words in zip(voices, said.tolist(), strict=True):
             voice.say_announcement(self._announcement.pack(*stamp, step + 1, *between, *words))

@@ -19,6 +19,7 @@ from satform_msgs.msg import Command, FormationStatus, ParameterChange
 from satform.attitude_figures import FIGURES, attitude_figures
 from satform.channels import topic_name
 from satform.consensus.arc_length import Announces
+from satform.flight.early_end import EarlyEnd
 from satform.formation import Plan
 from satform.named_file import FileSource
 from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
@@ -35,6 +36,7 @@ from satform_nodes.bag_writer import (
     TIME_METADATA,
     WALL_CLOCK,
 )
+from satform_nodes.formation_view import early_end_of
 from satform_nodes.wire import layout
 
 ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
@@ -74,7 +76,7 @@ class Bag:
         versions: what flew it: name and version of each part.
         record: the flight, up to the last step of which everything is there.
         messages: number of messages of each topic, by the name that it had.
-        complete: whether the file was closed properly and holds the whole flight.
+        complete: whether the file was closed properly and holds the whole flight, as far as that went.
         events: what happened in the flight beside what the scenario plans, by step, to fly it once more.
         clocked: whether it was flown on the wall clock, so that it cannot be flown again to the same bits.
         history: all that the plant and the satellites said of losses, of the graph and of gains.
@@ -113,7 +115,7 @@ def read_bag(path: Path) -> Bag:
             f"{file}: holds no scenario; it was not recorded by satform, or ends before its first chunk"
         )
     record = _record(contents, scenario, file)
-    whole = contents.closed and record.steps == scenario.timing.steps
+    whole = contents.closed and (record.steps == scenario.timing.steps or record.early_end is not None)
     counts = {contents.names[role]: len(messages) for role, messages in contents.messages.items()}
     return Bag(
         path=file,
@@ -242,8 +244,10 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
 
     absences = Absences(scenario)
     last_words: dict[tuple[str, int], Command] = {}
+    early_end: EarlyEnd | None = None
     for status in _statuses(contents, file):
         absences.take(status)
+        early_end = early_end_of(status, scenario.timing.step) or early_end
         for name, command in zip(status.lost, status.last_words, strict=False):
             if command.step + 1 == status.step:
                 last_words[name, status.step] = command
@@ -264,7 +268,8 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
     attitude = tables("attitude", "state", lambda satellite: satellite.attitude)
     states = min(len(table) for table in (*state, *truth, *announced, *attitude))
     if states == 0:
-        raise BagError(f"{file}: holds no complete step")
+        why = "" if early_end is None else f": {early_end.sentence}"
+        raise BagError(f"{file}: holds no complete step{why}")
     steps = min(states - 1, *(len(table) for table in (*command, *given, *tracking)))
     record = FlightRecord(
         satellites=names,
@@ -285,6 +290,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
         **_propulsion(given, satellites, steps),
         **_attitudes(attitude, command, satellites, steps),
         **{name: np.empty((0, len(names))) for name in FIGURES},
+        early_end=early_end,
     )
     if not any(satellite.attitude for satellite in satellites):
         return record

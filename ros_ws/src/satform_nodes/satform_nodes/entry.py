@@ -62,10 +62,9 @@ class Entry:
         form: Layout,
         refusals: Refusals,
         stamps: Stamps,
-        watched: slice = slice(0),
-        jump: float = LARGEST,
         *,
         exact: bool = True,
+        unbounded: int = 0,
     ) -> None:
         """An entry through which nothing has come yet.
 
@@ -74,9 +73,8 @@ class Entry:
             form: of its messages.
             refusals: where those that are refused are counted.
             stamps: of the scenario's steps.
-            watched: places of the numbers, stamp and step included, that cannot jump.
-            jump: by which each of them may differ at most from one step to the next.
             exact: whether a message has the stamp of its step; else it may have that of an earlier one.
+            unbounded: how many numbers at the end may have any value.
         """
         self.repeated = 0
         self._topic = topic
@@ -84,10 +82,7 @@ class Entry:
         self._refusals = refusals
         self._stamps = stamps
         self._exact = exact
-        self._watched = watched
-        self._jump = jump
-        self._last: tuple[Any, ...] = ()
-        self._last_step = -1
+        self._end = len(form.fields) - unbounded
 
     def admit(self, data: bytes, first: int, last: int) -> tuple[Any, ...] | None:
         """The numbers of a message, or None when it is refused.
@@ -101,7 +96,7 @@ class Entry:
         if numbers is None:
             self._refuse("another form")
             return None
-        step, values = numbers[2], numbers[3:]
+        step, values = numbers[2], numbers[3 : self._end]
         if step > last:
             self._refuse("a step that is not due yet")
             return None
@@ -118,13 +113,6 @@ class Entry:
             # The speaker's own words come again when it is not sure that they were heard.
             self.repeated += 1
             return None
-        watched = numbers[self._watched]
-        if step == self._last_step + 1 and any(
-            abs(now - before) > self._jump for now, before in zip(watched, self._last, strict=False)
-        ):
-            self._refuse("too large a jump")
-            return None
-        self._last, self._last_step = watched, step
         return numbers
 
     def _refuse(self, reason: str) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.wording import listed
 from satform_nodes.executor import StepExecutor
+from satform_nodes.formation_view import early_end_of
 from satform_nodes.lifetime import NodeError, patience
 from satform_nodes.signals import StopRequest
 
@@ -77,6 +78,11 @@ def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> No
             satellite.command_nothing()
         satellite.say_how_it_went()
     first = satellites[0]
+    ended = first.view.ended
+    end = None if ended is None else early_end_of(ended, first.scenario.timing.step)
+    if end is not None:
+        # On a host without the plant nobody else knows.
+        first.report.say("end_heard", end=end.data())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
     first.report.say("memory", process=first.name, bytes=memory)
     if not in_time:

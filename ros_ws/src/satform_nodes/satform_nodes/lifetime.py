@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -114,6 +115,8 @@ def run(
         The exit code.
     """
     stop = StopRequest()
+    # What is not finite ends the flight with a sentence; a warning would say the same less well.
+    np.seterr(all="ignore")
     # rclpy's own handlers would tear the context down in the middle of a step.
     rclpy.init(
         args=None if arguments is None else list(arguments), signal_handler_options=SignalHandlerOptions.NO

@@ -11,6 +11,7 @@ from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, Ready, Recorded
 
 from satform.channels import RECORDER, Channel
+from satform.flight.limits import QUANTITIES, Violation
 from satform.muster import Change, Muster
 from satform_nodes import topics
 from satform_nodes.entry import CONTRADICTION, Entry, Refusals
@@ -27,12 +28,15 @@ _RECORDED = layout(Recorded, topics.FRAME)
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
 
+_VIOLATION, _VALUE = _COMMAND.fields.index("violation"), _COMMAND.fields.index("violating_value")
+
 
 class PlantEars:
     """The plant's subscriptions, and what of their messages it goes by.
 
     Attributes:
         commands: acceleration and wheel torque of each satellite, m/s^2 and N m, shape (N, 6).
+        violations: what satellites computed in the present step and must not fly by, by their places.
         promptness: how well the satellites keep to the clock.
         recorded_step: last step that is in the bag.
     """
@@ -65,6 +69,7 @@ class PlantEars:
         """
         names = muster.names
         self.commands = np.zeros((len(names), 6))
+        self.violations: dict[int, Violation] = {}
         self.promptness = Promptness(len(names))
         self.recorded_step = 0
         self._node = node
@@ -85,7 +90,8 @@ class PlantEars:
         )
         commands = [topics.command(name) for name in names]
         self._speakers = [Speakers(node, topic, speakers[topic], refusals) for topic in commands]
-        self._entries = [Entry(topic, _COMMAND, refusals, stamps) for topic in commands]
+        # The value of a violation is what no other number may be.
+        self._entries = [Entry(topic, _COMMAND, refusals, stamps, unbounded=1) for topic in commands]
         self._subscriptions = [
             executor.subscribe(
                 node,
@@ -157,6 +163,7 @@ class PlantEars:
         for index in change.lost:
             name = self._muster.names[index]
             self.commands[index] = 0.0
+            self.violations.pop(index, None)
             self._speakers[index].vacate(name)
             self._ready_speakers.vacate(name)
         for event in change.back:
@@ -192,8 +199,13 @@ class PlantEars:
         numbers = self._entries[index].admit(data, first, step)
         if numbers is None or index in muster.answered or muster.open:
             return
+        if numbers[_VIOLATION] > len(QUANTITIES):
+            self._refusals.note(topics.command(muster.names[index]), "a violation of an unknown quantity")
+            return
         if self._clocked:
             self.promptness.note(index, int(numbers[2]), step)
+        if numbers[_VIOLATION]:
+            self.violations[index] = Violation(int(numbers[_VIOLATION]), float(numbers[_VALUE]))
         self.commands[index] = numbers[_ACCELERATION_AND_TORQUE]
         self._last_commands[index] = data
         if numbers[2] == step:

@@ -11,7 +11,9 @@ from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
 from satform.channels import PLANT, RECORDER, channels, heard_by, said_by
-from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
+from satform.flight.early_end import EarlyEnd
+from satform.flight.limits import LimitCheck
 from satform.formation import Event
 from satform.muster import Change, Muster
 from satform.plant import Plant
@@ -77,6 +79,9 @@ class PlantNode:
         self.busy_seconds = 0.0
         self.flying = False
         self.aborted: tuple[list[str], str] | None = None
+        self.early_end: EarlyEnd | None = None
+        self.flown_steps = 0
+        self._limits = LimitCheck(scenario)
         self.stop_asked = False
         self.names = self.muster.names
         self.start_timeout = start_timeout(len(self.names))
@@ -133,7 +138,7 @@ class PlantNode:
     @property
     def over(self) -> bool:
         """Whether there is nothing more to be done, for whatever reason."""
-        return self.finished or self.stop_asked or self.aborted is not None
+        return self.finished or self.stop_asked or self.aborted is not None or self.early_end is not None
 
     def progress(self) -> tuple[int, ...]:
         """What changes as long as the flight goes on."""
@@ -170,7 +175,8 @@ class PlantNode:
         self.flying = True
         self.ears.begin()
         self.say_status(FormationStatus.FLYING, "")
-        self._begin_step()
+        if self._within_limits():
+            self._begin_step()
 
     # Who takes part
 
@@ -240,7 +246,7 @@ class PlantNode:
 
     def _go_on(self) -> None:
         """Publish the states that are due, unless someone has to be waited for."""
-        if not self.muster.open:
+        if not self.muster.open or self.early_end:
             return
         behind = self.plant.step - self.ears.recorded_step
         if self.recorded and not self.clocked and behind > topics.RECORDER_WINDOW:
@@ -320,7 +326,7 @@ class PlantNode:
 
     def say_status(self, phase: int, reason: str) -> None:
         """Tell everyone in what phase the formation is, from which step, and why."""
-        self._voice.say_status(self.muster.formation, phase, reason)
+        self._voice.say_status(self.muster.formation, phase, reason, early_end=self.early_end)
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
         # What the plant said last would be lost with it; what a recorder has is not on its way any more.
@@ -345,7 +351,7 @@ class PlantNode:
         silence = self.scenario.tolerated_silence
         for index in self.ears.promptness.judge(self.muster.flying, self.plant.step, silence):
             self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
-        if self.aborted is None and self.plant.step < self.scenario.timing.steps:
+        if not self.over and self.plant.step < self.scenario.timing.steps:
             self._advance()
 
     def _advance_if_complete(self) -> None:
@@ -354,12 +360,30 @@ class PlantNode:
         if self.plant.step < self.scenario.timing.steps:
             self._advance()
 
+    def _within_limits(self) -> bool:
+        """Whether the states of the present step are finite and within the limits; else the flight ends."""
+        self.early_end = self._limits.of_plant(self.plant)
+        # The step that led to states beyond the limits is no part of the flight.
+        self.flown_steps = max(0, self.plant.step - 1)
+        return self.early_end is None
+
+    def _commands_within_limits(self) -> bool:
+        """Whether no satellite has computed anything that it must not fly by; else the flight ends."""
+        step = self.plant.step
+        self.early_end, self.flown_steps = self._limits.computed_end(self.ears.violations, step), step
+        return self.early_end is None
+
     def _advance(self) -> None:
+        if not self._commands_within_limits():
+            return
         commands = self.ears.commands
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
         self.plant.advance(commands[:, :3], commands[:, 3:])
+        within = self._within_limits()
         self.busy_seconds += time.thread_time() - begin
+        if not within:
+            return
         self._voice.show_propulsion()
         self._begin_step()
         now = time.monotonic()
@@ -394,6 +418,8 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         kept = fly_on_the_clock(plant, executor, stop, scenario.timing.step / settings.rate)
         timing = {**kept.data(), "processor": processor_seconds(), **plant.ears.promptness.data(plant.names)}
     _fly_on(plant, executor, stop)
+    if plant.early_end:
+        return _end_early(plant, plant.early_end)
     if plant.aborted:
         return _abort(plant, *plant.aborted)
     if stop.asked or plant.stop_asked:
@@ -427,6 +453,13 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
             # Where nobody is quiet nobody is to blame, and all the same it does not go on.
             quiet = plant.ears.quiet(silent, silence) or silent
             plant.lose(quiet, f"no answer within {silence:g} s from {listed(quiet)}")
+
+
+def _end_early(plant: PlantNode, end: EarlyEnd) -> int:
+    """Tell everyone that a quantity was not finite or beyond its limit, and that the flight ends."""
+    plant.report.say("ended_early", step=plant.flown_steps, end=end.data())
+    plant.say_status(FormationStatus.ABORTED, end.sentence)
+    raise NodeError(f"the flight ended early: {end.sentence}", EXIT_ENDED_EARLY)
 
 
 def _abort(plant: PlantNode, who: list[str], reason: str) -> int:

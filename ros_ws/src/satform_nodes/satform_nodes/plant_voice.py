@@ -7,8 +7,10 @@ import numpy as np
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, RelativeState
+from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
 from satform.channels import Channel, relative, topic_name
+from satform.flight.early_end import EarlyEnd
 from satform.formation import Formation
 from satform.muster import Change
 from satform.plant import Plant
@@ -168,6 +170,7 @@ class PlantVoice:
         reason: str,
         change: Change = _NOTHING,
         last_words: Sequence[Command] = (),
+        early_end: EarlyEnd | None = None,
     ) -> None:
         """Tell everyone in what phase the formation is, from which step, and why.
 
@@ -177,6 +180,7 @@ class PlantVoice:
             reason: why, in words.
             change: of the formation at this step.
             last_words: the last command of each satellite that is lost now.
+            early_end: why the flight ends now before its last step; None when it does not.
         """
         listeners, speakers = np.nonzero(formation.graph.adjacency)
         self._status = FormationStatus(
@@ -193,6 +197,7 @@ class PlantVoice:
             last_words=list(last_words),
             back=[self._names[event.satellite] for event in change.back],
             checkpoints=[-1 if event.checkpoint is None else event.checkpoint for event in change.back],
+            early_end=[] if early_end is None else [_early_end_message(early_end)],
             reason=reason,
         )
         seconds, nanoseconds = self._stamps.at(self._plant.step)
@@ -221,3 +226,15 @@ class PlantVoice:
 
         said_in_steps: list[Any] = [] if recorded else [*self._say_state, self._say_clock]
         return see_off((self._say_status, *said_in_steps), present, _FAREWELL)
+
+
+def _early_end_message(end: EarlyEnd) -> EarlyEndMessage:
+    return EarlyEndMessage(
+        satellite=end.satellite,
+        quantity=end.quantity,
+        step=end.step,
+        value=end.value,
+        limit=end.limit,
+        unit=end.unit,
+        cause=end.cause,
+    )

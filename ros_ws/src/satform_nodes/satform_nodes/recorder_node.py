@@ -24,7 +24,7 @@ from satform_nodes.definitions import described
 from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry, Refusals
 from satform_nodes.executor import StepExecutor
-from satform_nodes.formation_view import FormationView
+from satform_nodes.formation_view import FormationView, early_end_of
 from satform_nodes.lifetime import NodeError, patience, run, scenario_of
 from satform_nodes.parameters import declare_fixed, declare_rate
 from satform_nodes.readiness import Company
@@ -206,6 +206,8 @@ class RecorderNode:
                 self.refusals,
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,
+                # A command may tell of a value that is beyond every limit.
+                unbounded=1 if kind == "command" else 0,
             )
         self._channels.append(channel)
 
@@ -356,6 +358,10 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
     except OSError as error:
         raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_LOST) from None
     finally:
+        end = None if recorder.ended is None else early_end_of(recorder.ended, scenario.timing.step)
+        if end is not None:
+            # On a host without the plant nobody else knows.
+            recorder.report.say("end_heard", end=end.data())
         recorder.report.say(
             "recorded",
             messages=recorder.bag.messages,

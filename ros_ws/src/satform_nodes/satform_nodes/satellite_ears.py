@@ -21,9 +21,6 @@ from satform_nodes.wire import layout
 _STATE = layout(RelativeState, topics.FRAME)
 _ATTITUDE = layout(Attitude, topics.FRAME)
 
-_PLACE = slice(4, 7)
-"""Where a state message has its position."""
-
 
 @dataclass(frozen=True)
 class Hearer:
@@ -85,10 +82,9 @@ class SatelliteEars:
         self.subscriptions: dict[str | int, Any] = {}
         self._speakers: dict[int, Speakers] = {}
         own = scenario.satellite(index)
-        jump = topics.FASTEST * scenario.timing.step + topics.NEAR
         for channel in heard_by(own.name, satellite_channels(scenario, index)):
             if channel.kind == "state":
-                entry = Entry(channel.topic, _STATE, refusals, self._stamps, _PLACE, jump, exact=False)
+                entry = Entry(channel.topic, _STATE, refusals, self._stamps, exact=False)
                 self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT, "state")
             else:
                 entry = Entry(channel.topic, _ATTITUDE, refusals, self._stamps)

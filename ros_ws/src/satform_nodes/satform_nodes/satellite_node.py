@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from satform_msgs.msg import FormationStatus
 
+from satform.announcements import numbers
 from satform.channels import RECORDER
 from satform.control.protocol import Motion
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
+from satform.flight.limits import LimitCheck
 from satform.formation import falls, planned, returns
 from satform.orientation import Attitude
 from satform.satellite import Satellite, flight_plan
@@ -116,6 +118,7 @@ class SatelliteNode:
         self._names = names
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._plan = planned(scenario)
+        self._limits = LimitCheck(scenario)
         self.hearsay = Hearsay(scenario, self.index, self.view, self._stamps)
         self.memory = CheckpointFile(settings.checkpoints, name, scenario.checkpoint_steps)
         self._changes: list[tuple[str, list[float]]] = []
@@ -370,13 +373,19 @@ class SatelliteNode:
             attitude = Attitude(*np.array(self._attitude[3:12]).reshape(3, 3))
         measured_step = self._stamps.step(state[0], state[1])
         decision = self.satellite.act(motion, told, measured_step, attitude)
+        announcement = self.satellite.announce()
+        violation = self._limits.of_decision(decision, numbers(announcement)).get(0)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
         self._state = self._attitude = None
         self.hearsay.forget(step)
         self.step = step + 1
         voice = self.voice
-        words = voice.words(self.satellite.announce(), self.step)
+        if violation is not None:
+            # The plant ends the flight at this step.
+            voice.report_violation(step, violation)
+            return
+        words = voice.words(announcement, self.step)
         voice.command(seconds, nanoseconds, step, decision, words)
         self.memory.keep(self.satellite, self.hearsay.neighbours)
         voice.announce(step + 1, words)

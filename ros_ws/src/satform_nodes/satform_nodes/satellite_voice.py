@@ -8,6 +8,7 @@ from satform_msgs.msg import Command, ParameterChange, Ready, Tracking
 from satform.announcements import AnyAnnouncement, numbers
 from satform.channels import PLANT, RECORDER, formation_channels, relative, said_by, satellite_channels
 from satform.faults import Faults
+from satform.flight.limits import Violation
 from satform.satellite import Decision
 from satform.scenario import Scenario
 from satform_nodes import topics
@@ -23,6 +24,9 @@ _TRACKING = layout(Tracking, topics.FRAME)
 _NO_TORQUE = (0.0, 0.0, 0.0)
 _NOTHING = (0, 0, *[0.0] * 8)
 """What a command says of the next announcement when there is none."""
+
+_WITHIN = (0, 0.0)
+"""What a command says of violations of limits when there is none."""
 
 _FAREWELL = 2.0
 """How long a satellite stays for the sake of what it said last, s."""
@@ -99,9 +103,20 @@ class SatelliteVoice:
         announced = (*said, *[0.0] * 6) if self._in_phase else (0.0, 0.0, *said)
         self.say_command(
             _COMMAND.pack(
-                seconds, nanoseconds, step, *decision.acceleration.tolist(), *torque, *stamp, *announced
+                seconds,
+                nanoseconds,
+                step,
+                *decision.acceleration.tolist(),
+                *torque,
+                *stamp,
+                *announced,
+                *_WITHIN,
             )
         )
+
+    def report_violation(self, step: int, violation: Violation) -> None:
+        """Command nothing for a step, and tell the plant what was not finite or beyond its limit in it."""
+        self.say_command(violation_command(self._stamps.at(step), step, violation))
 
     def announce(self, step: int, words: Spoken) -> None:
         """Tell the listeners what they hear for a step."""
@@ -177,7 +192,8 @@ class SatelliteVoice:
 
     def command_nothing(self, step: int) -> None:
         """Turn the thrusters off, as far as anyone hears it."""
-        self._say_command.publish(_COMMAND.pack(*self._stamps.at(step), step, *[0.0] * 6, *_NOTHING))
+        nothing = (*[0.0] * 6, *_NOTHING, *_WITHIN)
+        self._say_command.publish(_COMMAND.pack(*self._stamps.at(step), step, *nothing))
 
     def see_off(self, *, only_changes: bool) -> None:
         """Stay until what was said last has arrived, for a bounded time: it would be lost with this node.
@@ -191,3 +207,14 @@ class SatelliteVoice:
         """Whether the plant or the recorder still listens to this satellite."""
         others = self._node.get_subscriptions_info_by_topic(self._say_command.topic_name)
         return bool({PLANT, RECORDER} & {local_name(other, self._node.get_namespace()) for other in others})
+
+
+def violation_command(stamp: tuple[int, int], step: int, violation: Violation) -> bytes:
+    """A command message that commands nothing and tells of a violation.
+
+    Args:
+        stamp: of the step, seconds and nanoseconds.
+        step: its number.
+        violation: what was not finite or beyond its limit.
+    """
+    return _COMMAND.pack(*stamp, step, *[0.0] * 6, *_NOTHING, violation.number, violation.value)

@@ -32,12 +32,6 @@ READY = channels.READY
 RECORDED = channels.RECORDED
 MARKERS = "/formation/markers"
 
-FASTEST = 1e5
-"""Speed above which nothing in a formation moves, m/s."""
-
-NEAR = 1e3
-"""Distance by which a place may jump beside that, m."""
-
 RECORDER_WINDOW = 256
 """Steps by which the plant may be ahead of the recorder."""
 

@@ -20,7 +20,7 @@ from satform.dynamics.forces import (
 from satform.dynamics.integrators import Adaptive, FixedStep
 from satform.dynamics.perturbations import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
-from satform.elementwise import Array
+from satform.elementwise import Array, norm
 from satform.frames import LvlhFrame, chief_axes, chief_frame
 
 if TYPE_CHECKING:
@@ -88,6 +88,10 @@ class InertialDynamics:
         """Relative position in m and velocity in m/s, shape (N, 3) each."""
         position, velocity = state.motion
         return self._frame(state.time, position[0], velocity[0]).to_lvlh(position[1:], velocity[1:])
+
+    def earth_distance(self, state: InertialState) -> Array:
+        """Distance of each satellite from the Earth's centre, m, shape (N,)."""
+        return norm(state.motion[0, 1:])
 
     def advance(self, state: InertialState, acceleration_lvlh: Array, step: int) -> InertialState:
         """The state one control period later; arguments as in `Dynamics.advance`."""

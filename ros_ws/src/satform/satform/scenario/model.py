@@ -24,6 +24,7 @@ from satform.named_file import BY_CONTENT, with_copies
 from satform.navigation import FilterSpec, NavigationSpec
 from satform.orientation import AttitudeSpec
 from satform.scenario.hosts import HostSpec, host_complaints
+from satform.scenario.limits import LimitsSpec
 from satform.scenario.start import coincident_with_followed, singular_references
 from satform.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.thruster import ThrusterSpec
@@ -244,6 +245,8 @@ class Scenario(Spec):
     """When the communication graph becomes another one."""
     faults: tuple[Annotated[FaultSpec, Plugin("satform.faults")], ...] = ()
     """What goes wrong, and when."""
+    limits: LimitsSpec = LimitsSpec()
+    """At what a flight ends early, as one that has diverged or hit the ground."""
     checkpoint_period: Positive | None = None
     """Time between two checkpoints of each satellite, s; none are kept when left out."""
     tolerated_losses: Annotated[int, Field(ge=0)] = 0
