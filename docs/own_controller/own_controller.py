@@ -5,23 +5,27 @@ from typing import Literal
 
 import numpy as np
 
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Memoryless,
+    Motion,
+)
 from satform.elementwise import Array
 from satform.reference import Reference
 from satform.spec import PositivePerAxis
 
 
 @dataclass(frozen=True)
-class SpringDamper:
+class SpringDamper(Memoryless):
     """The control law; arrays of shape (..., 3), so that many satellites can fly as one."""
 
     stiffness: Array
     damping: Array
 
-    def start(self, motion: Motion) -> None:
-        """No memory."""
-
-    def act(self, motion: Motion, reference: Reference, memory: None) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         spring = self.stiffness * (motion.position - reference.position)
         damper = self.damping * (motion.velocity - reference.velocity)
         return Action(-(spring + damper), np.zeros_like(spring))

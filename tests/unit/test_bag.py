@@ -55,7 +55,12 @@ def messages_of(record: FlightRecord) -> Messages:
     velocity_error = record.velocity[:-1] - record.reference_velocity
     for k in range(record.steps + 1):
         for i, name in enumerate(record.satellites):
-            told = vectors(position=record.position[k, i], velocity=record.velocity[k, i])
+            applied = np.zeros(3) if k == 0 else record.given_acceleration[k - 1, i]
+            told = vectors(
+                position=record.position[k, i],
+                velocity=record.velocity[k, i],
+                applied_acceleration=applied,
+            )
             yield "state", name, k, {"formation": 0, **told}
             yield "arc_length", name, k, {"arc_length": record.arc_length[k, i], "rate": record.rate[k, i]}
             if k == record.steps:

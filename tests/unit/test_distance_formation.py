@@ -19,7 +19,10 @@ from satform.control.distance import (
     RelativeNeighbour,
     fuzzy_basis,
 )
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
+
+STEP = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
 
 COMMON_VELOCITY = np.array([0.5, 0.2, 0.0])
 SETTING = FlightSetting(mean_motion=1e-3, step=0.1)
@@ -198,7 +201,7 @@ def test_sampled_flight_with_held_commands_ends_at_the_same_distances():
     memory = law.start(Motion(position, velocity))
     for count in range(5000):
         seen = RelativeNeighbour(position - position[FOLLOWED], velocity - velocity[FOLLOWED])
-        action = law.act(Motion(position, velocity), seen, memory)
+        action = law.act(Motion(position, velocity), seen, memory, STEP)
         memory = action.memory
         push = action.acceleration + unknown_acceleration((count + 0.5) * step, velocity)
         position = position + step * velocity + 0.5 * step**2 * push
@@ -211,12 +214,13 @@ def test_one_satellite_and_a_stack_of_them_command_the_same_bits():
     random = np.random.default_rng(8)
     velocity, place, closing = random.standard_normal((3, 2, 3)) * [[[1.0]], [[60.0]], [[1.0]]]
     learnt = Adaptation(random.standard_normal((2, 3, 7)), random.standard_normal((2, 3)))
-    together = stack(laws).act(Motion(place, velocity), RelativeNeighbour(place, closing), learnt)
+    together = stack(laws).act(Motion(place, velocity), RelativeNeighbour(place, closing), learnt, STEP)
     for index, law in enumerate(laws):
         alone = law.act(
             Motion(place[index], velocity[index]),
             RelativeNeighbour(place[index], closing[index]),
             Adaptation(learnt.weights[index], learnt.disturbance[index]),
+            STEP,
         )
         assert np.array_equal(alone.acceleration, together.acceleration[index])
         assert np.array_equal(alone.memory.weights, together.memory.weights[index])

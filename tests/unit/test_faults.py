@@ -7,8 +7,10 @@ import pytest
 from pydantic import ValidationError
 from test_simulate import formation
 
+from satform.batch import stack
 from satform.consensus.graph import LineSpec
 from satform.control.protocol import Motion
+from satform.elementwise import Array
 from satform.faults import (
     ClockOffsetSpec,
     Faults,
@@ -21,10 +23,12 @@ from satform.faults import (
 )
 from satform.formation import Formation
 from satform.inbox import Told
+from satform.plant import Thrusters
 from satform.post import Ears
 from satform.satellite import Satellite
 from satform.scenario import Scenario
 from satform.simulate import simulate
+from satform.thruster import ThrusterSpec
 
 STEP = 0.5
 NAMES = ("sat1", "sat2", "sat3")
@@ -33,6 +37,12 @@ RATE = 2.0
 
 def faults(*specs: Any) -> Faults:
     return Faults(specs, NAMES, STEP)
+
+
+def fired(broken: Faults, command: Array, step: int, thrusters: Thrusters | None = None) -> Array:
+    """What exact thrusters of three satellites apply under faults."""
+    exact = thrusters or Thrusters([0, 1, 2], stack([ThrusterSpec(dry_mass=10.0).build(STEP)] * 3), 1)
+    return exact.fire(command, step, broken.of_thrusters(exact.members, step))
 
 
 @pytest.mark.parametrize(
@@ -49,7 +59,7 @@ def test_a_weak_thruster_gives_its_part_while_the_fault_lasts() -> None:
     broken = faults(WeakThrusterSpec(satellite="sat2", at=1.0, until=2.0, factor=0.25))
     given = np.arange(9.0).reshape(3, 3)
     for step in range(6):
-        found = broken.thrust(given, given, step)
+        found = fired(broken, given, step)
         factor = 0.25 if step in {2, 3} else 1.0
         assert np.array_equal(found, given * np.array([1.0, factor, 1.0])[:, None])
     assert np.array_equal(given, np.arange(9.0).reshape(3, 3))
@@ -57,13 +67,12 @@ def test_a_weak_thruster_gives_its_part_while_the_fault_lasts() -> None:
 
 def test_a_stuck_thruster_goes_on_as_in_the_step_before() -> None:
     broken = faults(StuckThrusterSpec(satellite="sat1", at=1.0, until=3.0))
-    before = np.zeros((3, 3))
+    thrusters = Thrusters([0, 1, 2], stack([ThrusterSpec(dry_mass=10.0).build(STEP)] * 3), 1)
     for step in range(8):
         given = np.full((3, 3), float(step))
-        found = broken.thrust(given, before, step)
+        found = fired(broken, given, step, thrusters)
         assert np.all(found[0] == (1.0 if 2 <= step < 6 else step))
         assert np.all(found[1:] == step)
-        before = found
 
 
 def test_a_sensor_that_freezes_gives_its_reading_again_and_again() -> None:

@@ -8,9 +8,12 @@ from scipy.integrate import solve_ivp
 
 from satform.batch import stack
 from satform.control.hill_pd import HillPdSpec
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
 from satform.reference import Reference
+
+STEP = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
 
 MEAN_MOTION = 1.1e-3
 SETTING = FlightSetting(MEAN_MOTION, 1.0)
@@ -23,7 +26,7 @@ def test_error_decays_as_the_critically_damped_oscillator_in_closed_form():
 
     def rate(_time, state):
         motion = Motion(state[:3], state[3:])
-        push = law.act(motion, NOWHERE, None).acceleration
+        push = law.act(motion, NOWHERE, None, STEP).acceleration
         return np.concatenate((state[3:], cw.acceleration(state[:3], state[3:], MEAN_MOTION) + push))
 
     times = np.linspace(0.0, 800.0, 9)
@@ -36,7 +39,7 @@ def test_satellite_on_a_free_orbit_that_is_its_reference_gets_no_command():
     law = HillPdSpec().build(SETTING)
     position, velocity = np.array([100.0, 0.0, 50.0]), np.array([0.0, -200.0 * MEAN_MOTION, 0.0])
     acceleration = -(MEAN_MOTION**2) * position
-    action = law.act(Motion(position, velocity), Reference(position, velocity, acceleration), None)
+    action = law.act(Motion(position, velocity), Reference(position, velocity, acceleration), None, STEP)
     assert np.abs(action.acceleration).max() < 1e-15
 
 
@@ -52,7 +55,7 @@ def test_sampled_loop_decays_for_every_gain_that_is_accepted(frequency, damping,
     plant = cw.HeldInputStep.over(mean_motion, 1.0)
     columns = []
     for unit in np.eye(6):
-        push = law.act(Motion(unit[:3], unit[3:]), NOWHERE, None).acceleration
+        push = law.act(Motion(unit[:3], unit[3:]), NOWHERE, None, STEP).acceleration
         columns.append(np.concatenate(plant.advance(unit[:3], unit[3:], push)))
     assert np.abs(np.linalg.eigvals(np.array(columns).T)).max() < 1.0
 
@@ -66,8 +69,8 @@ def test_one_law_and_a_stack_of_them_command_the_same_bits():
     laws = [HillPdSpec(natural_frequency=f).build(SETTING) for f in (0.01, 0.02)]
     position, velocity, target = np.random.default_rng(0).standard_normal((3, 2, 3)) * 100.0
     reference = Reference(target, velocity * 0.3, target * 1e-6)
-    together = stack(laws).act(Motion(position, velocity), reference, None).acceleration
+    together = stack(laws).act(Motion(position, velocity), reference, None, STEP).acceleration
     for index, law in enumerate(laws):
         own = Reference(target[index], velocity[index] * 0.3, target[index] * 1e-6)
-        alone = law.act(Motion(position[index], velocity[index]), own, None).acceleration
+        alone = law.act(Motion(position[index], velocity[index]), own, None, STEP).acceleration
         assert np.array_equal(alone, together[index])

@@ -23,7 +23,7 @@ from satform.control.impulse import (
     tour_impulses,
     two_impulse_transfer,
 )
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.waypoints import ImpulseSpec, TimedBurnsSpec
 from satform.dynamics import cw
 from satform.earth import GRAVITATIONAL_PARAMETER
@@ -195,8 +195,9 @@ def fly(law, motion, steps, setting=SETTING):
     plant = cw.HeldInputStep.over(setting.mean_motion, setting.step)
     position, velocity, memory = motion.position, motion.velocity, law.start(motion)
     track, spent = [np.concatenate((position, velocity))], 0.0
-    for _ in range(steps):
-        action = law.act(Motion(position, velocity), NOWHERE, memory)
+    for step in range(steps):
+        moment = ControlStep(step, setting.step)
+        action = law.act(Motion(position, velocity), NOWHERE, memory, moment)
         memory = action.memory
         spent += float(np.linalg.norm(action.acceleration)) * setting.step
         position, velocity = plant.advance(position, velocity, action.acceleration)
@@ -244,7 +245,7 @@ def test_one_tour_and_a_stack_of_them_command_the_same_bits():
         alone.append(fly(law, Motion(start.position[index], start.velocity[index]), 45)[0])
     position, velocity = start.position, start.velocity
     for step in range(45):
-        action = fleet.act(Motion(position, velocity), NOWHERE, memory)
+        action = fleet.act(Motion(position, velocity), NOWHERE, memory, ControlStep(step, 10.0))
         memory = action.memory
         position, velocity = plant.advance(position, velocity, action.acceleration)
         assert np.array_equal(position, np.stack([track[step + 1, :3] for track in alone]))
@@ -260,7 +261,7 @@ def test_timed_burns_change_the_velocity_by_what_is_asked_at_the_time_that_is_as
     motion = Motion(REST, REST)
     memory, flown = law.start(motion), {}
     for step in range(80):
-        action = law.act(motion, NOWHERE, memory)
+        action = law.act(motion, NOWHERE, memory, ControlStep(step, SETTING.step))
         memory = action.memory
         if np.any(action.acceleration):
             flown[step] = action.acceleration * SETTING.step

@@ -15,11 +15,14 @@ from satform.control.integral_action import IntegralSpec
 from satform.control.loop import closed_loop
 from satform.control.lqr import LqrSpec, design_lqr
 from satform.control.observer import ObserverSpec
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.roe import ElementControlSpec
 from satform.control.sliding_mode import SlidingModeSpec
 from satform.dynamics import cw
 from satform.reference import Reference
+
+STEP = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
 
 GEO = FlightSetting(2.0 * math.pi / 86164.0, 10.0)
 LEO = FlightSetting(2.0 * math.pi / 6000.0, 5.0)
@@ -44,7 +47,7 @@ def fly(law, setting, reference, disturbance, seconds, position=None):
     moving = np.zeros(3)
     memory = law.start(Motion(place, moving))
     for _ in range(round(seconds / setting.step)):
-        action = law.act(Motion(place, moving), reference, memory)
+        action = law.act(Motion(place, moving), reference, memory, STEP)
         memory = action.memory
         place, moving = plant.advance(place, moving, action.acceleration + disturbance)
     return place, moving, memory
@@ -98,7 +101,7 @@ def test_on_the_way_from_afar_an_axis_out_of_reach_is_not_integrated():
     law = IntegralSpec(law=HillPdSpec(natural_frequency=0.01), gain=2e-7, reach=(10.0, 10.0, 30.0)).build(LEO)
     start = law.start(Motion(np.zeros(3), np.zeros(3)))
     far = Motion(np.array([11.0, -9.0, 20.0]), np.zeros(3))
-    grown = law.act(far, NOWHERE, start).memory.acceleration
+    grown = law.act(far, NOWHERE, start, STEP).memory.acceleration
     assert grown == pytest.approx([0.0, 2e-7 * 5.0 * 9.0, -2e-7 * 5.0 * 20.0], rel=1e-12)
 
 
@@ -124,7 +127,10 @@ def test_the_loop_found_by_trying_the_regulator_is_that_of_its_matrices():
     over_step = expm(augmented * GEO.step)
     expected = over_step[:6, :6] - over_step[:6, 6:] @ gain
     found = closed_loop(LqrSpec().build(GEO), GEO)
-    assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
+    # Beside it the last command, which this law has no use for.
+    assert found[:6, :6] == pytest.approx(expected, rel=1e-6, abs=1e-9)
+    assert found[6:, :6] == pytest.approx(-gain, rel=1e-6)
+    assert not found[:, 6:].any()
 
 
 def test_a_law_that_switches_is_not_taken_for_a_linear_one():
@@ -171,11 +177,11 @@ def test_one_alone_and_a_stack_of_them_command_the_same_bits():
     memory = fleet.start(Motion(position, velocity))
     single = [law.start(Motion(position[i], velocity[i])) for i, law in enumerate(laws)]
     for _ in range(5):
-        together = fleet.act(Motion(position, velocity), reference, memory)
+        together = fleet.act(Motion(position, velocity), reference, memory, STEP)
         memory = together.memory
         for index, law in enumerate(laws):
             own = Reference(target[index], np.zeros(3), np.zeros(3))
-            alone = law.act(Motion(position[index], velocity[index]), own, single[index])
+            alone = law.act(Motion(position[index], velocity[index]), own, single[index], STEP)
             single[index] = alone.memory
             assert np.array_equal(alone.acceleration, together.acceleration[index])
             assert np.array_equal(alone.memory.acceleration, memory.acceleration[index])

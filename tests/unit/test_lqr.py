@@ -15,9 +15,12 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from satform.batch import stack
 from satform.control.integral import LqiSpec, design_lqi, integral_model
 from satform.control.lqr import LqrSpec, design_lqr, linear_quadratic_gain
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
 from satform.reference import Reference
+
+FIRST = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
 
 MEAN_MOTION = 2.0 * math.pi / 86164.0
 STEP = 0.5
@@ -120,7 +123,7 @@ def test_first_command_of_the_sphere_manoeuvre_from_the_origin():
     lqr = LqrSpec().build(SETTING)
     command = sphere_command(np.zeros(1))[0]
     reference = Reference(command[:3], command[3:], np.zeros(3))
-    action = lqr.act(Motion(np.zeros(3), np.zeros(3)), reference, None)
+    action = lqr.act(Motion(np.zeros(3), np.zeros(3)), reference, None, FIRST)
     assert np.linalg.norm(action.acceleration) == pytest.approx(29.168, rel=1e-3)
 
 
@@ -153,7 +156,7 @@ def test_parallel_orbit_is_held_with_a_steady_offset():
 def test_holding_a_parallel_orbit_costs_three_millimetres_per_second_squared():
     lqr = LqrSpec(feedforward=True).build(SETTING)
     on_reference = Motion(PARALLEL, np.zeros(3))
-    action = lqr.act(on_reference, Reference(PARALLEL, np.zeros(3), np.zeros(3)), None)
+    action = lqr.act(on_reference, Reference(PARALLEL, np.zeros(3), np.zeros(3)), None, FIRST)
     assert action.acceleration == pytest.approx(np.array([-3.190504e-3, 0.0, 0.0]), rel=1e-5)
     assert -action.acceleration[0] * 86164.0 == pytest.approx(274.9, rel=1e-3)
 
@@ -165,7 +168,7 @@ def test_in_plane_circle_at_orbital_rate_needs_between_one_and_two_millimetres_p
     position = 200e3 * np.stack((np.cos(angle), -np.sin(angle), zero), axis=-1)
     velocity = -200e3 * MEAN_MOTION * np.stack((np.sin(angle), np.cos(angle), zero), axis=-1)
     reference = Reference(position, velocity, -(MEAN_MOTION**2) * position)
-    thrust = np.linalg.norm(lqr.act(Motion(position, velocity), reference, None).acceleration, axis=-1)
+    thrust = np.linalg.norm(lqr.act(Motion(position, velocity), reference, None, FIRST).acceleration, axis=-1)
     assert (thrust.min(), thrust.max()) == pytest.approx((1.06350e-3, 2.12700e-3), rel=1e-4)
 
 
@@ -236,7 +239,7 @@ def fly(law, start, reference_at, duration, setting=SETTING):
     memory = law.start(Motion(position, velocity))
     track = [position]
     for step in range(round(duration / setting.step)):
-        action = law.act(Motion(position, velocity), reference_at(step * setting.step), memory)
+        action = law.act(Motion(position, velocity), reference_at(step * setting.step), memory, FIRST)
         memory = action.memory
         position, velocity = plant.advance(position, velocity, action.acceleration)
         track.append(position)
@@ -277,12 +280,13 @@ def test_one_regulator_and_a_stack_of_them_command_the_same_bits():
     laws = [LqrSpec(feedforward=True).build(FlightSetting(n, STEP)) for n in (7e-5, 1e-3, 1.1e-3)]
     random = np.random.default_rng(1)
     position, velocity, target, drift, push = random.standard_normal((5, 3, 3)) * 1e3
-    together = stack(laws).act(Motion(position, velocity), Reference(target, drift, push), None)
+    together = stack(laws).act(Motion(position, velocity), Reference(target, drift, push), None, FIRST)
     for index, law in enumerate(laws):
         alone = law.act(
             Motion(position[index], velocity[index]),
             Reference(target[index], drift[index], push[index]),
             None,
+            FIRST,
         )
         assert np.array_equal(alone.acceleration, together.acceleration[index])
 
@@ -341,5 +345,5 @@ def test_command_through_the_error_follows_a_free_orbit_without_lag():
 def test_flight_with_integral_action_begins_without_a_jolt():
     law = LqiSpec().build(SETTING)
     motion = Motion(np.array([1e4, -2e4, 3e3]), np.array([1.0, -30.0, 2.0]))
-    action = law.act(motion, at_parallel(0.0), law.start(motion))
+    action = law.act(motion, at_parallel(0.0), law.start(motion), FIRST)
     assert np.abs(action.acceleration).max() < 1e-12

@@ -14,9 +14,12 @@ from satform.control.hill_pd import HillPdSpec
 from satform.control.integral import LqiSpec
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec, continuous_observer_gain
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
 from satform.reference import Reference
+
+STEP = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
 
 MEAN_MOTION = 2.0 * math.pi / 86164.0
 SETTING = FlightSetting(MEAN_MOTION, 1.0)
@@ -38,7 +41,7 @@ def fly(law, start, steps, blind_to_velocity=False, setting=SETTING):
     flown, estimated = [np.concatenate(start)], [np.concatenate((memory.position, memory.velocity))]
     for _ in range(steps):
         seen = np.full(3, np.nan) if blind_to_velocity else velocity
-        action = law.act(Motion(position, seen), TARGET, memory)
+        action = law.act(Motion(position, seen), TARGET, memory, STEP)
         memory = action.memory
         position, velocity = plant.advance(position, velocity, action.acceleration)
         flown.append(np.concatenate((position, velocity)))
@@ -87,7 +90,7 @@ def test_an_exact_first_estimate_stays_exact_and_flies_as_the_law_alone():
     law, plant = LqrSpec().build(SETTING), cw.HeldInputStep.over(MEAN_MOTION, 1.0)
     position, velocity = START
     for _ in range(500):
-        push = law.act(Motion(position, velocity), TARGET, None).acceleration
+        push = law.act(Motion(position, velocity), TARGET, None, STEP).acceleration
         position, velocity = plant.advance(position, velocity, push)
     assert position == pytest.approx(flown[-1, :3], abs=1e-8)
 
@@ -141,11 +144,11 @@ def test_one_observer_and_a_stack_of_them_command_the_same_bits():
     memory = fleet.start(Motion(position, velocity))
     single = [law.start(Motion(position[i], velocity[i])) for i, law in enumerate(laws)]
     for _ in range(5):
-        together = fleet.act(Motion(position, velocity), reference, memory)
+        together = fleet.act(Motion(position, velocity), reference, memory, STEP)
         memory = together.memory
         for index, law in enumerate(laws):
             own = Reference(target[index], np.zeros(3), np.zeros(3))
-            alone = law.act(Motion(position[index], velocity[index]), own, single[index])
+            alone = law.act(Motion(position[index], velocity[index]), own, single[index], STEP)
             single[index] = alone.memory
             assert np.array_equal(alone.acceleration, together.acceleration[index])
             assert np.array_equal(alone.memory.velocity, memory.velocity[index])

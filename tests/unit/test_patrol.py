@@ -28,7 +28,7 @@ from satform.control.patrol import (
     target_position,
     watcher_position,
 )
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.sunlight import days_since_2000, greenwich_angle, in_cylindrical_shadow, sun_direction
 from satform.control.waypoints import TimedBurnsSpec
 from satform.dynamics import cw
@@ -145,8 +145,8 @@ def test_altitude_change_flown_by_timed_burns_is_the_planned_one():
     plant = cw.HeldInputStep.over(MEAN_MOTION, step)
     position, velocity = np.array([-50e3, 0.0, 0.0]), np.array([0.0, 75e3 * MEAN_MOTION, 0.0])
     memory, nowhere = law.start(Motion(position, velocity)), Reference(*np.zeros((3, 3)))
-    for _ in range(1000):
-        action = law.act(Motion(position, velocity), nowhere, memory)
+    for number in range(1000):
+        action = law.act(Motion(position, velocity), nowhere, memory, ControlStep(number, step))
         memory = action.memory
         position, velocity = plant.advance(position, velocity, action.acceleration)
     assert position[0] == pytest.approx(-45e3, abs=20.0)

@@ -34,7 +34,7 @@ class SteadyPush:
     def start(self, motion):
         return None
 
-    def act(self, motion, reference, memory):
+    def act(self, motion, reference, memory, step):
         acceleration = self.value + 0.0 * motion.position
         return Action(acceleration, 0.0 * acceleration)
 

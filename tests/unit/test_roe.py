@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from satform.batch import stack
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.roe import (
     ElementControlSpec,
     RelativeElements,
@@ -20,6 +20,9 @@ from satform.control.roe import (
 from satform.dynamics import cw
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
 from satform.reference import Reference
+
+STEP = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
 
 MEAN_MOTION = 1.08e-3
 SETTING = FlightSetting(MEAN_MOTION, 10.0)
@@ -97,7 +100,7 @@ def fly(law, motion, reference_at, steps):
     position, velocity = motion.position, motion.velocity
     spent = 0.0
     for step in range(steps):
-        action = law.act(Motion(position, velocity), reference_at(step), None)
+        action = law.act(Motion(position, velocity), reference_at(step), None, STEP)
         spent += float(np.linalg.norm(action.acceleration)) * SETTING.step
         position, velocity = plant.advance(position, velocity, action.acceleration)
     return position, velocity, spent
@@ -136,7 +139,7 @@ def test_loop_decays_for_every_gain_that_is_accepted(gain, orbits):
     plant, nowhere = cw.HeldInputStep.over(MEAN_MOTION, SETTING.step), Reference(*np.zeros((3, 3)))
     columns = []
     for unit in np.eye(6):
-        push = law.act(Motion(unit[:3], unit[3:]), nowhere, None).acceleration
+        push = law.act(Motion(unit[:3], unit[3:]), nowhere, None, STEP).acceleration
         columns.append(np.concatenate(plant.advance(unit[:3], unit[3:], push)))
     assert np.abs(np.linalg.eigvals(np.array(columns).T)).max() < 1.0
 
@@ -150,8 +153,8 @@ def test_one_law_and_a_stack_of_them_command_the_same_bits():
     laws = [ElementControlSpec(gain=g, feedforward=True).build(SETTING) for g in (0.1, 0.3)]
     position, velocity, target = np.random.default_rng(0).standard_normal((3, 2, 3)) * 100.0
     reference = Reference(target, velocity * 0.3, target * 1e-6)
-    together = stack(laws).act(Motion(position, velocity), reference, None).acceleration
+    together = stack(laws).act(Motion(position, velocity), reference, None, STEP).acceleration
     for index, law in enumerate(laws):
         own = Reference(target[index], velocity[index] * 0.3, target[index] * 1e-6)
-        alone = law.act(Motion(position[index], velocity[index]), own, None).acceleration
+        alone = law.act(Motion(position[index], velocity[index]), own, None, STEP).acceleration
         assert np.array_equal(alone, together[index])

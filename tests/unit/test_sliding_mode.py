@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from satform.batch import stack
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.sliding_mode import (
     SlidingModeSpec,
     boundary_layer_bounds,
@@ -17,6 +17,9 @@ from satform.control.sliding_mode import (
 from satform.curves import EllipseSpec
 from satform.dynamics.cw import HeldInputStep
 from satform.reference import Path, Reference
+
+STEP = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
 
 MEAN_MOTION = 2.0 * np.pi / 6000.0
 SETTING = FlightSetting(mean_motion=MEAN_MOTION, step=0.1)
@@ -40,12 +43,18 @@ def start_motion():
 
 
 def test_sliding_variable_of_the_case_study_starts_at_its_known_value():
-    action = SlidingModeSpec().build(SETTING).act(start_motion(), PATH.reference(STILL, RATE, STILL), None)
+    action = (
+        SlidingModeSpec().build(SETTING).act(start_motion(), PATH.reference(STILL, RATE, STILL), None, STEP)
+    )
     assert action.sliding_variable == pytest.approx([100.0, -100.0, 50.0], rel=1e-13)
 
 
 def test_largest_command_of_the_case_study_is_its_first():
-    action = SlidingModeSpec().build(SETTING).act(start_motion(), PATH.at_step(STILL, RATE, STILL, 0.1), None)
+    action = (
+        SlidingModeSpec()
+        .build(SETTING)
+        .act(start_motion(), PATH.at_step(STILL, RATE, STILL, 0.1), None, STEP)
+    )
     assert np.linalg.norm(action.acceleration) == pytest.approx(15.066, rel=5e-3)
 
 
@@ -58,7 +67,7 @@ def test_the_command_makes_the_sliding_variable_follow_the_reaching_law(boundary
         boundary_layer=boundary_layer,
     )
     motion, reference = random_case()
-    action = spec.build(SETTING).act(motion, reference, None)
+    action = spec.build(SETTING).act(motion, reference, None, STEP)
     n = MEAN_MOTION
     free = np.diag([3 * n**2, 0.0, -(n**2)]) @ motion.position
     free += np.array([[0.0, 2 * n, 0.0], [-2 * n, 0.0, 0.0], [0.0, 0.0, 0.0]]) @ motion.velocity
@@ -75,7 +84,7 @@ def test_the_command_makes_the_sliding_variable_follow_the_reaching_law(boundary
 def test_without_error_only_the_feed_forward_remains():
     _, reference = random_case()
     controller = SlidingModeSpec(disturbance_centre=(1e-3, 0.0, -2e-3)).build(SETTING)
-    action = controller.act(Motion(reference.position, reference.velocity), reference, None)
+    action = controller.act(Motion(reference.position, reference.velocity), reference, None, STEP)
     free = controller.natural.at(reference.position, reference.velocity)
     assert not action.sliding_variable.any()
     assert action.acceleration == pytest.approx(reference.acceleration - free - [1e-3, 0.0, -2e-3], abs=1e-15)
@@ -86,7 +95,9 @@ def test_inside_the_boundary_layer_the_sign_becomes_a_slope_on_its_own_axis_only
     motion = Motion(np.zeros(3), np.array([0.05, 0.05, 0.3]))
     parameters = {"proportional_gain": 1e-9, "reaching_gain": 0.0}
     layered = SlidingModeSpec(boundary_layer=(0.1, 0.0, 0.1), **parameters).build(FlightSetting(0.0, 1.0))
-    assert layered.act(motion, reference, None).acceleration == pytest.approx([-0.05, -0.1, -0.1], abs=1e-9)
+    assert layered.act(motion, reference, None, STEP).acceleration == pytest.approx(
+        [-0.05, -0.1, -0.1], abs=1e-9
+    )
 
 
 def test_reaching_times_of_the_case_study_are_the_known_ones():
@@ -128,7 +139,7 @@ def test_sampled_flight_reaches_the_surface_when_the_theory_says():
     motion, reached = start_motion(), np.full(3, np.nan)
     for number in range(480):
         place = RATE * (number * 0.1)
-        action = controller.act(motion, PATH.at_step(place, RATE, STILL, 0.1), None)
+        action = controller.act(motion, PATH.at_step(place, RATE, STILL, 0.1), None, STEP)
         inside = (np.abs(action.sliding_variable) <= 0.02) & np.isnan(reached)
         reached[inside] = number * 0.1
         motion = Motion(*step.advance(motion.position, motion.velocity, action.acceleration))
@@ -148,7 +159,7 @@ def test_a_constant_disturbance_settles_on_the_boundary_layer_bounds():
     reference = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
     motion = Motion(np.zeros(3), np.zeros(3))
     for _ in range(1500):
-        action = controller.act(motion, reference, None)
+        action = controller.act(motion, reference, None, STEP)
         motion = Motion(*step.advance(motion.position, motion.velocity, action.acceleration + 0.02))
     assert action.sliding_variable == pytest.approx(np.full(3, sliding), rel=1e-3)
     assert motion.position == pytest.approx(np.full(3, error), rel=1e-3)
@@ -159,7 +170,7 @@ def test_sampled_chatter_is_the_switching_gain_times_the_step():
     reference = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
     motion, largest = Motion(np.zeros(3), np.full(3, 3e-3)), np.zeros(3)
     for number in range(400):
-        action = controller.act(motion, reference, None)
+        action = controller.act(motion, reference, None, STEP)
         if number > 200:
             largest = np.maximum(largest, np.abs(action.sliding_variable))
         motion = Motion(*step.advance(motion.position, motion.velocity, action.acceleration))
@@ -195,8 +206,8 @@ def test_one_satellite_and_many_get_the_same_bits():
     specs = [SlidingModeSpec(switching_gain=0.1 + 0.01 * i, boundary_layer=0.01 * (i % 3)) for i in range(9)]
     controllers = [spec.build(FlightSetting(MEAN_MOTION * (1.0 + i), 0.1)) for i, spec in enumerate(specs)]
     cases = [random_case(seed) for seed in range(9)]
-    together = stack(controllers).act(stack([c[0] for c in cases]), stack([c[1] for c in cases]), None)
+    together = stack(controllers).act(stack([c[0] for c in cases]), stack([c[1] for c in cases]), None, STEP)
     for i, controller in enumerate(controllers):
-        alone = controller.act(*cases[i], None)
+        alone = controller.act(*cases[i], None, STEP)
         assert np.array_equal(alone.acceleration, together.acceleration[i])
         assert np.array_equal(alone.sliding_variable, together.sliding_variable[i])

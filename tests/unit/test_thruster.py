@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 from satform import batch
 from satform.noise import THRUSTER_STREAM, SeededNormals
-from satform.thruster import ERRORS_PER_STEP, STANDARD_GRAVITY, ThrusterSpec
+from satform.thruster import ERRORS_PER_STEP, STANDARD_GRAVITY, ThrusterFault, ThrusterSpec
 
 STEP = 0.5
 NO_ERROR = np.zeros(ERRORS_PER_STEP)
@@ -196,3 +196,63 @@ def test_contradicting_fields_are_refused_with_the_reason(fields, says):
 def test_a_pulse_longer_than_the_control_period_is_refused():
     with pytest.raises(ValueError, match="no command could ever be flown"):
         ThrusterSpec(dry_mass=100.0, maximum_thrust=1.0, minimum_pulse=0.6).build(STEP)
+
+
+def burning(steps, command, **fault):
+    """Applied acceleration of each step and the propulsion at the end, the last steps under a fault."""
+    spec = ThrusterSpec(dry_mass=50.0, propellant=0.01, specific_impulse=100.0, maximum_thrust=0.5)
+    thruster, applied = spec.build(1.0), []
+    propulsion = thruster.start()
+    begin = fault.pop("begin")
+    for step in range(steps):
+        wrong = None
+        if step >= begin:
+            wrong = ThrusterFault(*(np.asarray(fault.get(name, sound)) for name, sound in SOUND))
+        asked = np.array(command if step < begin else (0.0, 0.0, 0.0))
+        given, propulsion = thruster.fire(propulsion, asked, NO_ERROR, wrong)
+        applied.append(given)
+    return np.array(applied), propulsion
+
+
+SOUND = (("factor", 1.0), ("stuck", 0.0))
+
+
+def test_a_stuck_thruster_spends_what_it_applies_and_stops_with_the_empty_tank():
+    applied, propulsion = burning(900, (0.0, 0.01, 0.0), begin=1, stuck=1.0)
+    # Tsiolkovsky: all that the tank is good for, and no more, however long the valve is open.
+    capacity = 100.0 * STANDARD_GRAVITY * math.log(50.01 / 50.0)
+    assert applied.sum() == pytest.approx(capacity, rel=1e-9)
+    assert float(propulsion.delta_v) == pytest.approx(capacity, rel=1e-9)
+    assert float(propulsion.propellant) == pytest.approx(0.0, abs=1e-15)
+    assert not applied[-1].any()
+    assert float(propulsion.starved) > 0.0
+
+
+def test_a_stuck_thruster_keeps_its_thrust_and_not_its_acceleration():
+    applied, _ = burning(15, (0.0, 0.005, 0.0), begin=1, stuck=1.0)
+    mass, expected = 50.01, []
+    thrust = 0.005 * mass
+    for _ in range(15):
+        expected.append(thrust / mass)
+        mass -= thrust / (100.0 * STANDARD_GRAVITY)
+    assert applied[:, 1] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("factor", "expected"), [(0.0, 0.0), (0.25, 0.0025), (1.5, 0.5 / 50.0), (10.0, 0.5 / 50.0)]
+)
+@pytest.mark.parametrize("arrangement", ["per_axis", "single"])
+def test_a_factor_is_paid_for_and_never_lifts_thrust_above_what_the_hardware_gives(
+    factor, expected, arrangement
+):
+    spec = ThrusterSpec(
+        dry_mass=40.0, propellant=10.0, specific_impulse=100.0, maximum_thrust=0.5, arrangement=arrangement
+    )
+    thruster = spec.build(1.0)
+    fault = ThrusterFault(np.asarray(factor), np.asarray(0.0))
+    asked = np.array([0.0, 0.01, 0.0])
+    given, propulsion = thruster.fire(thruster.start(), asked, NO_ERROR, fault)
+    assert given == pytest.approx(np.array([0.0, expected, 0.0]), rel=1e-12)
+    assert float(propulsion.delta_v) == pytest.approx(expected, rel=1e-12)
+    burnt = 50.0 * -math.expm1(-expected / (100.0 * STANDARD_GRAVITY))
+    assert 10.0 - float(propulsion.propellant) == pytest.approx(burnt, rel=1e-9, abs=1e-15)

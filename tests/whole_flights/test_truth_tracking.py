@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from satform import batch
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.sliding_mode import SlidingModeSpec
 from satform.curves import EllipseSpec
 from satform.dynamics import cw, forces
@@ -73,7 +73,9 @@ def flight():
     for step in range(steps):
         position, velocity = dynamics.lvlh(state)
         reference = Reference(desired.position[step], desired.velocity[step], desired.acceleration[step])
-        command = controller.act(Motion(position, velocity), reference, None).acceleration
+        command = controller.act(
+            Motion(position, velocity), reference, None, ControlStep(step, STEP)
+        ).acceleration
         if step * STEP >= SETTLED:
             errors.append(np.linalg.norm(position - reference.position, axis=1))
             commands.append(np.linalg.norm(command, axis=1))

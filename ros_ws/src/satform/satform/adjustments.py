@@ -31,6 +31,7 @@ class Adjustments:
         assert own.controller is not None  # noqa: S101 - the scenario's validator has seen to it
         assert own.curve is not None  # noqa: S101 - likewise
         self._scenario = scenario
+        self._index = index
         self.specs: dict[str, Spec] = {
             "controller": own.controller,
             "curve": own.curve,
@@ -54,7 +55,7 @@ class Adjustments:
             case AttitudeTrackingSpec():
                 satellite.use_attitude_controller(spec)
             case ControllerSpec():
-                satellite.use_controller(spec, flight_setting(self._scenario))
+                satellite.use_controller(spec, flight_setting(self._scenario, self._index))
             case CurveSpec():
                 satellite.use_curve(spec.build())
             case PhaseSpec():

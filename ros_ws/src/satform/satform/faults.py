@@ -5,10 +5,12 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from satform.elementwise import Array
 from satform.spec import NonNegative, Number, Positive, Spec
+from satform.thruster import ThrusterFault
 
 Memory = Literal["checkpoint", "plan"]
 """What a satellite knows that comes back: its last checkpoint, or its flight plan and the time."""
@@ -82,17 +84,18 @@ class SatelliteLostSpec(FaultSpec):
 
 
 class WeakThrusterSpec(PassingFaultSpec):
-    """The thrusters give only a part of what they would."""
+    """The thrusters apply only a part of what they would; propellant and delta-v follow what is applied."""
 
     needs: ClassVar[Literal["", "thruster", "sensor"]] = "thruster"
 
     kind: Literal["weak_thruster"] = "weak_thruster"
     factor: Annotated[float, Field(ge=0.0, le=10.0)]
-    """Of the acceleration that is given; 0 for thrusters that are off."""
+    """Of the thrust that is applied; 0 for thrusters that are off. A factor above 1 lifts the thrust to what
+    the hardware gives at most."""
 
 
 class StuckThrusterSpec(PassingFaultSpec):
-    """The thrusters go on giving what they gave in the step before."""
+    """The thrusters keep the thrust of the step before, whatever is commanded, until the tank is empty."""
 
     needs: ClassVar[Literal["", "thruster", "sensor"]] = "thruster"
 
@@ -192,26 +195,29 @@ class Faults:
                     self._clocks.append(_Clock(*spell, spec.offset))
                 case LiarSpec():
                     self._lies.append(_Lie(*spell, spec.arc_length, spec.drift, spec.rate))
-        self._held: dict[int, Array] = {}
         self._readings: dict[int, tuple[Array, Array]] = {}
 
-    def thrust(self, given: Array, before: Array, step: int) -> Array:
-        """What the thrusters really give.
+    def of_thrusters(self, members: NDArray[np.int64], step: int) -> ThrusterFault | None:
+        """What is wrong with the thrusters of some satellites at a step; None for nothing.
 
         Args:
-            given: what they would, LVLH, m/s^2, shape (N, 3).
-            before: what they gave in the step before, m/s^2, shape (N, 3).
+            members: places of the satellites, shape (M,).
             step: number of the step.
+
+        Returns:
+            Arrays of shape (M,).
         """
-        for place, fault in enumerate(self._thrusts):
-            if not fault.holds(step):
-                continue
-            given = given.copy()
+        holding = [fault for fault in self._thrusts if fault.holds(step)]
+        if not holding:
+            return None
+        factor, stuck = np.ones(len(members)), np.zeros(len(members))
+        for fault in holding:
+            own = members == fault.satellite
             if fault.factor is None:
-                given[fault.satellite] = self._held.setdefault(place, before[fault.satellite].copy())
+                stuck[own] = 1.0
             else:
-                given[fault.satellite] = fault.factor * given[fault.satellite]
-        return given
+                factor[own] *= fault.factor
+        return ThrusterFault(factor, stuck)
 
     def reading(self, position: Array, velocity: Array, step: int) -> tuple[Array, Array]:
         """What satellites are told of their position (m) and velocity (m/s), shapes (N, 3), at a step."""

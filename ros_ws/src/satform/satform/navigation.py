@@ -274,7 +274,7 @@ class EstimatorMemory:
     Attributes:
         anchor: estimate at the step of the newest measurement worked in.
         step: number of that step.
-        commands: held in the steps since, oldest first, m/s^2, shape (..., 3) each.
+        commands: accelerations applied in the steps since, oldest first, m/s^2, shape (..., 3) each.
         state: position (m) and velocity (m/s) now, shape (..., 6).
     """
 
@@ -306,13 +306,33 @@ class Estimator:
         anchor = self.filter.start(measurement)
         return EstimatorMemory(anchor, measurement.step, (), anchor.state)
 
+    def resume(
+        self, memory: EstimatorMemory, missed: int, commanded: Array, applied: Array
+    ) -> EstimatorMemory:
+        """The memory after steps without the flight software, up to the step before the next one.
+
+        The estimate is propagated over the gap with its covariance, which grows by the process noise of each
+        step: the first measurement afterwards counts for more the longer the gap was.
+
+        Args:
+            memory: of the last step before the gap.
+            missed: steps in the gap, at least 1.
+            commanded: held from that last step on, m/s^2, shape (..., 3).
+            applied: in each step of the gap, m/s^2, shape (..., 3).
+        """
+        meanwhile = (commanded, *(applied for _ in range(missed - 1)))
+        state = memory.state
+        for acceleration in meanwhile:
+            state = self.filter.predict_state(state, acceleration)
+        return replace(memory, commands=(*memory.commands, *meanwhile), state=state)
+
     def observe(self, memory: EstimatorMemory, measurement: Measurement, command: Array) -> EstimatorMemory:
         """The memory one step later.
 
         Args:
             memory: of the step before.
             measurement: the newest that has arrived, perhaps the same as at the step before.
-            command: held since the step before, m/s^2, shape (..., 3).
+            command: acceleration that was applied since the step before, m/s^2, shape (..., 3).
         """
         commands = (*memory.commands, command)
         if measurement.step <= memory.step:

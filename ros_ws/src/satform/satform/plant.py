@@ -18,7 +18,7 @@ from satform.noise import NAVIGATION_STREAM, THRUSTER_STREAM, SeededNormals
 from satform.orientation import Attitude, Orientation
 from satform.satellite import flight_plan, motion_at_start
 from satform.scenario.model import Scenario
-from satform.thruster import ERRORS_PER_STEP, Propulsion, Thruster
+from satform.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
 
 Steps = NDArray[np.int64]
 
@@ -28,7 +28,8 @@ class Plant:
 
     Attributes:
         step: number of the step that comes next.
-        given: acceleration of all satellites in the last step, LVLH, m/s^2, shape (N, 3).
+        given: acceleration of all satellites in the last step, as it was applied, LVLH, m/s^2, shape (N, 3);
+            zero before the first one.
         thrusters: of the satellites that have one; None when nobody has.
         turning: the true attitudes, in groups of satellites; empty when nobody has one.
     """
@@ -121,10 +122,10 @@ class Plant:
             for group in self.turning:
                 group.advance(wheel_torque[group.members], self.step)
         # Whoever commands may use the same array for the next commands.
-        before, self.given = self.given, acceleration.copy()
+        self.given = acceleration.copy()
         if self.thrusters is not None:
-            self.given = self.thrusters.fire(acceleration, self.step)
-        self.given = self._faults.thrust(self.given, before, self.step)
+            fault = self._faults.of_thrusters(self.thrusters.members, self.step)
+            self.given = self.thrusters.fire(acceleration, self.step, fault)
         self._state = self._dynamics.advance(self._state, self.given, self.step)
         self.step += 1
         self._motion = Motion(*self._dynamics.lvlh(self._state))
@@ -157,19 +158,20 @@ class Thrusters:
         self._thruster = thruster
         self._errors = SeededNormals(seed, THRUSTER_STREAM, members, ERRORS_PER_STEP)
 
-    def fire(self, acceleration: Array, step: int) -> Array:
+    def fire(self, acceleration: Array, step: int, fault: ThrusterFault | None = None) -> Array:
         """One step of thrust.
 
         Args:
             acceleration: commands of all satellites, m/s^2, shape (N, 3).
             step: number of the step.
+            fault: what is wrong with the members' thrusters in it; None for nothing.
 
         Returns:
             What all satellites really get, m/s^2, shape (N, 3).
         """
         given = acceleration.copy()
         given[self.members], self.propulsion = self._thruster.fire(
-            self.propulsion, acceleration[self.members], self._errors.at(step)
+            self.propulsion, acceleration[self.members], self._errors.at(step), fault
         )
         return given
 

@@ -16,7 +16,7 @@ from satform.announcements import heard as as_heard
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, Heard, propagate
 from satform.consensus.motion import HeardMotion, MotionAnnouncement, MotionSharing
 from satform.control.attitude import AttitudeTrackingSpec
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import Curve
 from satform.elementwise import Array
@@ -72,6 +72,9 @@ class SatelliteState:
         begun: whether the satellite has acted before.
         estimate: the estimator's state; None without one and before the first step.
         acceleration: commanded in the step before, m/s^2, shape (..., 3); None before the first step.
+        missed: steps before the next one in which it did not act since it acted last; its memory and its
+            estimate are for the first of them.
+        skipped: how many of them were skipped on the wall clock while it flew.
     """
 
     step: int
@@ -83,6 +86,8 @@ class SatelliteState:
     begun: bool = False
     estimate: EstimatorMemory | None = None
     acceleration: Array | None = None
+    missed: int = 0
+    skipped: int = 0
 
 
 @dataclass(frozen=True)
@@ -161,6 +166,7 @@ class Satellite:
         told: Told,
         measured_step: int | None = None,
         attitude: Attitude | None = None,
+        applied_acceleration: Array | None = None,
     ) -> Decision:
         """One step of flight software: decide the command and move on to the next step.
 
@@ -169,6 +175,8 @@ class Satellite:
             told: the announcements of its neighbours.
             measured_step: number of the step at which the motion was so; this one when left out.
             attitude: its own, shapes (..., 3); None for a satellite without attitude.
+            applied_acceleration: over the step before, as the plant reports it, LVLH, m/s^2, shape (..., 3);
+                left out where commands are applied as they are.
 
         Returns:
             The command with the reference that it follows.
@@ -176,17 +184,20 @@ class Satellite:
         plan, state = self.plan, self.state
         inbox = state.inbox.after(told)
         heard = self._heard(inbox, told)
+        applied = _applied(state, applied_acceleration)
         estimate = None
         if plan.estimator is not None:
             at = state.step if measured_step is None else measured_step
-            estimate = _estimated(plan.estimator, state, Measurement(motion.position, motion.velocity, at))
+            measurement = Measurement(motion.position, motion.velocity, at)
+            estimate = _estimated(plan.estimator, state, measurement, applied)
             motion = Motion(estimate.state[..., :3], estimate.state[..., 3:])
-        if not state.begun:
-            state = replace(state, memory=plan.controller.start(motion))
+        memory = _memory(plan, state, motion, applied)
+        commanded = applied if state.missed else state.acceleration
+        step = ControlStep(state.step, plan.step, applied, commanded, state.skipped)
         if isinstance(heard, HeardMotion):
-            reference, action, phase = _follow_neighbour(plan, state, motion, heard)
+            reference, action, phase = _follow_neighbour(plan, state, motion, heard, (memory, step))
         else:
-            reference, action, phase = _follow_path(plan, state, motion, heard)
+            reference, action, phase = _follow_path(plan, state, motion, heard, (memory, step))
         self.state = SatelliteState(
             step=state.step + 1,
             arc_length=phase.arc_length,
@@ -212,22 +223,34 @@ class Satellite:
             weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.drop_after)
         return as_heard(self._announces, inbox.values, inbox.stamp, weight)
 
-    def join(self, step: int) -> None:
+    def join(self, step: int, *, skipped: bool = False) -> None:
         """Take part (again) from a later step on, with what was known at the present one.
 
-        The arc length is carried on at its rate; what was estimated of the own motion is out of date
-        and forgotten. Nothing changes when the step is the one that comes next anyway.
+        The arc length is carried on at its rate. What the control law remembers and what was estimated of
+        the own motion are carried over the gap when the satellite acts next, since that takes what was
+        applied meanwhile. Nothing changes when the step is the one that comes next anyway.
+
+        Args:
+            step: the next one in which it acts.
+            skipped: whether the satellite flew on meanwhile, its states having been skipped on the wall
+                clock; otherwise it was lost.
         """
         plan, state = self.plan, self.state
         if step == state.step:
             return
+        missed = step - state.step
         arc_length = state.arc_length + (step - state.step) * plan.step * state.rate
         said = state.announcement
         if isinstance(said, Announcement):
             moment = np.full_like(arc_length, step * plan.step)
             said = Announcement(moment, arc_length - plan.phase_offset, state.rate)
         self.state = replace(
-            state, step=step, arc_length=arc_length, announcement=said, estimate=None, acceleration=None
+            state,
+            step=step,
+            arc_length=arc_length,
+            announcement=said,
+            missed=state.missed + missed,
+            skipped=state.skipped + missed if skipped else 0,
         )
 
     def rearrange(self, places: list[int | None]) -> None:
@@ -296,8 +319,29 @@ def _first_announcement(plan: FlightPlan) -> AnyAnnouncement:
     return Announcement(begin, plan.arc_length - plan.phase_offset, plan.rate)
 
 
+def _applied(state: SatelliteState, reported: Array | None) -> Array | None:
+    """What was applied over the step before; None before a satellite's first step."""
+    if not state.begun:
+        return None
+    if reported is not None:
+        return reported
+    # Nobody reports it: commands are applied as they are, and none was given in a gap.
+    assert state.acceleration is not None  # noqa: S101 - it has acted
+    return np.zeros_like(state.acceleration) if state.missed else state.acceleration
+
+
+def _memory(plan: FlightPlan, state: SatelliteState, motion: Motion, applied: Array | None) -> Any:
+    """The control law's memory for this step: started at the first one, carried over a gap."""
+    if not state.begun:
+        return plan.controller.start(motion)
+    if not state.missed or state.memory is None or applied is None:
+        return state.memory
+    gap = Gap(state.step - state.missed, state.missed, plan.step, applied, motion)
+    return plan.controller.resume(state.memory, gap)
+
+
 def _follow_path(
-    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: Heard
+    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: Heard, law: tuple[Any, ControlStep]
 ) -> tuple[Reference, Action, _Phase]:
     assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is heard belongs to it
     time = state.step * plan.step
@@ -309,7 +353,7 @@ def _follow_path(
     phase = arc_length - plan.phase_offset
     rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, heard, time)
     reference = plan.path.at_step(arc_length, rate, rate_change, plan.step)
-    action: Action = plan.controller.act(motion, reference, state.memory)
+    action: Action = plan.controller.act(motion, reference, *law)
     next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
     if follows_itself:
         said = Announcement(np.full_like(phase, time), phase, rate)
@@ -321,33 +365,43 @@ def _follow_path(
 
 
 def _follow_neighbour(
-    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: HeardMotion
+    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: HeardMotion, law: tuple[Any, ControlStep]
 ) -> tuple[Reference, Action, _Phase]:
     assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is heard belongs to it
     time = state.step * plan.step
     neighbour = plan.consensus.seen(motion, heard, time)
-    action: Action = plan.controller.act(motion, neighbour, state.memory)
+    action: Action = plan.controller.act(motion, neighbour, *law)
     said = MotionAnnouncement(np.full_like(state.arc_length, time), motion.position, motion.velocity)
     reference: Reference = plan.controller.reference(motion, neighbour)
     follows = heard.weight > 0.0
     if not np.all(follows):
         # Nobody to follow: the satellite coasts, desires its own motion, and its law learns nothing.
         still = np.zeros_like(motion.position)
-        coasting = Action(still, still, state.memory)
+        coasting = Action(still, still, law[0])
         action = batch.select(follows, action, coasting)
         reference = batch.select(follows, reference, Reference(motion.position, motion.velocity, still))
     return reference, action, _Phase(state.arc_length, state.rate, said)
 
 
-def _estimated(estimator: Estimator, state: SatelliteState, measurement: Measurement) -> EstimatorMemory:
-    if state.estimate is None or state.acceleration is None:
+def _estimated(
+    estimator: Estimator, state: SatelliteState, measurement: Measurement, applied: Array | None
+) -> EstimatorMemory:
+    """The estimate at this step; after a gap it is carried over it with what was applied in it."""
+    if state.estimate is None or applied is None:
         return estimator.start(measurement)
-    return estimator.observe(state.estimate, measurement, state.acceleration)
+    memory = state.estimate
+    if state.missed:
+        assert state.acceleration is not None  # noqa: S101 - it has acted
+        memory = estimator.resume(memory, state.missed, state.acceleration, applied)
+    return estimator.observe(memory, measurement, applied)
 
 
-def flight_setting(scenario: Scenario) -> FlightSetting:
-    """What controllers may know of a scenario."""
-    return FlightSetting(mean_motion=scenario.orbit.rate, step=scenario.timing.step)
+def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
+    """What the controller of the satellite with the given place may know of a scenario."""
+    step, thruster = scenario.timing.step, scenario.satellite(index).thruster
+    if thruster is None:
+        return FlightSetting(scenario.orbit.rate, step)
+    return FlightSetting(scenario.orbit.rate, step, thruster.resolution(step), thruster.largest_error)
 
 
 def flight_plan(scenario: Scenario, index: int) -> FlightPlan:
@@ -358,7 +412,7 @@ def flight_plan(scenario: Scenario, index: int) -> FlightPlan:
     arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
     return FlightPlan(
         path=path,
-        controller=spec.controller.build(flight_setting(scenario)),
+        controller=spec.controller.build(flight_setting(scenario, index)),
         consensus=scenario.consensus.build(),
         nominal_rate=_scalar(nominal),
         phase_offset=_scalar(spec.phase_offset),

@@ -156,7 +156,8 @@ class _Flight:
             measured_step = None if measured_steps is None else int(measured_steps[place].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
             told = log.told(group.ears, self.formation)
-            decision = group.satellite.act(own, told, measured_step, turned)
+            applied = plant.given[place]
+            decision = group.satellite.act(own, told, measured_step, turned, applied)
             found = self._limits.of_decision(decision, numbers(group.satellite.announce()))
             if found:
                 members = np.atleast_1d(group.members)
@@ -272,7 +273,6 @@ class _Log:
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
         acceleration = np.empty((steps, count, 3))
         self._turns = any(satellite.attitude is not None for satellite in satellites)
-        thrusts = any(satellite.thruster is not None for satellite in satellites)
         unknown: dict[str, Any] = {
             **no_propulsion(steps + 1, count),
             **no_attitude(steps if self._turns else -1, count),
@@ -286,7 +286,7 @@ class _Log:
             measured_position=np.empty_like(position) if self.measures else position,
             measured_velocity=np.empty_like(velocity) if self.measures else velocity,
             acceleration=acceleration,
-            given_acceleration=np.empty_like(acceleration) if thrusts else acceleration,
+            given_acceleration=np.empty_like(acceleration),
             arc_length=np.zeros((steps + 1, count)),
             rate=np.zeros((steps + 1, count)),
             reference_position=np.empty((steps, count, 3)),
@@ -333,6 +333,8 @@ class _Log:
                 limits = plant.wheel_limits()[group.members]
                 record.torque_limited[step, group.members] = limits[:, 0]
                 record.momentum_limited[step, group.members] = limits[:, 1]
+        if step > 0:
+            record.given_acceleration[step - 1] = plant.given
         if plant.thrusters is None:
             return
         members, propulsion = plant.thrusters.members, plant.thrusters.propulsion
@@ -341,8 +343,6 @@ class _Log:
         record.clipped[step, members] = propulsion.clipped
         record.withheld[step, members] = propulsion.withheld
         record.starved[step, members] = propulsion.starved
-        if step > 0:
-            record.given_acceleration[step - 1] = plant.given
 
     def told(self, ears: Ears, formation: Formation) -> Told:
         """What arrives at the satellites of a group."""

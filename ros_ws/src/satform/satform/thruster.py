@@ -32,6 +32,8 @@ class Propulsion:
         clipped: steps in which the command was above the thrust limit, shape (...).
         withheld: steps in which a command was below the smallest impulse and not given, shape (...).
         starved: steps in which the tank could not give the rest, shape (...).
+        applied: acceleration in the step before, m/s^2, shape (..., 3).
+        mass: of the satellite at the start of the step before, kg, shape (...).
     """
 
     propellant: Array
@@ -39,6 +41,21 @@ class Propulsion:
     clipped: Array
     withheld: Array
     starved: Array
+    applied: Array
+    mass: Array
+
+
+@dataclass(frozen=True)
+class ThrusterFault:
+    """What is wrong with thrusters in a step.
+
+    Attributes:
+        factor: of the thrust that they apply, 1 for sound ones, shape (...).
+        stuck: 1 for thrusters whose valves stay as they are, 0 otherwise, shape (...).
+    """
+
+    factor: Array
+    stuck: Array
 
 
 @dataclass(frozen=True)
@@ -72,19 +89,28 @@ class Thruster:
     def start(self) -> Propulsion:
         """The propulsion before the first step: tank full, nothing counted."""
         zero = np.zeros_like(self.propellant)
-        return Propulsion(self.propellant, zero, zero, zero, zero)
+        still, mass = np.zeros((*zero.shape, 3)), self.dry_mass + self.propellant
+        return Propulsion(self.propellant, zero, zero, zero, zero, still, mass)
 
-    def fire(self, propulsion: Propulsion, command: Array, errors: Array) -> tuple[Array, Propulsion]:
+    def fire(
+        self,
+        propulsion: Propulsion,
+        command: Array,
+        errors: Array,
+        fault: ThrusterFault | None = None,
+    ) -> tuple[Array, Propulsion]:
         """One step of thrust.
 
         Args:
             propulsion: before the step.
             command: wanted acceleration, held over the step, m/s^2, shape (..., 3).
             errors: standard normal numbers, shape (..., 4).
+            fault: what is wrong with the thrusters in this step; None for nothing.
 
         Returns:
-            The acceleration really given, m/s^2, shape (..., 3), and the propulsion after the step. A
-            command that needs no limit and meets no error is given back to the last bit.
+            The acceleration really applied, m/s^2, shape (..., 3), and the propulsion after the step. A
+            command that needs no limit and meets no error is given back to the last bit. Delta-v, propellant
+            and an empty tank follow what is applied, also under a fault.
 
         Source: Sutton & Biblarz, Rocket Propulsion Elements, ch. 4 (rocket equation).
         """
@@ -93,6 +119,8 @@ class Thruster:
         reached, over, under = self._limited(strength, mass)
         given = command * np.divide(reached, strength, out=np.zeros_like(strength), where=strength > 0.0)
         given = self._disturbed(given, errors)
+        if fault is not None:
+            given = self._faulty(given, fault, propulsion, mass)
         share, burnt = self._burn(given, mass, propulsion.propellant)
         given = given * share[..., None]
         return given, replace(
@@ -102,7 +130,22 @@ class Thruster:
             clipped=propulsion.clipped + over,
             withheld=propulsion.withheld + under,
             starved=propulsion.starved + (share < 1.0),
+            applied=given,
+            mass=mass,
         )
+
+    def _faulty(self, given: Array, fault: ThrusterFault, propulsion: Propulsion, mass: Array) -> Array:
+        """What thrusters apply under a fault, as long as there is propellant.
+
+        A factor does not lift the thrust above what the hardware gives. Stuck thrusters apply the thrust of
+        the step before, whatever is commanded and whatever factor holds besides.
+        """
+        strength = np.where(self.per_axis[..., None] > 0.0, np.abs(given), norm(given)[..., None])
+        limit = (self.maximum_thrust / mass)[..., None]
+        most = np.divide(limit, strength, out=np.full_like(strength, np.inf), where=strength > 0.0)
+        factor = np.minimum(fault.factor[..., None], np.maximum(most, 1.0))
+        held = propulsion.applied * (propulsion.mass / mass)[..., None]
+        return np.where(fault.stuck[..., None] > 0.0, held, given * factor)
 
     def _limited(self, strength: Array, mass: Array) -> tuple[Array, Array, Array]:
         """Acceleration that the thrusters can give; whether it was above, and below, what they can."""
@@ -199,6 +242,25 @@ class ThrusterSpec(Spec):
         if self.propellant > 0.0 and self.specific_impulse is None:
             raise ValueError("propellant [kg] is never used without specific_impulse [s]; give that too")
         return self
+
+    def resolution(self, step: float) -> float:
+        """Acceleration of the smallest impulse or the impulse quantum on the satellite without propellant.
+
+        Args:
+            step: control period, s.
+
+        Returns:
+            The larger of both, m/s^2; 0 for thrusters without either.
+        """
+        smallest = self.minimum_impulse or 0.0
+        if self.minimum_pulse is not None and self.maximum_thrust is not None:
+            smallest = self.minimum_pulse * self.maximum_thrust
+        return max(smallest, self.impulse_quantum) / (self.dry_mass * step)
+
+    @property
+    def largest_error(self) -> float:
+        """Share of a command by which the thrust hardly ever differs from it: four standard deviations."""
+        return 4.0 * math.hypot(self.magnitude_error, math.sqrt(2.0) * self.pointing_error)
 
     def build(self, step: float) -> Thruster:
         """The propulsion itself.

@@ -23,7 +23,7 @@ from satform_nodes import topics
 from satform_nodes.executor import MANY
 from satform_nodes.hearsay import Words
 from satform_nodes.satellite_node import SatelliteNode
-from satform_nodes.satellite_voice import violation_command
+from satform_nodes.satellite_voice import AROUND_NUMBERS, violation_command
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
@@ -220,8 +220,8 @@ class Abreast:
         count = len(self._nodes)
         first = self._states[0]
         assert first is not None  # noqa: S101 - everything has arrived
-        told = np.array([state[4:10] for state in self._states if state is not None])
-        motion = Motion(told[:, :3], told[:, 3:])
+        told = np.array([state[4:13] for state in self._states if state is not None])
+        motion = Motion(told[:, :3], told[:, 3:6])
         said = np.array(self._heard[step & 1], dtype=np.float64).reshape(
             count, self._width, len(self._silence)
         )
@@ -232,7 +232,7 @@ class Abreast:
             attitude = Attitude(turned[:, :3], turned[:, 3:6], turned[:, 6:9])
         # Satellites whose filters are told at different times are not stacked.
         measured_step = self._stamps.step(first[0], first[1])
-        return self._satellite.act(motion, heard, measured_step, attitude)
+        return self._satellite.act(motion, heard, measured_step, attitude, told[:, 6:])
 
     def _report(self, step: int, violations: dict[int, Violation]) -> None:
         """Tell the plant who computed what is beyond a limit; the others' commands are not flown either."""
@@ -259,9 +259,9 @@ class Abreast:
         announced = np.concatenate(parts, axis=-1).tolist()
         for voice, push, words in zip(voices, pushes, announced, strict=True):
             voice.say_command(_COMMAND.pack(*now, step, *push, *stamp, *words, 0, 0.0))
-        between = (0,) if self._announces == "motion" else ()
+        before, after = AROUND_NUMBERS[self._announces]
         for voice, words in zip(voices, said.tolist(), strict=True):
-            voice.say_announcement(self._announcement.pack(*stamp, step + 1, *between, *words))
+            voice.say_announcement(self._announcement.pack(*stamp, step + 1, *before, *words, *after))
         for row, node in enumerate(nodes):
             if node.memory.due(step + 1):
                 node.memory.keep(self.single(row), node.hearsay.neighbours)

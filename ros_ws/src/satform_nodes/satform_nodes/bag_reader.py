@@ -279,7 +279,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
         measured_position=_vectors(state, "position", steps + 1),
         measured_velocity=_vectors(state, "velocity", steps + 1),
         acceleration=_vectors(command, "acceleration", steps),
-        given_acceleration=_vectors(given, "acceleration", steps),
+        given_acceleration=_vectors(state, "applied_acceleration", steps + 1)[1:],
         **_phases(announced, scenario.consensus.announces, steps + 1),
         reference_position=_vectors(tracking, "reference_position", steps),
         reference_velocity=_vectors(tracking, "reference_velocity", steps),

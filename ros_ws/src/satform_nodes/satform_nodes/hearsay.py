@@ -13,6 +13,7 @@ from satform.post import Ears
 from satform.scenario import Scenario
 from satform_nodes.formation_view import FormationView
 from satform_nodes.on_the_clock import Ages
+from satform_nodes.satellite_voice import AROUND_NUMBERS
 from satform_nodes.stamps import Stamps
 
 Words = tuple[float, ...]
@@ -74,7 +75,8 @@ class Hearsay:
 
     def words(self, said: tuple[Any, ...]) -> Words:
         """Time and numbers of an announcement, from all that its message holds."""
-        return (self._stamps.time(said[0], said[1]), *said[-self._width :])
+        begin = 3 + len(AROUND_NUMBERS[self._announces][0])
+        return (self._stamps.time(said[0], said[1]), *said[begin : begin + self._width])
 
     def hear(self, neighbour: int, step: int, words: Words) -> None:
         """Note what a neighbour said for a step."""

@@ -94,6 +94,7 @@ class PlantVoice:
         step, stamps = self._plant.step, self._stamps
         seconds, nanoseconds = stamps.at(step)
         told, moments = self._plant.measured(), self._plant.measured_steps()
+        applied = self._plant.given.tolist()
         for index, (publisher, moment, position, velocity) in enumerate(
             zip(
                 self._say_state,
@@ -103,14 +104,15 @@ class PlantVoice:
                 strict=True,
             )
         ):
-            data = _STATE.pack(*stamps.at(moment), step, number, *position, *velocity)
+            data = _STATE.pack(*stamps.at(moment), step, number, *position, *velocity, *applied[index])
             self._said[index] = [data]
             publisher.publish(data)
         self._tell_attitudes(seconds, nanoseconds, step)
         truth = self._plant.motion()
         for index, publisher in self._say_truth.items():
             position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
-            publisher.publish(_STATE.pack(seconds, nanoseconds, step, number, *position, *velocity))
+            moved = (*position, *velocity, *applied[index])
+            publisher.publish(_STATE.pack(seconds, nanoseconds, step, number, *moved))
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
         self._say_clock.publish(clock)

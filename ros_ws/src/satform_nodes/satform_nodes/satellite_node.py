@@ -223,10 +223,12 @@ class SatelliteNode:
         """Begin to fly with the first state, or come back when the plant says so."""
         returned = self.view.returns.get(self.index)
         if returned is None:
-            if step != 0:
+            # On the wall clock the first states may have been skipped.
+            if step != 0 and not (self.clocked and self.view.formation.alive[self.index]):
                 return False
+            self.satellite.join(step, skipped=True)
         else:
-            if returned[0] != step:
+            if returned[0] != step and not (self.clocked and returned[0] < step):
                 return False
             if returned[1] >= 0:
                 self.memory.restore(self.satellite, self.hearsay.neighbours)
@@ -351,7 +353,7 @@ class SatelliteNode:
         if step > self.step:
             # States that came too fast were left out.
             self._skipped += step - self.step
-            self.satellite.join(step)
+            self.satellite.join(step, skipped=True)
             self.step = step
         heard = self.hearsay.newest(step)
         self._act(step, state, heard, list(heard))
@@ -367,12 +369,12 @@ class SatelliteNode:
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
         told = self.hearsay.told(step, heard, speakers)
-        motion = Motion(np.array(state[4:7]), np.array(state[7:10]))
+        motion, applied = Motion(np.array(state[4:7]), np.array(state[7:10])), np.array(state[10:13])
         attitude = None
         if self._attitude is not None:
             attitude = Attitude(*np.array(self._attitude[3:12]).reshape(3, 3))
         measured_step = self._stamps.step(state[0], state[1])
-        decision = self.satellite.act(motion, told, measured_step, attitude)
+        decision = self.satellite.act(motion, told, measured_step, attitude, applied)
         announcement = self.satellite.announce()
         violation = self._limits.of_decision(decision, numbers(announcement)).get(0)
         self.busy_seconds += time.thread_time() - begin

@@ -7,6 +7,7 @@ from satform_msgs.msg import Command, ParameterChange, Ready, Tracking
 
 from satform.announcements import AnyAnnouncement, numbers
 from satform.channels import PLANT, RECORDER, formation_channels, relative, said_by, satellite_channels
+from satform.consensus.arc_length import Announces
 from satform.faults import Faults
 from satform.flight.limits import Violation
 from satform.satellite import Decision
@@ -30,6 +31,13 @@ _WITHIN = (0, 0.0)
 
 _FAREWELL = 2.0
 """How long a satellite stays for the sake of what it said last, s."""
+
+AROUND_NUMBERS: dict[Announces, tuple[tuple[int, ...], tuple[float, ...]]] = {
+    "arc_length": ((), ()),
+    "motion": ((0,), (0.0, 0.0, 0.0)),
+}
+"""What an announcement's message holds before its numbers (the formation's) and after them (what was
+applied), by what is announced; only the plant fills these in."""
 
 Spoken = tuple[tuple[int, int], list[float]]
 """Stamp and numbers of an announcement."""
@@ -57,8 +65,8 @@ class SatelliteVoice:
         self._last_command = b""
         announces = scenario.consensus.announces
         self._in_phase = announces == "arc_length"
-        # What an announcement carries between its step and its numbers.
-        self._before_numbers = (0,) if announces == "motion" else ()
+        # What an announcement carries between its step and its numbers, and after them.
+        self._before_numbers, self._after_numbers = AROUND_NUMBERS[announces]
         self._announcement = layout(topics.TYPES[announces], topics.FRAME)
         table = [*satellite_channels(scenario, index), *formation_channels(scenario)]
         self._channels = {channel.kind: channel for channel in said_by(name, table)}
@@ -121,7 +129,9 @@ class SatelliteVoice:
     def announce(self, step: int, words: Spoken) -> None:
         """Tell the listeners what they hear for a step."""
         stamp, said = words
-        self.say_announcement(self._announcement.pack(*stamp, step, *self._before_numbers, *said))
+        self.say_announcement(
+            self._announcement.pack(*stamp, step, *self._before_numbers, *said, *self._after_numbers)
+        )
 
     def show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
         """Show how well the reference is followed."""

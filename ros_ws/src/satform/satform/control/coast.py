@@ -5,18 +5,22 @@ from typing import Any, Literal
 
 import numpy as np
 
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Memoryless,
+    Motion,
+)
 from satform.reference import Reference
 
 
 @dataclass(frozen=True)
-class Coast:
+class Coast(Memoryless):
     """The law that never commands anything, of one satellite or of many."""
 
-    def start(self, motion: Motion) -> None:
-        """The law has no memory."""
-
-    def act(self, motion: Motion, reference: Reference, memory: Any) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: Any, step: ControlStep) -> Action:
         """Zero command and zero sliding variable, shape (..., 3); arguments as in `Controller.act`."""
         still = np.zeros_like(motion.position)
         return Action(still, still)

@@ -12,7 +12,16 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import model_validator
 
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion, RelativeNeighbour
+from satform.control.anti_windup import Saturation
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Gap,
+    Motion,
+    RelativeNeighbour,
+)
 from satform.elementwise import Array, dot, norm
 from satform.reference import Reference
 from satform.spec import NonNegative, Positive, Vector
@@ -131,6 +140,10 @@ class AdaptiveDistance:
         centres: velocities at which the membership functions peak, m/s, shape (..., 7).
         width: offset from the peak at which the membership has fallen to 1/e, m/s, shape (...).
         step: control period, s, shape (...).
+        leakage: at which what was learnt is forgotten, 1/s, or 1/m if it goes with the velocity error's
+            size, shape (...); 0 for none.
+        leaks_with_error: whether the leakage goes with the size of the velocity error.
+        saturation: finds that the thrusters could not follow the last command.
     """
 
     field: DistanceField
@@ -141,29 +154,45 @@ class AdaptiveDistance:
     centres: Array
     width: Array
     step: Array
+    leakage: Array
+    leaks_with_error: bool
+    saturation: Saturation
 
     def start(self, motion: Motion) -> Adaptation:
         """Nothing learnt yet."""
         shape = motion.velocity.shape
         return Adaptation(np.zeros((*shape, self.centres.shape[-1])), np.zeros(shape))
 
-    def act(self, motion: Motion, neighbour: RelativeNeighbour, memory: Adaptation) -> Action:
+    def resume(self, memory: Adaptation, gap: Gap) -> Adaptation:
+        """What was learnt is kept: it stands for the satellite's dynamics; nothing is learnt in the gap."""
+        return memory
+
+    def act(
+        self, motion: Motion, neighbour: RelativeNeighbour, memory: Adaptation, step: ControlStep
+    ) -> Action:
         """Command of one step, and what was learnt in it.
+
+        Nothing is learnt on an axis on which saturated thrusters could not apply the last command: the
+        velocity error there is the saturation's, and not that of something unknown.
 
         Args:
             motion: own velocity, LVLH; the position is not used.
             neighbour: relative position and velocity of the neighbour.
             memory: what has been learnt so far.
+            step: says what was applied instead of the last command.
 
         Returns:
             Commanded acceleration, the velocity error as sliding variable, the next memory.
+
+        Source: Ioannou & Sun, Robust Adaptive Control, ch. 8.4-8.5: adaptation that is switched off where
+        its error says nothing of the parameters.
         """
         acceleration, surface, rate = self.evaluate(motion.velocity, neighbour, memory)
-        step = self.step[..., None]
-        learnt = Adaptation(
-            memory.weights + rate.weights * step[..., None], memory.disturbance + rate.disturbance * step
-        )
-        return Action(acceleration, surface, learnt)
+        duration = self.step[..., None]
+        follows = self.saturation.shortfall(motion, step) == 0.0
+        weights = memory.weights + np.where(follows, duration, 0.0)[..., None] * rate.weights
+        disturbance = memory.disturbance + np.where(follows, duration, 0.0) * rate.disturbance
+        return Action(acceleration, surface, Adaptation(weights, disturbance))
 
     def reference(self, motion: Motion, neighbour: RelativeNeighbour) -> Reference:
         """The place at the set distance that is nearest, and the whole formation's velocity.
@@ -195,6 +224,8 @@ class AdaptiveDistance:
             (..., 3)) and time derivative of what is learnt.
 
         Source: Zhu, Du & Wang: adaptive fuzzy backstepping; the adaptation laws were reconstructed here.
+        Leakage: Ioannou & Kokotovic 1984 (sigma-modification: at a constant rate), Narendra & Annaswamy 1987
+        (e-modification: at a rate that goes with the error, so that nothing is forgotten without one).
         """
         guidance = self.field.guidance(neighbour)
         surface = velocity - guidance.velocity
@@ -206,9 +237,13 @@ class AdaptiveDistance:
             - _weighted(learnt.weights, basis)
             - learnt.disturbance * sign
         )
+        weight_rate = (self.weight_rate[..., None] * surface)[..., None] * basis
+        disturbance_rate = self.disturbance_rate[..., None] * surface * sign
+        leakage = self.leakage[..., None]
+        leak = leakage * np.abs(surface) if self.leaks_with_error else leakage + np.zeros_like(surface)
         rate = Adaptation(
-            (self.weight_rate[..., None] * surface)[..., None] * basis,
-            self.disturbance_rate[..., None] * surface * sign,
+            weight_rate - leak[..., None] * learnt.weights,
+            disturbance_rate - leak * learnt.disturbance,
         )
         return acceleration, surface, rate
 
@@ -276,6 +311,12 @@ class AdaptiveDistanceSpec(ControllerSpec):
     stable while the step is well below this divided by the estimated disturbance bound."""
     centres: Centres = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
     """Velocities at which the fuzzy sets peak, m/s."""
+    leakage: Literal["none", "sigma_modification", "e_modification"] = "none"
+    """How what was learnt is forgotten, which keeps it bounded under noise and persistent disturbances:
+    not at all, as in the source; at `leakage_rate` (sigma-modification); or at `leakage_rate` times the size
+    of the velocity error (e-modification)."""
+    leakage_rate: NonNegative = 0.01
+    """Rate of forgetting, 1/s for sigma_modification, 1/m for e_modification."""
     width: Positive = 1.0
     """Offset from a fuzzy set's peak at which its membership has fallen to 1/e, m/s."""
 
@@ -315,4 +356,7 @@ class AdaptiveDistanceSpec(ControllerSpec):
             centres=np.array(self.centres),
             width=np.asarray(self.width),
             step=np.asarray(setting.step, dtype=np.float64),
+            leakage=np.asarray(0.0 if self.leakage == "none" else self.leakage_rate),
+            leaks_with_error=self.leakage == "e_modification",
+            saturation=Saturation.of(setting),
         )

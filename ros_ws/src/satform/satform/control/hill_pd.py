@@ -5,7 +5,14 @@ from typing import Literal
 
 import numpy as np
 
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Memoryless,
+    Motion,
+)
 from satform.control.sampling import require_stable_hold
 from satform.dynamics import cw
 from satform.elementwise import Array
@@ -14,7 +21,7 @@ from satform.spec import PositivePerAxis
 
 
 @dataclass(frozen=True)
-class HillPd:
+class HillPd(Memoryless):
     """Cancels the natural relative acceleration and adds a spring and a damper to the reference.
 
     Attributes:
@@ -27,16 +34,14 @@ class HillPd:
     damping: Array
     natural: cw.NaturalAcceleration
 
-    def start(self, motion: Motion) -> None:
-        """No memory."""
-
-    def act(self, motion: Motion, reference: Reference, memory: None) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         """Command under which the error obeys a damped oscillator on each axis.
 
         Args:
             motion: measured position and velocity, LVLH.
             reference: desired position, velocity and acceleration, LVLH.
             memory: unused.
+            step: unused.
 
         Returns:
             Commanded acceleration; the sliding variable is zero.

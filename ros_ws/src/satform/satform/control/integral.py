@@ -5,8 +5,9 @@ from typing import Literal
 
 import numpy as np
 
+from satform.control.anti_windup import Saturation
 from satform.control.lqr import holding_acceleration, relative_motion_gain
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
 from satform.control.sampling import require_stable_hold
 from satform.dynamics import cw
 from satform.dynamics.linear import coupling, position_matrix
@@ -88,6 +89,9 @@ class Lqi:
         step: control period, s, shape (...).
         command_path: "integral" or "error".
         feedforward: whether the command that holds the reference is added.
+        saturation: finds that the thrusters could not follow the last command.
+        tracking: share of a command that could not be applied that is taken out of the integral in one
+            step, shape (...); 0 for no anti-windup.
     """
 
     position_gain: cw.InPlaneCoupling
@@ -98,6 +102,8 @@ class Lqi:
     step: Array
     command_path: str
     feedforward: bool
+    saturation: Saturation
+    tracking: Array
 
     def start(self, motion: Motion) -> PositionIntegral:
         """Integral before the first step, such that nothing is commanded until an error builds up.
@@ -114,27 +120,42 @@ class Lqi:
         feedback = self.position_gain(motion.position) + self.velocity_gain(motion.velocity)
         return PositionIntegral(-self.inverse_integral_gain(feedback))
 
-    def act(self, motion: Motion, reference: Reference, memory: PositionIntegral) -> Action:
+    def resume(self, memory: PositionIntegral, gap: Gap) -> PositionIntegral:
+        """The integral is kept: it stands for a disturbance that goes on; the gap is not integrated over."""
+        return memory
+
+    def act(
+        self, motion: Motion, reference: Reference, memory: PositionIntegral, step: ControlStep
+    ) -> Action:
         """Command of one step, and the integral grown by this step's position error.
+
+        What the thrusters could not apply of the last command is taken out of the integral, so that it is
+        the one with which the law would have commanded what was applied.
 
         Args:
             motion: measured or estimated position and velocity, LVLH.
             reference: desired position, velocity and acceleration, LVLH.
             memory: integral of the position error so far.
+            step: says what was applied instead of the last command.
 
         Returns:
             Commanded acceleration and the next integral; the sliding variable is zero.
+
+        Source: Astrom & Hagglund, Advanced PID Control, ch. 3 (back-calculation); with the whole shortfall
+        taken out it is the conditioning technique of Hanus, Kinnaert & Henrotte 1987.
         """
         position_error = motion.position - reference.position
         position, velocity = motion.position, motion.velocity
         if self.command_path == "error":
             position, velocity = position_error, velocity - reference.velocity
+        lacking = self.saturation.shortfall(motion, step)
+        begun = memory.integral + self.inverse_integral_gain(self.tracking[..., None] * lacking)
         acceleration = -(
-            self.position_gain(position) + self.velocity_gain(velocity) + self.integral_gain(memory.integral)
+            self.position_gain(position) + self.velocity_gain(velocity) + self.integral_gain(begun)
         )
         if self.feedforward:
             acceleration = acceleration + holding_acceleration(reference, self.natural)
-        integral = memory.integral + position_error * self.step[..., None]
+        integral = begun + position_error * self.step[..., None]
         return Action(acceleration, np.zeros_like(acceleration), PositionIntegral(integral))
 
 
@@ -155,6 +176,9 @@ class LqiSpec(ControllerSpec):
     the state error as well, which follows a moving reference without lag."""
     feedforward: bool = False
     """Whether the command that holds the reference is added."""
+    anti_windup: Literal["back_calculation", "none"] = "back_calculation"
+    """back_calculation: what saturated thrusters could not apply of a command is taken out of the integral;
+    none: the integral grows on."""
 
     def build(self, setting: FlightSetting) -> Lqi:
         """The regulator with its gain solved for.
@@ -183,4 +207,6 @@ class LqiSpec(ControllerSpec):
             step=np.asarray(setting.step, dtype=np.float64),
             command_path=self.command_path,
             feedforward=self.feedforward,
+            saturation=Saturation.of(setting),
+            tracking=np.asarray(float(self.anti_windup == "back_calculation")),
         )

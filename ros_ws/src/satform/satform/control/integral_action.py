@@ -1,16 +1,25 @@
 """Integral action beside any control law that follows a reference: its steady offset goes away."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
+from satform.control.anti_windup import Saturation
 from satform.control.hill_pd import HillPdSpec
 from satform.control.loop import closed_loop
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec
-from satform.control.protocol import Action, Controller, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    Controller,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Gap,
+    Motion,
+)
 from satform.control.roe import ElementControlSpec
 from satform.control.sampling import require_stable_hold
 from satform.control.sliding_mode import SlidingModeSpec
@@ -41,12 +50,16 @@ class IntegralAction:
         growth: of the acceleration in one step for each metre of error, 1/s^2, shape (..., 3).
         limit: largest magnitude of the acceleration, m/s^2, shape (..., 3).
         reach: largest magnitude of an error that is integrated, m, shape (..., 3).
+        saturation: finds that the thrusters could not follow the last command.
+        stops: 1 when the integral stands still while they cannot, 0 when it does not, shape (...).
     """
 
     law: Controller
     growth: Array
     limit: Array
     reach: Array
+    saturation: Saturation
+    stops: Array
 
     def start(self, motion: Motion) -> IntegralMemory:
         """Nothing is added until an error has lasted.
@@ -59,26 +72,39 @@ class IntegralAction:
         """
         return IntegralMemory(np.zeros_like(motion.position), self.law.start(motion))
 
-    def act(self, motion: Motion, reference: Reference, memory: IntegralMemory) -> Action:
+    def resume(self, memory: IntegralMemory, gap: Gap) -> IntegralMemory:
+        """The integral is kept: it stands for a disturbance that goes on; nothing is integrated in the gap.
+
+        The law's own memory is resumed as that law does it.
+        """
+        law = None if memory.law is None else self.law.resume(memory.law, gap)
+        return replace(memory, law=law)
+
+    def act(self, motion: Motion, reference: Reference, memory: IntegralMemory, step: ControlStep) -> Action:
         """The law's command with what has been integrated, which grows by this step's error.
 
         On each axis the integral stands still while the error is out of reach, as on the way to a distant
         reference, and stops at its limit; so it has little to unwind once the satellite arrives or a
-        disturbance that was too large has gone.
+        disturbance that was too large has gone. It also stands still while less was applied than commanded
+        on that axis, as by saturated thrusters, and its growth would ask for more of the same.
 
         Args:
             motion: measured position and velocity, LVLH.
             reference: desired position, velocity and acceleration, LVLH.
             memory: of the integral and of the law.
+            step: says what was applied instead of the last command.
 
         Returns:
             Commanded acceleration with the law's sliding variable.
 
         Source: Astrom & Hagglund, Advanced PID Control, ch. 3: integral action, conditional integration.
         """
-        action = self.law.act(motion, reference, memory.law)
+        action = self.law.act(motion, reference, memory.law, step)
         error = motion.position - reference.position
-        grown = memory.acceleration - self.growth * np.where(np.abs(error) <= self.reach, error, 0.0)
+        growth = -(self.growth * np.where(np.abs(error) <= self.reach, error, 0.0))
+        lacking = self.saturation.shortfall(motion, step)
+        winds_up = (lacking * growth > 0.0) & (self.stops[..., None] > 0.0)
+        grown = memory.acceleration + np.where(winds_up, 0.0, growth)
         bounded = np.minimum(np.maximum(grown, -self.limit), self.limit)
         return Action(
             action.acceleration + memory.acceleration,
@@ -111,6 +137,9 @@ class IntegralSpec(ControllerSpec):
     """Largest added acceleration, per axis, m/s^2; a constant disturbance beyond it leaves an offset."""
     reach: PositivePerAxis = (1000.0, 1000.0, 1000.0)
     """Largest position error that is integrated, per axis, m; has to exceed the offset that is to go."""
+    anti_windup: Literal["conditional_integration", "none"] = "conditional_integration"
+    """conditional_integration: on each axis the integral stands still while saturated thrusters apply less
+    than commanded and it would ask for still more; none: it goes on growing."""
 
     def build(self, setting: FlightSetting) -> IntegralAction:
         """The law with integral action.
@@ -125,6 +154,8 @@ class IntegralSpec(ControllerSpec):
             growth=np.asarray(self.gain, dtype=np.float64) * setting.step,
             limit=np.asarray(self.limit, dtype=np.float64),
             reach=np.asarray(self.reach, dtype=np.float64),
+            saturation=Saturation.of(setting),
+            stops=np.asarray(float(self.anti_windup == "conditional_integration")),
         )
         loop = closed_loop(built, setting)
         if loop is not None:

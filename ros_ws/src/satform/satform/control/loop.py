@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from satform.control.protocol import Controller, FlightSetting, Motion
+from satform.control.protocol import Controller, ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
 from satform.elementwise import Array
 from satform.reference import Reference
@@ -25,8 +25,9 @@ def closed_loop(law: Controller, setting: FlightSetting) -> Array | None:
         setting: in which it was built.
 
     Returns:
-        Transition matrix of (position, velocity, numbers of the memory) over one step with the command
-        held, SI units, shape (6 + m, 6 + m); None for a law that is not linear there.
+        Transition matrix of (position, velocity, numbers of the memory, last command) over one step with the
+        command held and applied as it is, SI units, shape (9 + m, 9 + m); None for a law that is not linear
+        there. The last command is there for laws that are fed by what was applied, such as observers.
     """
     slope, twice = _slopes(law, setting, _PROBE), _slopes(law, setting, 2.0 * _PROBE)
     scale = np.max(np.abs(slope), axis=0)
@@ -36,15 +37,17 @@ def closed_loop(law: Controller, setting: FlightSetting) -> Array | None:
 def _slopes(law: Controller, setting: FlightSetting, size: float) -> Array:
     """Differences that a trial of each number makes after a step, for each unit of the trial."""
     rest = law.start(Motion(np.zeros(3), np.zeros(3)))
-    count = 6 + len(_numbers(rest))
+    count = 9 + len(_numbers(rest))
     nowhere = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
     plant = cw.HeldInputStep.over(setting.mean_motion, setting.step)
 
     def after(state: Array) -> Array:
         motion = Motion(state[:3], state[3:6])
-        action = law.act(motion, nowhere, _filled(rest, list(state[6:])))
+        # Nothing limits the command here: what was commanded was applied.
+        step = ControlStep(1, setting.step, state[-3:], state[-3:])
+        action = law.act(motion, nowhere, _filled(rest, list(state[6:-3])), step)
         moved = plant.advance(motion.position, motion.velocity, action.acceleration)
-        return np.concatenate((*moved, _numbers(action.memory)))
+        return np.concatenate((*moved, _numbers(action.memory), action.acceleration))
 
     middle = after(np.zeros(count))
     columns = [(after(size * unit) - middle) / size for unit in np.eye(count)]

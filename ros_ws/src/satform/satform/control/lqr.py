@@ -5,7 +5,14 @@ from typing import Literal
 
 import numpy as np
 
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Memoryless,
+    Motion,
+)
 from satform.control.sampling import require_stable_hold
 from satform.dynamics import cw
 from satform.dynamics.linear import coupling
@@ -106,7 +113,7 @@ def design_lqr(
 
 
 @dataclass(frozen=True)
-class Lqr:
+class Lqr(Memoryless):
     """State feedback on the error to the reference.
 
     Attributes:
@@ -123,16 +130,14 @@ class Lqr:
     velocity_reference: str
     feedforward: bool
 
-    def start(self, motion: Motion) -> None:
-        """No memory."""
-
-    def act(self, motion: Motion, reference: Reference, memory: None) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         """Command that brings the position and velocity errors to zero.
 
         Args:
             motion: measured or estimated position and velocity, LVLH.
             reference: desired position, velocity and acceleration, LVLH.
             memory: unused.
+            step: unused.
 
         Returns:
             Commanded acceleration; the sliding variable is zero.

@@ -1,6 +1,7 @@
 """Luenberger observer: a control law flown on the state estimated from positions alone."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -9,7 +10,15 @@ from pydantic import Field
 from satform.control.hill_pd import HillPdSpec
 from satform.control.integral import LqiSpec
 from satform.control.lqr import LqrSpec
-from satform.control.protocol import Action, Controller, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    Controller,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Gap,
+    Motion,
+)
 from satform.dynamics import cw
 from satform.dynamics.linear import multiply, position_matrix
 from satform.elementwise import Array
@@ -64,11 +73,13 @@ class Estimate:
         position: estimated before this step's measurement is used, LVLH, m, shape (..., 3).
         velocity: estimated likewise, LVLH, m/s, shape (..., 3).
         law: memory of the control law that flies on the estimate.
+        commanded: acceleration with which the estimate was carried to this step, m/s^2, shape (..., 3).
     """
 
     position: Array
     velocity: Array
     law: Any
+    commanded: Array
 
 
 @dataclass(frozen=True)
@@ -84,6 +95,7 @@ class Observed:
         velocity_gain: correction of the velocity per unit of the position's miss, 1/s, (..., 3, 3).
         initial_position_error: of the first estimate, m, shape (..., 3).
         initial_velocity_error: of the first estimate, m/s, shape (..., 3).
+        decay_rate: mean of the estimation error's decay rates, 1/s, shape (...).
     """
 
     law: Controller
@@ -92,6 +104,7 @@ class Observed:
     velocity_gain: Array
     initial_position_error: Array
     initial_velocity_error: Array
+    decay_rate: Array
 
     def start(self, motion: Motion) -> Estimate:
         """First estimate: the state handed over plus the chosen error.
@@ -104,28 +117,79 @@ class Observed:
         """
         position = motion.position + self.initial_position_error
         velocity = motion.velocity + self.initial_velocity_error
-        return Estimate(position, velocity, self.law.start(Motion(position, velocity)))
+        law = self.law.start(Motion(position, velocity))
+        return Estimate(position, velocity, law, np.zeros_like(position))
 
-    def act(self, motion: Motion, reference: Reference, memory: Estimate) -> Action:
+    def resume(self, memory: Estimate, gap: Gap) -> Estimate:
+        """The estimate propagated over the gap, and corrected with the gain of a measurement so rare.
+
+        The estimate is carried through the gap by the model with what was applied in it. The gains of `act`
+        belong to a measurement at each step: they would take what the model missed in a long gap for a
+        velocity gained within one step. The first measurement after the gap is worked in with the gains that
+        a double integrator, measured once in the duration T of the gap, needs for the same decay: with
+        z = exp(-decay rate T) these are 1 - z^2 for the position and (1 - z)^2 / T for the velocity, which
+        goes from the usual small correction to the position as measured and the mean velocity since.
+
+        Args:
+            memory: estimate for the first step of the gap.
+            gap: the steps, with the measurement after them.
+
+        Returns:
+            The estimate for the first step after it; the law's own memory as that law resumes it.
+
+        Source: Franklin, Powell & Workman, Digital Control of Dynamic Systems, ch. 8 (current estimators),
+        for a double integrator with both poles at z.
+        """
+        position, velocity = memory.position, memory.velocity
+        for _ in range(gap.count):
+            position, velocity = self.model.advance(position, velocity, gap.applied_acceleration)
+        duration = (gap.count + 1) * gap.length
+        remaining = self.held_errors(duration)[..., None]
+        miss = gap.motion.position - position
+        share = 1.0 - remaining
+        position = position + (1.0 - remaining * remaining) * miss
+        velocity = velocity + (share * share / duration) * miss
+        law = memory.law
+        if law is not None:
+            law = self.law.resume(law, replace(gap, motion=Motion(position, velocity)))
+        return Estimate(position, velocity, law, gap.applied_acceleration)
+
+    def held_errors(self, duration: float) -> Array:
+        """Share of an estimation error that is left after a duration in s, shape (...)."""
+        left = [math.exp(-rate * duration) for rate in np.ravel(self.decay_rate).tolist()]
+        return np.asarray(left, dtype=np.float64).reshape(np.shape(self.decay_rate))
+
+    def _corrected(self, memory: Estimate, applied: Array | None) -> tuple[Array, Array]:
+        """The estimate for this step, with what was applied over the step before instead of the command."""
+        position, velocity = memory.position, memory.velocity
+        if applied is None:
+            return position, velocity
+        missing = applied - memory.commanded
+        rest = np.zeros_like(position)
+        moved, gained = self.model.advance(rest, rest, missing)
+        return position + moved, velocity + gained
+
+    def act(self, motion: Motion, reference: Reference, memory: Estimate, step: ControlStep) -> Action:
         """Command from the estimate, and the estimate carried to the next step.
 
         Args:
             motion: measured position, LVLH; the velocity is ignored.
             reference: desired position, velocity and acceleration, LVLH.
-            memory: estimate for this step.
+            memory: estimate for this step, made with the command of the step before.
+            step: says what was applied instead of that command, by which the estimate is put right.
 
         Returns:
             The law's action with the next estimate as memory.
 
         Source: Luenberger 1971, in discrete time, so that the estimate is free of bias between samples.
         """
-        position, velocity = memory.position, memory.velocity
-        action = self.law.act(Motion(position, velocity), reference, memory.law)
+        position, velocity = self._corrected(memory, step.applied_acceleration)
+        action = self.law.act(Motion(position, velocity), reference, memory.law, step)
         miss = motion.position - position
         position, velocity = self.model.advance(position, velocity, action.acceleration)
         position = position + multiply(self.position_gain, miss)
         velocity = velocity + multiply(self.velocity_gain, miss)
-        estimate = Estimate(position, velocity, action.memory)
+        estimate = Estimate(position, velocity, action.memory, action.acceleration)
         return Action(action.acceleration, action.sliding_variable, estimate)
 
 
@@ -160,4 +224,5 @@ class ObserverSpec(ControllerSpec):
             velocity_gain=gain[3:].copy(),
             initial_position_error=np.array(self.initial_position_error),
             initial_velocity_error=np.array(self.initial_velocity_error),
+            decay_rate=np.asarray(sum(self.decay_rates) / len(self.decay_rates)),
         )

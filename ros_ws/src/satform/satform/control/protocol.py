@@ -15,10 +15,16 @@ class FlightSetting:
     Attributes:
         mean_motion: of the chief's circular orbit, rad/s.
         step: control period over which a command is held, s.
+        thrust_resolution: acceleration of the thrusters' smallest impulse or impulse quantum, whichever is
+            larger, on the satellite without propellant, m/s^2; 0 for thrusters without either.
+        thrust_error: share of a command by which what is applied may differ from it at random; 0 for exact
+            thrusters.
     """
 
     mean_motion: float
     step: float
+    thrust_resolution: float = 0.0
+    thrust_error: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,54 @@ class Motion:
 
     position: Array
     velocity: Array
+
+
+@dataclass(frozen=True)
+class ControlStep:
+    """The step in which a control law acts; time belongs to it, and not to a counter of the law's own.
+
+    Attributes:
+        number: of the step, from 0 at the start of the flight.
+        length: control period over which a command is held, s.
+        applied_acceleration: of the satellite over the step before, as its thrusters applied it under their
+            limits, errors and faults, LVLH, m/s^2, shape (..., 3); None at a satellite's first step.
+        commanded_acceleration: what the satellite had commanded for it, m/s^2, shape (..., 3); None likewise,
+            and the applied one after a gap in which nothing was commanded.
+        skipped: steps directly before this one that the flight software was not called for although the
+            satellite flew, as on the wall clock; 0 after a loss.
+    """
+
+    number: int
+    length: float
+    applied_acceleration: Array | None = None
+    commanded_acceleration: Array | None = None
+    skipped: int = 0
+
+    @property
+    def time(self) -> float:
+        """Simulated time at which the step begins, s."""
+        return self.number * self.length
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Steps for which a law was not called: the satellite was lost, or states were skipped on the wall clock.
+
+    Attributes:
+        first: number of the first of these steps: that for which the memory was made.
+        count: how many there are, at least 1.
+        length: of each, s.
+        applied_acceleration: taken to have been applied in each of them, LVLH, m/s^2, shape (..., 3): zero
+            while a satellite is lost, its last command while it is held on the wall clock. It is what the
+            plant reports of the last of these steps.
+        motion: measured or estimated at the first step after the gap, LVLH.
+    """
+
+    first: int
+    count: int
+    length: float
+    applied_acceleration: Array
+    motion: Motion
 
 
 @dataclass(frozen=True)
@@ -70,7 +124,14 @@ class Controller(Protocol):
     def start(self, motion: Motion) -> Any:
         """The law's memory before the first step; None for a law without memory."""
 
-    def act(self, motion: Motion, reference: Reference, memory: Any) -> Action:
+    def resume(self, memory: Any, gap: Gap) -> Any:
+        """The law's memory after steps in which it was not called: kept, propagated or dropped.
+
+        Called before `act` at the first step after the gap, and only for a law with a memory. The law's
+        documentation says which of the three it does with each part of its memory.
+        """
+
+    def act(self, motion: Motion, reference: Reference, memory: Any, step: ControlStep) -> Action:
         """The command of one step from what was measured and what is desired."""
 
 
@@ -80,11 +141,24 @@ class NeighbourController(Protocol):
     def start(self, motion: Motion) -> Any:
         """The law's memory before the first step; None for a law without memory."""
 
-    def act(self, motion: Motion, neighbour: RelativeNeighbour, memory: Any) -> Action:
+    def resume(self, memory: Any, gap: Gap) -> Any:
+        """The law's memory after steps in which it was not called, as in `Controller`."""
+
+    def act(self, motion: Motion, neighbour: RelativeNeighbour, memory: Any, step: ControlStep) -> Action:
         """The command of one step from the own motion and the neighbour's relative motion."""
 
     def reference(self, motion: Motion, neighbour: RelativeNeighbour) -> Reference:
         """The desired motion that is nearest to the own one, by which the flight is judged."""
+
+
+class Memoryless:
+    """Base of control laws that remember nothing from one step to the next."""
+
+    def start(self, motion: Motion) -> None:
+        """No memory."""
+
+    def resume(self, memory: None, gap: Gap) -> None:
+        """There is nothing that a gap could make out of date."""
 
 
 class ControllerSpec(Spec):

@@ -17,7 +17,14 @@ from typing import Literal
 import numpy as np
 
 from satform.control.lqr import holding_acceleration
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Memoryless,
+    Motion,
+)
 from satform.control.sampling import require_stable_hold
 from satform.dynamics import cw
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
@@ -143,7 +150,7 @@ def propagate_elements(elements: RelativeElements, drift: Array, duration: float
 
 
 @dataclass(frozen=True)
-class ElementControl:
+class ElementControl(Memoryless):
     """Drives the relative elements of the error to zero along their own gradients.
 
     Linear in position and velocity as they are, the law is a linear feedback of both.
@@ -162,16 +169,14 @@ class ElementControl:
     natural: cw.NaturalAcceleration
     feedforward: bool
 
-    def start(self, motion: Motion) -> None:
-        """No memory."""
-
-    def act(self, motion: Motion, reference: Reference, memory: None) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         """Command of one step.
 
         Args:
             motion: measured position and velocity, LVLH.
             reference: desired position, velocity and acceleration, LVLH.
             memory: unused.
+            step: unused.
 
         Returns:
             Commanded acceleration; the sliding variable is zero.
@@ -225,7 +230,8 @@ class ElementControlSpec(ControllerSpec):
         )
         nowhere = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
         units = np.eye(6)
-        commands = law.act(Motion(units[:, :3], units[:, 3:]), nowhere, None).acceleration
+        step = ControlStep(0, setting.step)
+        commands = law.act(Motion(units[:, :3], units[:, 3:]), nowhere, None, step).acceleration
         transition = cw.transition_matrix(motion, setting.step)
         held = cw.input_matrix(motion, setting.step)
         require_stable_hold(transition + held @ commands.T, "relative_elements", setting.step)

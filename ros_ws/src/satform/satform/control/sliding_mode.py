@@ -5,7 +5,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Memoryless,
+    Motion,
+)
 from satform.dynamics.cw import NaturalAcceleration, natural_acceleration
 from satform.elementwise import Array
 from satform.reference import Reference
@@ -16,7 +23,7 @@ _AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
-class SlidingMode:
+class SlidingMode(Memoryless):
     """The sliding-mode law of one satellite, or of many stacked along leading axes.
 
     Attributes:
@@ -36,16 +43,14 @@ class SlidingMode:
     boundary_layer: Array
     disturbance_centre: Array
 
-    def start(self, motion: Motion) -> None:
-        """The law has no memory."""
-
-    def act(self, motion: Motion, reference: Reference, memory: Any) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: Any, step: ControlStep) -> Action:
         """The command of one step.
 
         Args:
             motion: measured, LVLH.
             reference: desired, LVLH.
             memory: not used.
+            step: not used.
 
         Returns:
             Command and sliding variable s, shape (..., 3).

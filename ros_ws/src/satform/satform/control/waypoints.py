@@ -4,10 +4,18 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from satform.control.impulse import coast_to_point
-from satform.control.protocol import Action, ControllerSpec, FlightSetting, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Memoryless,
+    Motion,
+)
 from satform.dynamics import cw
 from satform.dynamics.linear import multiply
 from satform.elementwise import Array
@@ -15,22 +23,30 @@ from satform.reference import Reference
 from satform.spec import NonNegative, Positive, Spec, Vector
 
 
-@dataclass(frozen=True)
-class Clock:
-    """Memory of a controller that acts by the clock.
+def due(planned: Array, step: ControlStep) -> NDArray[np.bool_]:
+    """Which burns are flown at a step.
 
-    Attributes:
-        steps: flown so far, shape (...).
+    A burn is flown at its step. When that step was skipped, as on the wall clock, it is flown at the first
+    step after it; when the satellite was lost at that step, it is not flown at all.
+
+    Args:
+        planned: step of each burn, negative for none, any shape.
+        step: that is taken.
+
+    Returns:
+        Same shape.
     """
-
-    steps: Array
+    flown: NDArray[np.bool_] = (planned >= max(0, step.number - step.skipped)) & (planned <= step.number)
+    return flown
 
 
 @dataclass(frozen=True)
-class ImpulseTour:
+class ImpulseTour(Memoryless):
     """Flies a list of way-points with burns of one step each.
 
-    A burn is solved for as it is flown, held over one step, so that its length costs no accuracy.
+    A burn is solved for as it is flown, held over one step, so that its length costs no accuracy. Which one
+    is due follows from the number of the step alone, so that the law has no memory that a loss of the
+    satellite could make wrong: a tour that is taken up again after a loss goes on at the next departure.
 
     Attributes:
         departure_steps: step at which each leg is departed on, shape (..., legs).
@@ -54,36 +70,30 @@ class ImpulseTour:
     velocity_to_rest: Array
     command_for_rest: Array
 
-    def start(self, motion: Motion) -> Clock:
-        """No step flown yet."""
-        return Clock(np.zeros(motion.position.shape[:-1]))
-
-    def act(self, motion: Motion, reference: Reference, memory: Clock) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         """The burn due at this step, if any.
 
         Args:
             motion: measured position and velocity, LVLH.
             reference: unused: the tour's way-points are its own.
-            memory: steps flown so far.
+            memory: unused.
+            step: whose number says what is due.
 
         Returns:
             Commanded acceleration, zero between burns; the sliding variable is zero.
         """
         acceleration = np.zeros_like(motion.position)
-        legs = range(self.departure_steps.shape[-1]) if self._anything_due(memory.steps) else ()
+        departing, stopping = due(self.departure_steps, step), due(self.stop_steps, step)
+        legs = range(self.departure_steps.shape[-1]) if np.any(departing | stopping) else ()
+        # Of several burns that are late together the last one counts: it is solved for as things are now.
         for leg in legs:
-            departs = memory.steps == self.departure_steps[..., leg]
+            departs, stops = departing[..., leg], stopping[..., leg]
             if np.any(departs):
                 burn = self._departure(leg, motion)
                 acceleration = np.where(departs[..., None], burn, acceleration)
-            stops = memory.steps == self.stop_steps[..., leg]
             if np.any(stops):
                 acceleration = np.where(stops[..., None], self._stop(motion), acceleration)
-        return Action(acceleration, np.zeros_like(acceleration), Clock(memory.steps + 1.0))
-
-    def _anything_due(self, steps: Array) -> bool:
-        now = steps[..., None]
-        return bool(np.any((self.departure_steps == now) | (self.stop_steps == now)))
+        return Action(acceleration, np.zeros_like(acceleration))
 
     def _departure(self, leg: int, motion: Motion) -> Array:
         coasted = multiply(self.position_to_target[..., leg, :, :], motion.position) + multiply(
@@ -158,8 +168,8 @@ class ImpulseSpec(ControllerSpec):
 
 
 @dataclass(frozen=True)
-class TimedBurns:
-    """Burns at set times, each held over one step.
+class TimedBurns(Memoryless):
+    """Burns at set times, each held over one step; which are due follows from the number of the step alone.
 
     Attributes:
         steps: at which the burns are flown, shape (..., burns).
@@ -169,28 +179,25 @@ class TimedBurns:
     steps: Array
     accelerations: Array
 
-    def start(self, motion: Motion) -> Clock:
-        """No step flown yet."""
-        return Clock(np.zeros(motion.position.shape[:-1]))
-
-    def act(self, motion: Motion, reference: Reference, memory: Clock) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         """The burn due at this step, if any.
 
         Args:
             motion: measured position and velocity, LVLH; not used.
             reference: not used.
-            memory: steps flown so far.
+            memory: not used.
+            step: whose number says what is due.
 
         Returns:
             Commanded acceleration, zero between burns; the sliding variable is zero.
         """
         acceleration = np.zeros_like(motion.position)
-        due = memory.steps[..., None] == self.steps
-        if np.any(due):
+        now = due(self.steps, step)
+        if np.any(now):
             for burn in range(self.steps.shape[-1]):
-                flown = np.where(due[..., burn, None], self.accelerations[..., burn, :], 0.0)
+                flown = np.where(now[..., burn, None], self.accelerations[..., burn, :], 0.0)
                 acceleration = acceleration + flown
-        return Action(acceleration, np.zeros_like(acceleration), Clock(memory.steps + 1.0))
+        return Action(acceleration, np.zeros_like(acceleration))
 
 
 class BurnSpec(Spec):

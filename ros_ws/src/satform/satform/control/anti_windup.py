@@ -1,0 +1,46 @@
+"""Which part of a command the thrusters could not apply: what laws with integral action need to know."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from satform.control.protocol import ControlStep, FlightSetting, Motion
+from satform.elementwise import Array, norm
+
+
+@dataclass(frozen=True)
+class Saturation:
+    """Finds saturation of the thrusters from what was commanded and what was applied.
+
+    Attributes:
+        resolution: acceleration of the thrusters' smallest impulse or quantum, m/s^2, shape (...).
+        error: share of a command by which what is applied may differ from it at random, shape (...).
+    """
+
+    resolution: Array
+    error: Array
+
+    @classmethod
+    def of(cls, setting: FlightSetting) -> "Saturation":
+        """For the thrusters of a setting."""
+        return cls(np.asarray(setting.thrust_resolution), np.asarray(setting.thrust_error))
+
+    def shortfall(self, motion: Motion, step: ControlStep) -> Array:
+        """How much of the last command was not applied because the thrusters could not.
+
+        Differences within the thrusters' resolution and random errors come about by themselves and are none.
+
+        Args:
+            motion: of the satellites, for the shape.
+            step: says what was commanded and what was applied.
+
+        Returns:
+            Command less applied acceleration, m/s^2, shape (..., 3); zero where the thrusters did as
+            commanded, or where that is not known.
+        """
+        commanded = step.commanded_acceleration
+        if commanded is None or step.applied_acceleration is None:
+            return np.zeros_like(motion.velocity)
+        lacking = commanded - step.applied_acceleration
+        tolerated = self.resolution + self.error * norm(commanded)
+        return np.where(np.abs(lacking) > tolerated[..., None], lacking, 0.0)
