@@ -6,6 +6,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,31 @@ def test_a_closed_bag_opens_without_the_workspace(
             message for message in reader.messages() if message[0].topic == "/sat2/command"
         )
         assert reader.deserialize(raw, connection.msgtype).step == 0
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_nodes_that_a_launch_file_started_end_with_0_on_ctrl_c_and_say_what_they_flew(
+    times: int, installed_fleet: Callable[..., list], tmp_path: Path
+) -> None:
+    scenario, file, bag = shortened("triangle", 12000.0), tmp_path / "scenario.json", tmp_path / "bag"
+    file.write_text(scenario.to_json())
+    nodes = [
+        replace(node, parameters={**node.parameters, "stopped_exit_code": 0})
+        for node in processes(scenario, file, bag)
+    ]
+    running = installed_fleet(nodes)
+    wait_for_bytes(bag / "bag_0.mcap", 300_000)
+    for _ in range(times):
+        for process in running:
+            process.send_signal(signal.SIGINT)
+    assert [process.wait(20) for process in running] == [0] * len(nodes)
+    plant, recorder = ((tmp_path / f"{name}.log").read_text() for name in ("plant", "recorder"))
+    assert "flying triangle: 3 satellites, 24000 steps of 0.5 s, in lockstep" in plant
+    assert f"recording into {bag}" in recorder
+    if times == 1:
+        assert "stopped at step" in plant
+        assert f"bag: {bag}, " in recorder
+        assert read_bag(bag).record.steps > 100
 
 
 def test_a_lost_satellite_is_named_and_the_others_fly_on_as_one_process_does(tmp_path: Path) -> None:

@@ -12,7 +12,9 @@ import pytest
 
 from flights import SCENARIOS, shipped
 from satform.scenario import ScenarioError, load_scenario
+from satform.simulate import simulate
 from satform_bringup.processes import NodeProcess, processes
+from satform_nodes import bag_reader
 
 FILE = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "launch" / "scenario.launch.py"
 
@@ -47,7 +49,12 @@ def stand_ins() -> dict[str, types.ModuleType]:
     """The few names of `launch` and `launch_ros` that the file uses."""
     names: dict[str, dict[str, Any]] = {
         "launch": {"LaunchContext": Context, "LaunchDescription": lambda entities: entities},
-        "launch.actions": {"DeclareLaunchArgument": Made, "OpaqueFunction": Made, "Shutdown": Made},
+        "launch.actions": {
+            "DeclareLaunchArgument": Made,
+            "LogInfo": Made,
+            "OpaqueFunction": Made,
+            "Shutdown": Made,
+        },
         "launch.substitutions": {"LaunchConfiguration": Configuration},
         "launch_ros": {},
         "launch_ros.actions": {"Node": Made},
@@ -71,7 +78,7 @@ def launch_file(monkeypatch: pytest.MonkeyPatch) -> Any:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    for name in ("DeclareLaunchArgument", "Node", "OpaqueFunction", "Shutdown"):
+    for name in ("DeclareLaunchArgument", "LogInfo", "Node", "OpaqueFunction", "Shutdown"):
         monkeypatch.setattr(module, name, Made)
     monkeypatch.setattr(module, "LaunchDescription", lambda entities: entities)
     monkeypatch.setattr(module, "LaunchConfiguration", Configuration)
@@ -94,7 +101,8 @@ def told(nodes: list[dict[str, Any]]) -> list[tuple[str, str, str, list[str]]]:
 
 
 def expected(nodes: list[NodeProcess]) -> list[tuple[str, str, str, list[str]]]:
-    return [("satform_nodes", node.executable, node.name, node.arguments()) for node in nodes]
+    stopped = ["-p", "stopped_exit_code:=0"]
+    return [("satform_nodes", node.executable, node.name, [*node.arguments(), *stopped]) for node in nodes]
 
 
 @pytest.mark.parametrize(("name", "group"), [("triangle", 1), ("ring_six", 4)])
@@ -165,10 +173,12 @@ def test_a_lost_process_ends_the_launch_and_one_that_is_done_does_not(
     launch_file: Any, tmp_path: Path
 ) -> None:
     for node in launched(launch_file, scenario="triangle", out=str(tmp_path)):
-        assert node["on_exit"](types.SimpleNamespace(returncode=0, process_name="sat1-2"), Context()) is None
+        if node["exec_name"] != "recorder":
+            done = types.SimpleNamespace(returncode=0, process_name="sat1-2")
+            assert node["on_exit"](done, Context()) is None
         end = node["on_exit"](types.SimpleNamespace(returncode=-9, process_name="sat1-2"), Context())
         assert end.named == {"reason": "sat1-2 ended with exit code -9"}
-        # Asked to end by Ctrl-C, nodes end with 130, and are not reported as the cause.
+        # What ends while everything is shut down is not reported as the cause.
         stopped = types.SimpleNamespace(returncode=130, process_name="sat1-2")
         assert node["on_exit"](stopped, Context(is_shutdown=True)) is None
 
@@ -193,3 +203,71 @@ def test_every_argument_says_what_it_is(launch_file: Any) -> None:
     names = [argument.positional[0] for argument in arguments]
     assert names == ["scenario", "mode", "rate", "set", "record", "out", "group", "display"]
     assert all(argument.named["description"] for argument in arguments)
+
+
+def ended(nodes: list[dict[str, Any]], name: str) -> list[str]:
+    """What the launch says when a process has ended well."""
+    (node,) = (node for node in nodes if node["exec_name"] == name)
+    done = types.SimpleNamespace(returncode=0, process_name=f"{name}-1")
+    return [info.named["msg"] for info in node["on_exit"](done, Context()) or ()]
+
+
+def test_the_launch_says_the_flights_result_when_the_bag_is_closed(
+    launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set="timing.duration=100.0")
+    scenario = load_scenario(tmp_path / "scenario.json")
+    flown = types.SimpleNamespace(record=simulate(scenario), complete=True)
+    monkeypatch.setattr(bag_reader, "read_bag", lambda folder: flown if folder == tmp_path / "bag" else None)
+    *verdicts, conclusion = ended(nodes, "recorder")
+    assert conclusion == f"result: as expected, {len(verdicts)} of {len(verdicts)} expectations met"
+    assert verdicts
+    assert all(verdict.startswith("met: ") for verdict in verdicts)
+    flown.complete = False
+    assert ended(nodes, "recorder") == ["result: not judged: 200 of 200 steps are in the bag"]
+    for name in ("plant", "sat1"):
+        assert ended(nodes, name) == []
+
+
+def test_without_a_bag_the_launch_says_that_nothing_was_judged(launch_file: Any, tmp_path: Path) -> None:
+    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), record="false")
+    assert ended(nodes, "plant") == ["result: not judged, since nothing was recorded"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (
+            ["ros2", "launch", "satform_bringup", FILE.name, "scenario:=triangle", "mod:=realtime"],
+            "mod:=; did",
+        ),
+        (["ros2", "launch", str(FILE), "speed:=3"], "speed:=; there are display, group, mode, out"),
+    ],
+)
+def test_an_argument_that_the_launch_file_does_not_have_is_refused(
+    words: list[str], sentence: str, launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", words)
+    with pytest.raises(RuntimeError, match=sentence):
+        launched(launch_file, scenario="triangle", out=str(tmp_path))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_launch_file_that_includes_this_one_may_have_arguments_of_its_own(
+    launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["ros2", "launch", "fleet", "fleet.launch.py", "ships:=3"])
+    assert launched(launch_file, scenario="triangle", out=str(tmp_path))
+
+
+def test_a_namespace_that_the_launch_pushes_is_held_instead_of_the_whole_domain(
+    launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held: list[str] = []
+    monkeypatch.setattr(launch_file, "hold_shell_domain", lambda *given: held.append(given[2]))
+    *arguments, opaque = launch_file.generate_launch_description()
+    known = {argument.positional[0]: argument.named.get("default_value") for argument in arguments}
+    for number, pushed in enumerate(({}, {"ros_namespace": "/f1"})):
+        given = {**known, "scenario": "triangle", "out": str(tmp_path / str(number)), **pushed}
+        opaque.named["function"](Context(given))
+    assert held == ["", "/f1"]

@@ -1,16 +1,18 @@
 """The README of the nodes names every parameter, topic and service that they make, and no other."""
 
-import ast
 import inspect
 import re
 from pathlib import Path
 
+import pytest
 from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
 from flights import shipped
 from satform.adjustments import Adjustments
 from satform_nodes import diagnostics, services, topics
+from satform_nodes.start_parameters import PROGRAMS as HELPED
+from satform_nodes.start_parameters import START_PARAMETERS, STOPPED_EXIT_CODE, help_of
 
 NODES = Path(__file__).resolve().parents[2] / "ros_ws" / "src" / "satform_nodes"
 README = (NODES / "README.md").read_text(encoding="utf-8")
@@ -32,21 +34,20 @@ def code(cell: str) -> str:
 
 
 def declared() -> set[tuple[str, str]]:
-    """Name of each parameter that nodes declare by itself, with its default where that is written out."""
-    found: set[tuple[str, str]] = set()
-    for file in (NODES / "satform_nodes").glob("*.py"):
-        for call in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name | ast.Attribute):
-                continue
-            function = call.func.id if isinstance(call.func, ast.Name) else call.func.attr
-            if function not in ("declare_fixed", "_positive", "declare_parameter"):
-                continue
-            arguments = call.args[function != "declare_parameter" :]
-            if isinstance(arguments[0], ast.Constant):
-                default = arguments[1]
-                value = ast.literal_eval(default)
-                found.add((str(arguments[0].value), "" if value in ("", [""]) else str(value).lower()))
-    return found
+    """Name of each parameter that nodes are given at the start, with its default."""
+    return {
+        (name, "" if parameter.default in ("", [""]) else str(parameter.default).lower())
+        for name, parameter in START_PARAMETERS.items()
+    }
+
+
+def test_no_parameter_is_declared_past_the_table_of_those_that_are_described() -> None:
+    own = {
+        file.name: file.read_text(encoding="utf-8") for file in (NODES / "satform_nodes").glob("*_node.py")
+    }
+    for name, text in own.items():
+        assert "declare_fixed(" not in text, name
+        assert text.count("declare_parameter(") == (name == "display_node.py")
 
 
 def test_every_parameter_is_described_with_its_default_and_nothing_else_is() -> None:
@@ -80,13 +81,28 @@ def test_a_parameter_is_described_for_the_nodes_that_have_it_only() -> None:
             continue
         having = {own for own, text in programs.items() if declares(text, name)}
         assert (set(PROGRAMS) if row[0] == "all" else set(row[0].split(", "))) == having, name
+        helped = {own for own in PROGRAMS if name in HELPED[f"{own}_node"].parameters}
+        assert helped == having, name
+
+
+@pytest.mark.parametrize("program", sorted(HELPED))
+def test_the_help_of_a_program_explains_each_of_its_parameters(program: str) -> None:
+    text = help_of(program)
+    assert text.startswith(f"usage: ros2 run satform_nodes {program} --ros-args")
+    for name in HELPED[program].parameters:
+        (line,) = (line for line in text.splitlines() if line.strip().startswith(f"{name} "))
+        assert line.endswith(START_PARAMETERS[name].description)
+    assert ("controller.*" in text) == (program in ("satellite_node", "group_node"))
 
 
 def declares(text: str, name: str) -> bool:
     """Whether a module declares a parameter."""
     if name == "rate":
         return "declare_rate(" in text
-    return bool(re.search(rf'(declare_fixed|_positive)\(\s*node,\s*"{name}"', text))
+    if name == STOPPED_EXIT_CODE:
+        # By what runs every node.
+        return True
+    return bool(re.search(rf'(declare_start|_positive)\(\s*node,\s*"{name}"', text))
 
 
 def made_topics() -> dict[str, str]:

@@ -2,6 +2,8 @@
 
 from setuptools import find_packages, setup
 
+PROGRAMS = ("plant", "satellite", "group", "recorder", "display")
+
 setup(
     name="satform_nodes",
     version="0.1.0",
@@ -10,18 +12,11 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/satform_nodes"]),
         ("share/satform_nodes", ["package.xml"]),
+        # Plain files: scripts that are generated for entry points import much before a signal is handled.
+        ("lib/satform_nodes", [f"scripts/{name}_node" for name in PROGRAMS]),
     ],
     install_requires=["setuptools"],
     # `colcon test` looks for pytest here; named in tests_require it runs no test and reports success.
     extras_require={"test": ["pytest"]},
     zip_safe=False,
-    entry_points={
-        "console_scripts": [
-            "plant_node = satform_nodes.plant_node:main",
-            "satellite_node = satform_nodes.satellite_node:main",
-            "group_node = satform_nodes.group_node:main",
-            "recorder_node = satform_nodes.recorder_node:main",
-            "display_node = satform_nodes.display_node:main",
-        ],
-    },
 )

@@ -1,6 +1,8 @@
 """Flies a scenario under `ros2 launch`: the same processes, told the same, as `satform run`."""
 
 import signal
+import sys
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from math import isfinite
@@ -8,16 +10,21 @@ from pathlib import Path
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from satform.exit_codes import EXIT_DONE
 from satform.faults import SatelliteLostSpec
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery
+from satform_bringup.launch_report import refuse_unknown_arguments, result
 from satform_bringup.processes import NodeProcess, processes
 from satform_bringup.under_way import hold_shell_domain
 from satform_bringup.watch import FAREWELL
+from satform_nodes.start_parameters import STOPPED_EXIT_CODE
+
+ARGUMENTS = ("scenario", "mode", "rate", "set", "record", "out", "group", "display")
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -67,10 +74,8 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    asked = {
-        name: LaunchConfiguration(name).perform(context)
-        for name in ("scenario", "mode", "rate", "set", "record", "out", "group", "display")
-    }
+    refuse_unknown_arguments(sys.argv, Path(__file__).name, ARGUMENTS)
+    asked = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     if not asked["group"].isdecimal() or int(asked["group"]) < 1:
         raise RuntimeError(f"group:={asked['group']} is not a number of satellites, 1 or more")
     rate = _rate(asked["rate"]) if asked["mode"] == "realtime" else 0.0
@@ -87,7 +92,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
         scenario, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
     )
     environment = discovery.variables(len(started), len(scenario.satellites), out)
-    return [_node(process, scenario, environment) for process in started]
+    flight = _Flight(scenario, bag, environment)
+    return [_node(process, flight) for process in started]
 
 
 def _rate(text: str) -> float:
@@ -100,45 +106,68 @@ def _rate(text: str) -> float:
     return rate
 
 
-def _node(process: NodeProcess, scenario: Scenario, environment: dict[str, str]) -> Node:
+@dataclass(frozen=True)
+class _Flight:
+    """What is flown.
+
+    Attributes:
+        scenario: with all changes.
+        bag: folder of the bag; None when nothing is recorded.
+        environment: more variables of every process.
+    """
+
+    scenario: Scenario
+    bag: Path | None
+    environment: dict[str, str]
+
+
+def _node(process: NodeProcess, flight: _Flight) -> Node:
     """The process as an action.
 
     Name and parameters are on its command line, where they are quoted already; launch would write the
     parameters to a file, in which a satellite called `on` became a bool, and give all nodes of a group
-    one name.
+    one name. Stopped by SIGINT, which is how launch ends it, it ends with exit code 0.
     """
+    told = replace(process, parameters={**process.parameters, STOPPED_EXIT_CODE: EXIT_DONE})
     return Node(
         package=PACKAGE,
         executable=process.executable,
         exec_name=process.name,
-        arguments=process.arguments(),
+        arguments=told.arguments(),
         output="screen",
-        additional_env=environment,
+        additional_env=flight.environment,
         # As long as `satform run` gives them: a bag is to be closed before anyone is killed.
         sigterm_timeout=str(FAREWELL),
         sigkill_timeout=str(FAREWELL),
-        on_exit=None if process.optional else partial(_end_all_if_lost, process, scenario, environment),
+        on_exit=None if process.optional else partial(_ended, process, flight),
     )
 
 
-def _end_all_if_lost(
-    process: NodeProcess, scenario: Scenario, environment: dict[str, str], event: Any, context: LaunchContext
-) -> Shutdown | list[Node] | None:
-    """Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all.
+def _ended(
+    process: NodeProcess, flight: _Flight, event: Any, context: LaunchContext
+) -> Shutdown | list[Node] | list[LogInfo] | None:
+    """Say the flight's result when the last to know of it has ended; end all others when one is lost.
+
+    Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all.
 
     One that the scenario has killed does not, and is started again when the scenario brings it back.
     """
-    if event.returncode == 0 or context.is_shutdown:
+    if context.is_shutdown:
         return None
+    if event.returncode == 0:
+        last = "plant" if flight.bag is None else "recorder"
+        return (
+            [LogInfo(msg=line) for line in result(flight.scenario, flight.bag)]
+            if process.name == last
+            else None
+        )
     own = [
         fault
-        for fault in scenario.faults
+        for fault in flight.scenario.faults
         if isinstance(fault, SatelliteLostSpec) and fault.satellite == process.name
     ]
     if own and event.returncode == -signal.SIGKILL:
-        return (
-            [_node(process, scenario, environment)] if any(fault.back is not None for fault in own) else None
-        )
+        return [_node(process, flight)] if any(fault.back is not None for fault in own) else None
     return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
 
 

@@ -24,11 +24,12 @@ from satform.scene import Scene
 from satform_nodes import topics
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import NodeError, patience, run, scenario_of
-from satform_nodes.parameters import declare_fixed
+from satform_nodes.parameters import declare_start
 from satform_nodes.pictures import PictureMessages
 from satform_nodes.report import Report
 from satform_nodes.signals import StopRequest
 from satform_nodes.stamps import Stamps
+from satform_nodes.start_parameters import START_PARAMETERS
 from satform_nodes.wire import layout
 
 _PATH_EVERY = 10
@@ -54,10 +55,10 @@ class DisplayNode:
     """Looks at the formation's topics and publishes pictures; what is in them is decided in `satform`."""
 
     def __init__(self, node: Node, executor: StepExecutor, scenario: Scenario) -> None:
-        scale = _positive(node, "display_scale", 1e-3, "length in the pictures of one metre")
-        per_lap = round(_positive(node, "frames_per_lap", 200.0, "pictures of a lap, in simulated time"))
-        trail = round(_positive(node, "trail", 200.0, "pictures by which a trail reaches back"))
-        rate = _positive(node, "frame_rate", 10.0, "pictures a second of wall-clock time, at most")
+        scale = _positive(node, "display_scale")
+        per_lap = round(_positive(node, "frames_per_lap"))
+        trail = round(_positive(node, "trail"))
+        rate = _positive(node, "frame_rate")
         self.node = node
         self.ended: FormationStatus | None = None
         self.seen_anything = False
@@ -208,7 +209,7 @@ class DisplayNode:
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) -> int:
     """Show the flight until it has ended."""
     os.nice(_NICENESS)
-    declare_fixed(node, "scenario", "", "path of the scenario file")
+    declare_start(node, "scenario")
     scenario = scenario_of(node)
     display = DisplayNode(node, executor, scenario)
     first = patience(len(scenario.satellites))
@@ -226,12 +227,13 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) 
     return EXIT_STOPPED if stop.asked else EXIT_DONE
 
 
-def _positive(node: Node, name: str, default: float, description: str) -> float:
+def _positive(node: Node, name: str) -> float:
     """A number above zero that is given at the start; whole numbers may be written without a point.
 
     Raises:
         NodeError: it is something else.
     """
+    default, description = START_PARAMETERS[name].default, START_PARAMETERS[name].description
     descriptor = ParameterDescriptor(read_only=True, description=description, dynamic_typing=True)
     try:
         value = node.declare_parameter(name, default, descriptor).value

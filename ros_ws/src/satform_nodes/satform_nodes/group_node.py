@@ -9,7 +9,7 @@ from satform_nodes.abreast import fly_abreast
 from satform_nodes.executor import StepExecutor
 from satform_nodes.flying import fly_all
 from satform_nodes.lifetime import NodeError, refuse_sim_time, run, scenario_of
-from satform_nodes.parameters import FormationNode, declare_fixed
+from satform_nodes.parameters import FormationNode, declare_start
 from satform_nodes.report import Report
 from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings
 from satform_nodes.signals import StopRequest
@@ -27,7 +27,7 @@ hardly start otherwise.
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Make a node for each satellite of the group, and fly them on one executor."""
     recorded, checkpoints, rate = declare_settings(node)
-    names = declare_fixed(node, "satellites", [""], "names of the satellites in this process")
+    names = declare_start(node, "satellites")
     scenario = scenario_of(node)
     if not any(names):
         sentence = f"{node.get_name()} needs the parameter satellites: names from the scenario"

@@ -10,12 +10,13 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from satform.exit_codes import EXIT_BAD_INPUT
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.executor import StepExecutor
-from satform_nodes.parameters import NO_SIM_TIME, SIM_TIME, FormationNode, ParameterError
+from satform_nodes.parameters import NO_SIM_TIME, SIM_TIME, FormationNode, ParameterError, declare_start
 from satform_nodes.report import Report
 from satform_nodes.signals import StopRequest
+from satform_nodes.start_parameters import STOPPED_EXIT_CODE
 
 
 def start_timeout(satellites: int) -> float:
@@ -30,6 +31,9 @@ def patience(satellites: int) -> float:
     """Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
     return 1.5 * start_timeout(satellites)
 
+
+_EXIT_CODES = 256
+"""How many there are."""
 
 _ACKNOWLEDGED = Duration(seconds=0.1)
 """Wall-clock time between two looks at who is there, while it is waited for what they have heard."""
@@ -71,6 +75,20 @@ def scenario_of(node: Node) -> Scenario:
         return load_scenario(path)
     except ScenarioError as error:
         raise NodeError(str(error), EXIT_BAD_INPUT) from None
+
+
+def _stopped_exit_code(node: Node) -> int:
+    """The exit code of a node that is asked to stop: 130, as of a program that Ctrl-C ends, or as given.
+
+    `ros2 launch` stops a node by SIGINT, and launch_testing then takes 0 alone for success.
+
+    Raises:
+        NodeError: what is given is no exit code.
+    """
+    code = int(declare_start(node, STOPPED_EXIT_CODE))
+    if not 0 <= code < _EXIT_CODES:
+        raise NodeError(f"{STOPPED_EXIT_CODE} is {code}; it is an exit code, 0 to 255", EXIT_BAD_INPUT)
+    return code
 
 
 def see_off(publishers: Iterable[Any], present: Callable[[], bool], patience: float) -> bool:
@@ -117,6 +135,7 @@ def run(
     stop = StopRequest()
     # What is not finite ends the flight with a sentence; a warning would say the same less well.
     np.seterr(all="ignore")
+    code = EXIT_STOPPED
     # rclpy's own handlers would tear the context down in the middle of a step.
     rclpy.init(
         args=None if arguments is None else list(arguments), signal_handler_options=SignalHandlerOptions.NO
@@ -127,7 +146,9 @@ def run(
         executor.add_node(node)
         try:
             refuse_sim_time(node)
-            return fly(node, executor, stop, report)
+            code = _stopped_exit_code(node)
+            ended = fly(node, executor, stop, report)
+            return code if ended == EXIT_STOPPED else ended
         except NodeError as failure:
             node.get_logger().error(str(failure))
             return failure.code
@@ -137,5 +158,10 @@ def run(
         finally:
             executor.shutdown(timeout_sec=0.0)
             node.destroy_node()
+    except SystemExit as end:
+        # Asked to stop a second time.
+        if end.code != EXIT_STOPPED:
+            raise
+        return code
     finally:
         rclpy.try_shutdown()

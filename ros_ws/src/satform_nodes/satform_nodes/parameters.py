@@ -18,6 +18,7 @@ from satform.scenario.sentences import field_sentence
 from satform.spec import Spec, one_for_all
 from satform_nodes import LEAN
 from satform_nodes.parameter_values import as_declared
+from satform_nodes.start_parameters import START_PARAMETERS
 
 
 class FormationNode(Node):
@@ -121,10 +122,15 @@ def declare_fixed(node: Node, name: str, default: Any, description: str) -> Any:
     return node.declare_parameter(name, default, descriptor).value
 
 
+def declare_start(node: Node, name: str) -> Any:
+    """Declare one of the parameters that programs are given at their start; returns its value."""
+    parameter = START_PARAMETERS[name]
+    return declare_fixed(node, name, parameter.default, parameter.description)
+
+
 def declare_rate(node: Node) -> float:
     """Declare how a node keeps time; returns simulated seconds in each second of the wall clock."""
-    words = "simulated seconds in each second of the wall clock; 0 for lockstep"
-    return float(declare_fixed(node, "rate", 0.0, words))
+    return float(declare_start(node, "rate"))
 
 
 def declare_spec(node: FormationNode, prefix: str, spec: Spec) -> None:

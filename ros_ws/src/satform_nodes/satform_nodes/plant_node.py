@@ -25,7 +25,7 @@ from satform_nodes.entry import Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.lifetime import NodeError, run, scenario_of, start_timeout
 from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
-from satform_nodes.parameters import declare_fixed, declare_rate
+from satform_nodes.parameters import declare_rate, declare_start
 from satform_nodes.plant_ears import PlantEars
 from satform_nodes.plant_voice import PlantVoice
 from satform_nodes.readiness import Company
@@ -394,12 +394,10 @@ class PlantNode:
 
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Wait for everyone, fly the scenario to its end, and say how it went."""
-    declare_fixed(node, "scenario", "", "path of the scenario file")
+    declare_start(node, "scenario")
     settings = Settings(
-        recorded=declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for"),
-        recorder_needed=declare_fixed(
-            node, "recorder_needed", True, "whether the flight ends when the recorder is lost"
-        ),
+        recorded=declare_start(node, "recorded"),
+        recorder_needed=declare_start(node, "recorder_needed"),
         rate=declare_rate(node),
     )
     scenario = scenario_of(node)
@@ -411,6 +409,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         return _abort(plant, late, f"not ready within {plant.start_timeout:g} s: {listed(late)}")
     begin = time.perf_counter()
     plant.report.say("flying")
+    node.get_logger().info(f"flying {_in_words(scenario, settings.rate)}")
     if not (stop.asked or plant.stop_asked):
         plant.begin()
     timing: dict[str, Any] = {}
@@ -424,6 +423,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         return _abort(plant, *plant.aborted)
     if stop.asked or plant.stop_asked:
         plant.report.say("stopped", step=plant.plant.step)
+        node.get_logger().info(f"stopped at step {plant.plant.step}")
         plant.say_status(FormationStatus.ABORTED, "asked to stop")
         return EXIT_STOPPED
     seconds = time.perf_counter() - begin
@@ -435,8 +435,23 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
         refused=plant.refusals.sentences(),
         timing=timing,
     )
+    step = plant.plant.step
+    node.get_logger().info(
+        f"finished: {step} steps, {step * scenario.timing.step:g} s, in {seconds:.2f} s "
+        f"({step / max(seconds, 1e-9):.0f} steps/s)"
+    )
     plant.say_status(FormationStatus.FINISHED, "")
     return EXIT_DONE
+
+
+def _in_words(scenario: Scenario, rate: float) -> str:
+    """What is flown, and how time passes."""
+    manner = f"{rate:g} simulated seconds in each second" if rate else "in lockstep"
+    timing = scenario.timing
+    return (
+        f"{scenario.name}: {len(scenario.satellites)} satellites, {timing.steps} steps of {timing.step:g} s, "
+        f"{manner}"
+    )
 
 
 def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None:

@@ -26,7 +26,7 @@ from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry, Refusals
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView, early_end_of
 from satform_nodes.lifetime import NodeError, patience, run, scenario_of
-from satform_nodes.parameters import declare_fixed, declare_rate
+from satform_nodes.parameters import declare_rate, declare_start
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.signals import StopRequest
@@ -88,6 +88,7 @@ class RecorderNode:
     ) -> None:
         self.node = node
         self.report = report
+        self.folder = folder
         self.missed: list[str] = []
         self.refusals = Refusals()
         self._course = Course(self.refusals)
@@ -173,6 +174,12 @@ class RecorderNode:
                     continue
                 if not self._absences.explain(channel.satellite, channel.kind, first, last):
                     self.missed.append(f"{channel.topic}: nothing from step {first} to {last}")
+
+    def told(self) -> str:
+        """What is in the bag, in words."""
+        whole = "the whole flight" if self.complete else f"complete to step {self.recorded_step}"
+        gaps = f", {len(self.missed)} gaps" if self.missed else ""
+        return f"bag: {self.folder}, {self.bag.messages} messages, {whole}{gaps}"
 
     def matched(self) -> bool:
         """Whether all topics have their publisher, seen from this side."""
@@ -344,8 +351,8 @@ class RecorderNode:
 
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Be ready before the first step, write until the flight has ended, and close the bag."""
-    declare_fixed(node, "scenario", "", "path of the scenario file")
-    folder = declare_fixed(node, "bag", "", "folder of the bag to be written")
+    declare_start(node, "scenario")
+    folder = declare_start(node, "bag")
     clocked = declare_rate(node) > 0.0
     scenario = scenario_of(node)
     if not folder:
@@ -368,6 +375,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -
             complete=recorder.complete,
             missed=recorder.missed[:20],
         )
+        node.get_logger().info(recorder.told())
     return EXIT_STOPPED if stop.asked else EXIT_DONE
 
 
@@ -380,6 +388,7 @@ def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, s
             raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)
         recorder.say_ready()
         recorder.report.say("ready", node="recorder")
+        recorder.node.get_logger().info(f"recording into {recorder.folder}")
         heard = executor.spin_at_leisure(
             lambda: recorder.ended is None and not stop.asked, longest, stop.pause
         )

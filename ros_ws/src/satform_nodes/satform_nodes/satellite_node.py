@@ -32,7 +32,7 @@ from satform_nodes.formation_view import FormationView
 from satform_nodes.hearsay import Hearsay, Words
 from satform_nodes.lifetime import NodeError, run, scenario_of
 from satform_nodes.on_the_clock import processor_seconds
-from satform_nodes.parameters import FormationNode, declare_fixed, declare_rate
+from satform_nodes.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.report import Report
 from satform_nodes.satellite_ears import Hearer, SatelliteEars
 from satform_nodes.satellite_parameters import SatelliteParameters
@@ -431,16 +431,16 @@ class SatelliteNode:
 
 def declare_settings(node: FormationNode) -> tuple[bool, str, float]:
     """Declare what satellites' nodes have in common: whether there is a recorder, checkpoints, the clock."""
-    declare_fixed(node, "scenario", "", "path of the scenario file")
-    recorded = declare_fixed(node, "recorded", False, "whether a recorder takes part, to be waited for")
-    checkpoints = declare_fixed(node, "checkpoints", "", "folder of the checkpoints; empty to keep none")
+    declare_start(node, "scenario")
+    recorded = declare_start(node, "recorded")
+    checkpoints = declare_start(node, "checkpoints")
     return recorded, checkpoints, declare_rate(node)
 
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Find the others, fly until the plant says that the flight has ended, and go."""
     recorded, checkpoints, rate = declare_settings(node)
-    name = declare_fixed(node, "satellite", "", "name of the satellite in the scenario")
+    name = declare_start(node, "satellite")
     scenario = scenario_of(node)
     settings = Settings(name, recorded, checkpoints, alone=True, rate=rate)
     return fly_all([SatelliteNode(node, executor, scenario, settings, report)], executor, stop)

@@ -1,9 +1,18 @@
 """The programs of the installed package are there."""
 
-from importlib.metadata import distribution
+import os
+from pathlib import Path
+
+import pytest
+from ament_index_python.packages import get_package_prefix
+
+from satform_nodes import programs
+from satform_nodes.start_parameters import PROGRAMS
 
 
-def test_every_program_can_be_loaded() -> None:
-    programs = {entry.name: entry.load() for entry in distribution("satform_nodes").entry_points}
-    assert set(programs) >= {"plant_node", "satellite_node", "group_node", "recorder_node"}
-    assert all(callable(program) for program in programs.values())
+@pytest.mark.parametrize("name", sorted(PROGRAMS))
+def test_every_program_is_installed_and_has_its_entry_point(name: str) -> None:
+    file = Path(get_package_prefix("satform_nodes")) / "lib" / "satform_nodes" / name
+    assert os.access(file, os.X_OK)
+    assert f"import {name}" in file.read_text(encoding="utf-8")
+    assert callable(getattr(programs, name))
