@@ -164,7 +164,7 @@ def test_a_folder_that_cannot_be_made_is_a_sentence(
 def test_two_runs_of_one_moment_get_folders_of_their_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(folders, "ROOT", tmp_path)
+    monkeypatch.chdir(tmp_path)
     made = {folders.make(None, "triangle") for _ in range(3)}
     assert len(made) == 3
     assert all(folder.is_dir() and folder.name.startswith("triangle-") for folder in made)

@@ -3,9 +3,22 @@
 import sys
 
 try:
+    from satform_tools import output_streams
+
+    # Before anything is opened.
+    output_streams.prepare()
     from satform_tools.cli import main
 
     sys.exit(main())
 except KeyboardInterrupt:
     # Before a command has its own way to end.
     sys.exit(130)
+except (ImportError, MemoryError, OSError, RuntimeError) as error:
+    # The program itself cannot be loaded, as where memory is limited.
+    from satform_tools.faults import fault_sentences
+
+    sentences = fault_sentences(error)
+    if not sentences:
+        raise
+    sys.stderr.writelines(f"satform: {sentence}\n" for sentence in sentences)
+    sys.exit(2)

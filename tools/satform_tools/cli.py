@@ -14,10 +14,10 @@ from typing import Annotated
 
 import typer
 
-from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_STOPPED
 from satform_nodes.signals import interrupting
-from satform_tools import bench_cli, look_cli, plan_cli, say
-from satform_tools.faults import CommandError, sentence_of
+from satform_tools import bench_cli, look_cli, output_streams, plan_cli, say
+from satform_tools.faults import CommandError, fault_sentences, sentence_of
 from satform_tools.formats import Format
 
 _EXIT_CODES = (
@@ -32,7 +32,7 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode="rich" if sys.stdout.isatty() else None,
+    rich_markup_mode="rich" if say.is_terminal(sys.stdout) else None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
@@ -77,7 +77,7 @@ def run(
     ] = True,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the run, new or empty; by default a new one in runs/."),
+        typer.Option(metavar="DIR", help="Folder of the run, new or empty; by default a new one in ./runs."),
     ] = None,
     seed: Annotated[
         int | None, typer.Option(help="Seed of everything random, instead of the scenario's.")
@@ -264,7 +264,7 @@ def security(
     scenario: ScenarioArgument,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the keystore, new or empty; by default in keystores/."),
+        typer.Option(metavar="DIR", help="Folder of the keystore, new or empty; by default in ./keystores."),
     ] = None,
     days: Annotated[int, typer.Option(min=1, max=36500, help="For which the keys hold.")] = 365,
     domain: Annotated[
@@ -289,7 +289,7 @@ def schema(
     """Print the JSON Schema of scenario files, by which editors complete and check them."""
     from satform_tools import reference, schemas
 
-    sys.stdout.write(reference.text() if markdown else schemas.text())
+    output_streams.write(reference.text() if markdown else schemas.text())
 
 
 @app.command(
@@ -324,35 +324,36 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code.
     """
-    for stream in (sys.stdout, sys.stderr):
-        # A terminal that cannot show a sign shows a question mark instead of ending the run.
-        reconfigure = getattr(stream, "reconfigure", None)
-        if reconfigure:
-            reconfigure(errors="replace")
+    output_streams.prepare()
     # What is not finite ends a flight with a sentence; numpy's warning would say the same less well.
     warnings.filterwarnings("ignore", category=RuntimeWarning)
+    code = _run(arguments)
+    try:
+        output_streams.finish()
+    except OSError as error:
+        say.error(sentence_of(error))
+        return code or EXIT_BAD_INPUT
+    return code
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    """Run the command line; what goes wrong is said in sentences."""
     try:
         with interrupting():
             app(args=None if arguments is None else list(arguments), prog_name="satform")
     except SystemExit as end:
+        if type(sys.stdout).__name__ == "PacifyFlushWrapper":
+            # Typer's own pages, read by someone who has seen enough.
+            return EXIT_DONE
         return end.code if isinstance(end.code, int) else EXIT_BAD_INPUT
-    except CommandError as error:
-        say.error(str(error))
-        return error.exit_code
-    except OSError as error:
-        say.error(sentence_of(error))
-    except ValueError as error:
-        _say_problems(error)
     except KeyboardInterrupt:
-        say.error("stopped")
         return EXIT_STOPPED
-    return EXIT_BAD_INPUT
-
-
-def _say_problems(error: ValueError) -> None:
-    from satform.scenario import ScenarioError
-
-    if not isinstance(error, ScenarioError):
-        raise error
-    for problem in error.problems:
-        say.error(str(problem))
+    except Exception as error:
+        sentences = fault_sentences(error)
+        if not sentences:
+            # A mistake of ours, which is found by its traceback.
+            raise
+        for sentence in sentences:
+            say.error(sentence)
+        return error.exit_code if isinstance(error, CommandError) else EXIT_BAD_INPUT
+    return EXIT_DONE

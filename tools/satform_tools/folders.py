@@ -1,26 +1,29 @@
 """Where a run is kept: its folder, and the record of a run that has no bag."""
 
 import json
-import zipfile
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from satform.flight.early_end import EarlyEnd
+from satform.numpy_archive import read_archive
 from satform.record import QUANTITIES, FlightRecord
-from satform_tools.catalogue import ROOT
 from satform_tools.faults import CommandError, sentence_of
 
 RECORD = "record.npz"
 RESULT = "result.json"
+
+MOST_BYTES = 100_000_000
+"""Size of the largest file of JSON that is read; that of 10 000 satellites has some megabytes."""
 
 
 def make(out: Path | None, scenario: str) -> Path:
     """Make the folder of a run; an existing run is never touched.
 
     Args:
-        out: where the user wants it; None for a new folder in `runs`.
+        out: where the user wants it; None for a new folder in `runs` where the user stands.
         scenario: name of what is flown.
 
     Returns:
@@ -30,6 +33,7 @@ def make(out: Path | None, scenario: str) -> Path:
         CommandError: the folder holds something already or cannot be made.
     """
     try:
+        require_text(Path.cwd() if out is None else out.absolute())
         if out is None:
             return _new_folder(scenario)
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -45,12 +49,29 @@ def make(out: Path | None, scenario: str) -> Path:
     return out
 
 
+def require_text(folder: Path) -> None:
+    """Go on only with a folder whose path is text: parameters and messages of ROS hold nothing else.
+
+    Raises:
+        CommandError: it is not.
+    """
+    try:
+        str(folder).encode()
+    except UnicodeEncodeError as error:
+        wrong = os.fsencode(str(folder)[error.start])[0]
+        raise CommandError(
+            f"{folder}: the path is not UTF-8 text (byte {wrong:#04x}), which ROS asks of all text; "
+            "name another folder with --out"
+        ) from None
+
+
 def _new_folder(scenario: str) -> Path:
     moment = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    (ROOT / "runs").mkdir(exist_ok=True)
+    runs = Path.cwd() / "runs"
+    runs.mkdir(exist_ok=True)
     number = 1
     while True:
-        folder = ROOT / "runs" / (f"{scenario}-{moment}" + (f"-{number}" if number > 1 else ""))
+        folder = runs / (f"{scenario}-{moment}" + (f"-{number}" if number > 1 else ""))
         try:
             folder.mkdir()
         except FileExistsError:
@@ -89,13 +110,13 @@ def load_record(path: Path) -> FlightRecord:
         CommandError: there is no such archive, or it holds no flight.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            head = json.loads(str(archive["head"]))
-            arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in QUANTITIES}
+        archive = read_archive(path)
+        head = json.loads(str(archive["head"]))
+        arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in QUANTITIES}
         end = head.get("early_end")
         early_end = None if end is None else EarlyEnd.of(end)
         return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays, early_end=early_end)
     except OSError as error:
         raise CommandError(f"{path}: cannot be read: {sentence_of(error)}") from None
-    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise CommandError(f"{path}: is not the record of a run: {error}") from None

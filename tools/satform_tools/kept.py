@@ -1,9 +1,9 @@
 """A flight as it was kept, in a bag or in a record: all that a report is made of."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
+from satform.bounded_file import read_json
 from satform.metrics import Verdict, judge
 from satform.record import FlightRecord
 from satform.scenario import Scenario, load_scenario
@@ -140,7 +140,7 @@ def _from_bag(path: Path) -> Kept:
 def _noted_versions(folder: Path) -> dict[str, str]:
     """Versions as a run's result names them; none where it does not."""
     try:
-        noted = json.loads((folder / folders.RESULT).read_text(encoding="utf-8"))["versions"]
+        noted = read_json(folder / folders.RESULT, folders.MOST_BYTES)["versions"]
         return {str(name): str(version) for name, version in noted.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}

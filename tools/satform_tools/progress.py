@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from satform.scenario import Scenario
-from satform_tools.say import is_terminal
+from satform_tools.say import is_terminal, note
 
 Report = Callable[[int, int], None]
 """Takes the steps flown and the steps to fly."""
@@ -61,7 +61,7 @@ class _Throttled:
 
 def _print(scenario: Scenario, done: int, total: int, speed: float) -> None:
     text = f"{scenario.name}: {done} of {total} steps ({100 * done // total} %), {pace(scenario, speed)}"
-    print(text, file=sys.stderr, flush=True)
+    note(text)
 
 
 @contextmanager

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, TextIO
 
+from satform_tools.output_streams import note as remark
+from satform_tools.output_streams import write
+
 PLAIN_WIDTH = 100
 
 
@@ -29,9 +32,9 @@ class Table:
     styles: dict[int, str] = field(default_factory=dict)
 
 
-def is_terminal(stream: TextIO) -> bool:
+def is_terminal(stream: TextIO | None) -> bool:
     """Whether a stream is a terminal that understands more than plain text."""
-    return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+    return stream is not None and stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
 def line(text: str = "", style: str = "") -> None:
@@ -41,18 +44,16 @@ def line(text: str = "", style: str = "") -> None:
 
         _console().print(Text(text, style=style), soft_wrap=True)
     else:
-        print(text)
+        write(f"{text}\n")
 
 
 def paragraph(text: str, indent: str = "") -> None:
     """Print text wrapped to a readable width, its blank lines kept."""
     for part in text.strip().split("\n\n"):
-        print(
-            textwrap.fill(
-                " ".join(part.split()), PLAIN_WIDTH, initial_indent=indent, subsequent_indent=indent
-            )
+        filled = textwrap.fill(
+            " ".join(part.split()), PLAIN_WIDTH, initial_indent=indent, subsequent_indent=indent
         )
-        print()
+        write(f"{filled}\n\n")
 
 
 def heading(text: str) -> None:
@@ -65,7 +66,7 @@ def table(content: Table) -> None:
     if is_terminal(sys.stdout):
         _rich_table(content)
     else:
-        print(plain_table(content))
+        write(f"{plain_table(content)}\n")
 
 
 def plain_table(content: Table) -> str:
@@ -84,12 +85,12 @@ def plain_table(content: Table) -> str:
 
 def as_json(data: Any) -> None:
     """Print data for a machine."""
-    print(to_json(data))
+    write(f"{to_json(data)}\n")
 
 
 def as_json_line(data: Any) -> None:
     """Print data for a machine that reads line by line."""
-    print(json.dumps(_finite(data), ensure_ascii=False, allow_nan=False))
+    write(f"{json.dumps(_finite(data), ensure_ascii=False, allow_nan=False)}\n")
 
 
 def to_json(data: Any) -> str:
@@ -99,12 +100,12 @@ def to_json(data: Any) -> str:
 
 def error(text: str) -> None:
     """Print what went wrong to standard error."""
-    print(f"satform: {text}", file=sys.stderr)
+    remark(f"satform: {text}\n")
 
 
 def note(text: str) -> None:
     """Print a remark beside the results to standard error."""
-    print(text, file=sys.stderr)
+    remark(f"{text}\n")
 
 
 def number(value: float) -> str:

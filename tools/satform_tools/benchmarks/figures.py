@@ -13,6 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from satform.bounded_file import read_json
+
+_MOST_BYTES = 100_000_000
+"""Size of the largest file that is taken for a history."""
+
 NOTICEABLE = 0.1
 """Share by which a ratio has to change in order to be named."""
 
@@ -162,7 +167,7 @@ def read(path: Path) -> list[Figure]:
         OSError: it cannot be read.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path, _MOST_BYTES)
         figures = [
             Figure(
                 name=str(entry["name"]),

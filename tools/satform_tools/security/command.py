@@ -4,7 +4,6 @@ from pathlib import Path
 
 from satform.scenario import Scenario
 from satform_tools import ros, say
-from satform_tools.catalogue import ROOT
 from satform_tools.say import Table
 from satform_tools.security.access import OPERATOR
 from satform_tools.security.documents import ANY_DOMAIN
@@ -16,7 +15,7 @@ def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, 
 
     Args:
         scenario: whose nodes get keys and permissions.
-        out: folder of the keystore; None for one in `keystores`, by the scenario's name.
+        out: folder of the keystore; None for one by the scenario's name in `keystores`, where the user is.
         days: for which the certificates hold.
         domain: DDS domain to which the permissions are restricted; None for all.
         as_json: whether to print for a machine.
@@ -25,7 +24,7 @@ def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, 
         CommandError: ROS is missing, or the keystore cannot be made.
     """
     ros.require()
-    folder = (out or ROOT / "keystores" / scenario.name).absolute()
+    folder = (out or Path("keystores") / scenario.name).absolute()
     granted = make(scenario, folder, days, ANY_DOMAIN if domain is None else (domain, domain))
     if as_json:
         say.as_json(

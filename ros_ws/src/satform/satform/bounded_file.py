@@ -1,9 +1,11 @@
 """Reading files that may come from anywhere: regular files only, and no more of them than is expected."""
 
 import errno
+import json
 import os
 import stat
 from pathlib import Path
+from typing import Any, BinaryIO
 
 _KINDS = (
     (stat.S_ISDIR, "is a folder, not a file"),
@@ -31,21 +33,62 @@ def read_bounded(path: Path, limit: int, what: str = "a file of this kind") -> b
     Raises:
         OSError: it is not a regular file, is too large, or cannot be read; `strerror` says which.
     """
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        # A file in /proc says that it is empty, and another may grow while it is read.
+        content = file.read(limit + 1)
+    if len(content) > limit:
+        raise OSError(errno.EFBIG, too_large(max(size, len(content)), limit, what), str(path))
+    return content
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The file, to be closed by the caller.
+
+    Raises:
+        OSError: it is not a regular file, or cannot be opened; `strerror` says which.
+    """
     # Without O_NONBLOCK opening a pipe waits for someone who writes to it.
     handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     try:
-        status = os.fstat(handle)
-        if not stat.S_ISREG(status.st_mode):
-            kinds = (sentence for is_kind, sentence in _KINDS if is_kind(status.st_mode))
+        mode = os.fstat(handle).st_mode
+        if not stat.S_ISREG(mode):
+            kinds = (sentence for is_kind, sentence in _KINDS if is_kind(mode))
             raise OSError(errno.EINVAL, next(kinds, "is not a regular file"), str(path))
-        # A file in /proc says that it is empty, and another may grow while it is read.
-        with os.fdopen(handle, "rb", closefd=False) as file:
-            content = file.read(limit + 1)
-    finally:
+        return os.fdopen(handle, "rb")
+    except OSError:
         os.close(handle)
-    if len(content) > limit:
-        raise OSError(errno.EFBIG, too_large(max(status.st_size, len(content)), limit, what), str(path))
-    return content
+        raise
+
+
+def read_json(path: Path, limit: int) -> Any:
+    """The data of a JSON file.
+
+    Args:
+        path: of the file.
+        limit: largest size, bytes.
+
+    Returns:
+        The data.
+
+    Raises:
+        OSError: it cannot be read, or is too large.
+        ValueError: it is not JSON in UTF-8, or nested too deeply; the message says which.
+    """
+    try:
+        return json.loads(read_bounded(path, limit, "a file of this kind"))
+    except UnicodeDecodeError:
+        raise ValueError("is not UTF-8 text") from None
+    except RecursionError:
+        raise ValueError("is nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"is not JSON: {error}") from None
 
 
 def too_large(size: int, limit: int, what: str) -> str:

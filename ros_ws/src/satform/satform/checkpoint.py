@@ -7,7 +7,6 @@ wrong numbers into it but nothing else.
 
 import dataclasses
 import io
-import zipfile
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from satform.control.protocol import Motion
 from satform.navigation import Measurement
+from satform.numpy_archive import ArchiveError, read_archive
 from satform.satellite import Satellite
 
 Numbers = dict[str, NDArray[Any]]
@@ -129,7 +129,6 @@ def _rebuilt(template: Any, name: str, numbers: Numbers, used: set[str]) -> Any:
 
 def _read(data: bytes) -> Numbers:
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        return read_archive(data)
+    except (OSError, ArchiveError) as error:
         raise ValueError(f"this is no checkpoint: {error}") from None

@@ -1,14 +1,18 @@
 """One process of a run that is under way, started by hand: a lost satellite comes back."""
 
-import json
 from pathlib import Path
 
+from satform.bounded_file import read_json
 from satform_bringup import LOG_FOLDER, PROCESSES_FILE, leftovers, nursery
 from satform_bringup.processes import NodeProcess
 from satform_bringup.watch import FAREWELL
 
 _LOOK = 0.1
 """Wall-clock time between two looks at whether someone asked to stop, s."""
+
+
+_MOST_BYTES = 100_000_000
+"""Size of the largest file that is taken for the processes of a run."""
 
 
 class RejoinError(ValueError):
@@ -30,7 +34,7 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int, dict[str, str]]:
     """
     file = run / PROCESSES_FILE
     try:
-        kept = json.loads(file.read_text())
+        kept = read_json(file, _MOST_BYTES)
         nodes = {node["name"]: NodeProcess(**node) for node in kept["nodes"]}
         domain, environment = int(kept["domain"]), dict(kept["environment"])
     except OSError as error:

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, FormationStatus, ParameterChange
@@ -28,6 +27,7 @@ from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
 from satform_nodes.absences import Absences, happened
 from satform_nodes.bag_events import TYPES, EventError, Events, Told, read_events
+from satform_nodes.bag_records import ExpansionError, records
 from satform_nodes.bag_writer import (
     FILE_ATTACHMENTS,
     ROLE,
@@ -160,23 +160,24 @@ def _scan(file: Path) -> _Contents:
     names: dict[int, str] = {}
     schemas: dict[int, Schema] = {}
     try:
-        with file.open("rb") as stream:
-            for record in StreamReader(stream, validate_crcs=True).records:
-                if isinstance(record, Message):
-                    contents.messages[names[record.channel_id]].append(record.data)
-                elif isinstance(record, Channel):
-                    role = names[record.id] = record.metadata.get(ROLE, record.topic)
-                    contents.names[role] = record.topic
-                    contents.definitions[role] = schemas[record.schema_id]
-                elif isinstance(record, Schema):
-                    schemas[record.id] = record
-                else:
-                    _note(contents, record, file)
+        for record in records(file):
+            if isinstance(record, Message):
+                contents.messages[names[record.channel_id]].append(record.data)
+            elif isinstance(record, Channel):
+                role = names[record.id] = record.metadata.get(ROLE, record.topic)
+                contents.names[role] = record.topic
+                contents.definitions[role] = schemas[record.schema_id]
+            elif isinstance(record, Schema):
+                schemas[record.id] = record
+            else:
+                _note(contents, record, file)
         contents.closed = True
     except OSError as error:
         raise BagError(f"{file}: cannot be read: {error.strerror}") from None
     except BagError:
         raise
+    except ExpansionError as error:
+        raise BagError(f"{file}: {error}") from None
     except _READ_FAILURES as error:
         if contents.scenario is None and not contents.messages:
             reason = str(error) or "it ends too early"

@@ -6,10 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from satform.bounded_file import read_bounded
 from satform.checkpoint import restore, save
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.satellite import Satellite
 from satform_nodes.lifetime import NodeError
+
+MOST_BYTES = 100_000_000
+"""Size of the largest file that is taken for a checkpoint; those of shipped scenarios have some kilobytes."""
 
 _HEAD = struct.Struct("<qI")
 """At the beginning of the file: the step, and how many neighbours follow; then the state."""
@@ -48,7 +52,7 @@ class CheckpointFile:
         if self._file is None or not self._file.exists():
             return
         try:
-            data = self._file.read_bytes()
+            data = read_bounded(self._file, MOST_BYTES, "a checkpoint")
         except OSError as error:
             raise NodeError(f"{self._file}: cannot be read: {error.strerror}", EXIT_BAD_INPUT) from None
         try:
