@@ -74,7 +74,7 @@ def limited(**limits: int) -> Any:
     return limit
 
 
-@pytest.mark.parametrize("limits", [{"nofile": 10}, {"as": 250_000_000}, {"fsize": 1000}])
+@pytest.mark.parametrize("limits", [{"nofile": 20}, {"as": 250_000_000}, {"fsize": 1000}])
 def test_a_machine_that_gives_too_little_is_a_sentence(limits: dict[str, int], tmp_path: Path) -> None:
     out = str(tmp_path / "run")
     words = ["run", "triangle", "--mode", "inprocess", "--set", "timing.duration=500.0", "--out", out]

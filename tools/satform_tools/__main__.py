@@ -3,10 +3,14 @@
 import sys
 
 try:
-    from satform_tools import output_streams
+    from satform_tools import output_streams, resource_limits
 
     # Before anything is opened.
     output_streams.prepare()
+    too_low = resource_limits.complaint()
+    if too_low:
+        sys.stderr.write(f"satform: {too_low}\n")
+        sys.exit(2)
     from satform_tools.cli import main
 
     sys.exit(main())
