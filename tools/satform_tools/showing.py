@@ -5,8 +5,6 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from satform.channels import channels
 from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
@@ -15,7 +13,7 @@ from satform.reference import SteadyMotion
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
-from satform_tools import say
+from satform_tools import describe_orbit, say
 from satform_tools.check import warnings
 from satform_tools.check.consensus import margin
 from satform_tools.check.disturbances import describe_schedule
@@ -43,6 +41,7 @@ def show(scenario: Scenario, *, as_json: bool) -> None:
     _print_sources(scenario)
     _print_setting(data)
     _print_satellites(data["satellites"])
+    describe_orbit.print_cw_errors(data["cw_errors"])
     _print_graph(data)
     _print_disturbances(data)
     _print_processes(data)
@@ -62,12 +61,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "sources": [source.model_dump() for source in scenario.sources],
         "digest": scenario.digest(),
         "seed": scenario.seed,
-        "orbit": {
-            "period": 2.0 * np.pi / scenario.orbit.rate,
-            "mean_motion": scenario.orbit.rate,
-            "radius": scenario.orbit.radius,
-            "altitude": scenario.orbit.altitude,
-        },
+        "orbit": describe_orbit.orbit(scenario),
         "timing": {**scenario.timing.model_dump(), "steps": scenario.timing.steps},
         "dynamics": scenario.dynamics.model_dump(mode="json"),
         "graph": {
@@ -92,6 +86,8 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "satellites": [
             _satellite(scenario, index, steady) for index, steady in enumerate(steady_motions(scenario))
         ],
+        "integration_error": describe_orbit.integration(scenario),
+        "cw_errors": describe_orbit.cw_errors(scenario),
         "processes": _processes(scenario),
         "topics": _topics(scenario),
         "expectations": [
@@ -198,12 +194,10 @@ def _print_sources(scenario: Scenario) -> None:
 
 def _print_setting(data: dict[str, Any]) -> None:
     orbit, timing = data["orbit"], data["timing"]
-    say.line(
-        f"chief: period {orbit['period']:.7g} s, mean motion {orbit['mean_motion']:.7g} rad/s, "
-        f"altitude {orbit['altitude'] / 1e3:.1f} km"
-    )
+    describe_orbit.print_orbit(orbit)
     say.line(f"flight: {timing['duration']:g} s in {timing['steps']} steps of {timing['step']:g} s")
     say.line(f"dynamics: {_words(data['dynamics'])}")
+    describe_orbit.print_integration(data["integration_error"])
     say.line(f"digest: {data['digest']}")
     say.line()
 

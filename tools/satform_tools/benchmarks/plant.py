@@ -134,6 +134,8 @@ def _by_satform(starts: Array, method: str, step: float) -> Flight:
 def _by_brahe(starts: Array, method: Any, step: float | None) -> Flight:
     epoch = brahe_epoch(_EPOCH)
     # The package's type stubs take the constants of its enumerations for methods.
+    # brahe's own propagator takes Earth orientation from the process.
+    brahe.set_global_eop_provider_from_static_provider(brahe.StaticEOPProvider.from_zero())
     turning: Any = brahe.FrameTransformationModel.EARTH_ROTATION_ONLY
     config = brahe.ForceModelConfig(
         gravity=brahe.GravityConfiguration(degree=DEGREE, order=DEGREE),

@@ -10,6 +10,8 @@ from satform.scenario import Scenario
 from satform_tools.check.consensus import consensus_warnings
 from satform_tools.check.controllers import controller_warnings
 from satform_tools.check.disturbances import disturbance_warnings
+from satform_tools.check.integration import integration_warnings
+from satform_tools.check.linearisation import linearisation_warnings
 from satform_tools.check.start import start_warnings
 from satform_tools.check.times import time_warnings
 
@@ -19,6 +21,8 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     consensus_warnings,
     disturbance_warnings,
     controller_warnings,
+    linearisation_warnings,
+    integration_warnings,
 )
 """Every subject that is looked at."""
 

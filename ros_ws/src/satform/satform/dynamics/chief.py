@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.elementwise import Array
 from satform.frames import LvlhFrame, earth_rotation_angle
 from satform.spec import Spec
@@ -57,6 +58,20 @@ class ChiefOrbitSpec(Spec):
         radial = np.array([cn * cu - sn * su * ci, sn * cu + cn * su * ci, su * si])
         transverse = np.array([-cn * su - sn * cu * ci, -sn * su + cn * cu * ci, cu * si])
         return radial, transverse, np.array([sn * si, -cn * si, ci])
+
+    def faults(self, mean_motion: float) -> list[tuple[tuple[str | int, ...], str]]:
+        """Why no satellite can fly this orbit of a mean motion in rad/s: field and sentence of each."""
+        perigee = semi_major_axis_of(mean_motion, GRAVITATIONAL_PARAMETER) * (1.0 - self.eccentricity)
+        if perigee >= EQUATORIAL_RADIUS:
+            return []
+        return [
+            (
+                ("chief", "eccentricity") if self.eccentricity > 0.0 else ("chief",),
+                f"the chief's perigee of {perigee / 1e3:.1f} km (period {math.tau / mean_motion:.6g} s, "
+                f"eccentricity {self.eccentricity:g}) lies inside the Earth, whose radius is "
+                f"{EQUATORIAL_RADIUS / 1e3:.1f} km; this model has gravity outside it alone",
+            )
+        ]
 
 
 def semi_major_axis_of(mean_motion: float, gravitational_parameter: float) -> float:

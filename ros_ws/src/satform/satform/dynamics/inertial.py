@@ -1,19 +1,16 @@
 """Truth in inertial space: chief and satellites propagated side by side (Cowell's method)."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from satform.dynamics.chief import semi_major_axis_of
 from satform.dynamics.forces import (
     Body,
     ForceModel,
     body_of,
     central_gravity,
-    egm2008,
     forces_of,
     gravitational_parameter,
 )
@@ -182,19 +179,9 @@ def build(spec: "InertialDynamicsSpec", setting: DynamicsSetting) -> InertialDyn
         ValueError: the list of bodies does not fit the satellites, or the chief enters the Earth.
     """
     position, velocity = spec.chief.state(setting.mean_motion, gravitational_parameter())
-    perigee = semi_major_axis_of(setting.mean_motion, gravitational_parameter()) * (
-        1 - spec.chief.eccentricity
-    )
-    if perigee < float(egm2008().radius):
-        raise ValueError(
-            f"the chief's perigee of {perigee / 1e3:.1f} km (period {math.tau / setting.mean_motion:.6g} s) "
-            "lies inside the Earth"
-        )
-    if spec.satellite_bodies and len(spec.satellite_bodies) != setting.satellite_count:
-        raise ValueError(
-            f"satellite_bodies has {len(spec.satellite_bodies)} entries for {setting.satellite_count} "
-            "satellites; leave it out or give one for each"
-        )
+    faults = spec.faults(setting)
+    if faults:
+        raise ValueError("; ".join(sentence for _, sentence in faults))
     of_satellites = spec.satellite_bodies or (spec.body,) * setting.satellite_count
     return InertialDynamics(
         period=setting.step,

@@ -209,6 +209,10 @@ class LinearJ2DynamicsSpec(PerturbedDynamicsSpec):
             )
         return self
 
+    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
+        """Why the chief's orbit cannot be flown; as in `DynamicsSpec.faults`."""
+        return self.chief.faults(setting.mean_motion)
+
     def build(self, setting: DynamicsSetting) -> LinearJ2Dynamics:
         """The truth model itself."""
         return build_linear_j2(self, setting)
@@ -243,6 +247,10 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
                 "set it to 0, or chief_motion to propagated"
             )
         return self
+
+    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
+        """Why the chief's orbit cannot be flown; as in `DynamicsSpec.faults`."""
+        return self.chief.faults(setting.mean_motion)
 
     def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics | PropagatedChiefDynamics":
         """The truth model itself."""
@@ -281,6 +289,17 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
     frame_rate: Literal["exact", "orbit_rate"] = "exact"
     """exact: LVLH velocities are the derivative of LVLH positions; orbit_rate: they are taken in a
     frame that turns at (0, 0, h/r^2)."""
+
+    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
+        """Why chief or bodies cannot be flown; as in `DynamicsSpec.faults`."""
+        found = self.chief.faults(setting.mean_motion)
+        if self.satellite_bodies and len(self.satellite_bodies) != setting.satellite_count:
+            sentence = (
+                f"satellite_bodies has {len(self.satellite_bodies)} entries for {setting.satellite_count} "
+                "satellites; leave it out or give one for each"
+            )
+            found.append((("satellite_bodies",), sentence))
+        return found
 
     def build(self, setting: DynamicsSetting) -> "InertialDynamics":
         """The truth model itself.

@@ -57,6 +57,14 @@ class Dynamics(Protocol):
 class DynamicsSpec(Spec):
     """Base of every truth model's specification; subclasses set a literal `kind`."""
 
+    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
+        """Why the model cannot be flown in a setting, found without building it.
+
+        Returns:
+            Path of a field of this specification and a sentence, for each fault.
+        """
+        return []
+
     def build(self, setting: DynamicsSetting) -> Dynamics:
         """The truth model itself.
 

@@ -14,7 +14,7 @@ from satform.consensus.graph import Graph, TopologySpec
 from satform.control.protocol import ControllerSpec, FlightSetting
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
-from satform.dynamics.protocol import DynamicsSpec
+from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.expectation import Expectation
 from satform.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
@@ -44,20 +44,30 @@ Sentence = Annotated[str, Field(min_length=1, max_length=20_000)]
 class Orbit(Spec):
     """The chief's circular orbit, by exactly one of its period, mean motion or semi-major axis."""
 
-    period: Annotated[float, Field(ge=1e-3, le=1e12)] | None = None
+    period: Annotated[float, Field(ge=1e-3, le=1e12, strict=True)] | None = None
     """Time of one revolution, s."""
-    mean_motion: Annotated[float, Field(ge=1e-12, le=1e4)] | None = None
+    mean_motion: Annotated[float, Field(ge=1e-12, le=1e4, strict=True)] | None = None
     """Angular rate, rad/s."""
-    semi_major_axis: Annotated[float, Field(ge=1.0, le=1e12)] | None = None
+    semi_major_axis: Annotated[float, Field(ge=1.0, le=1e12, strict=True)] | None = None
     """Radius of the orbit about the Earth's centre, m."""
+    allow_below_surface: bool = False
+    """Whether the orbit may lie below the Earth's surface, where a source prints such a period."""
 
     @model_validator(mode="after")
     def _one_of_three(self) -> "Orbit":
-        given = [name for name in Orbit.model_fields if getattr(self, name) is not None]
+        names = ("period", "mean_motion", "semi_major_axis")
+        given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
                 f"give exactly one of period [s], mean_motion [rad/s] or semi_major_axis [m]; found "
                 f"{' and '.join(given) if given else 'none'}"
+            )
+        if self.radius < EQUATORIAL_RADIUS and not self.allow_below_surface:
+            shortest = 2.0 * math.pi * math.sqrt(EQUATORIAL_RADIUS**3 / GRAVITATIONAL_PARAMETER)
+            raise ValueError(
+                f"the orbit of period {2.0 * math.pi / self.rate:.6g} s has a radius of "
+                f"{self.radius / 1e3:.1f} km, below the Earth's surface at {EQUATORIAL_RADIUS / 1e3:.1f} km; "
+                f"give a period above {shortest:.1f} s, or allow_below_surface: true where a source prints it"
             )
         return self
 
@@ -266,6 +276,7 @@ class Scenario(Spec):
             *self._satellite_complaints(),
             *self._equipment_complaints(),
             *self._controller_complaints(),
+            *self._dynamics_complaints(),
             *self._graph_complaints(),
             *self._following_complaints(),
             *self._reference_complaints(),
@@ -334,6 +345,10 @@ class Scenario(Spec):
                 place = ("every_satellite",) if own.controller is None else ("satellites", index)
                 complaints.append(((*place, "controller"), str(error)))
         return complaints
+
+    def _dynamics_complaints(self) -> list[Complaint]:
+        setting = DynamicsSetting(self.orbit.rate, self.timing.step, len(self.satellites), self.seed)
+        return [(("dynamics", *field), sentence) for field, sentence in self.dynamics.faults(setting)]
 
     def _expectation_complaints(self) -> list[Complaint]:
         known = {satellite.name for satellite in self.satellites}
@@ -542,7 +557,11 @@ class Scenario(Spec):
         """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
         satellites = tuple(self.satellite(index) for index in range(len(self.satellites)))
         explicit = self.model_copy(update={"satellites": satellites, "every_satellite": SatelliteFields()})
-        # Where the parts run does not change what is flown, nor what is not judged what is judged.
+        # Where the parts run does not change what is flown, nor what is not judged what is judged; nor
+        # does it matter that an orbit was allowed.
         return hashlib.sha256(
-            explicit.model_dump_json(exclude={"hosts", "expectations_left_out"}, context=BY_CONTENT).encode()
+            explicit.model_dump_json(
+                exclude={"hosts": True, "expectations_left_out": True, "orbit": {"allow_below_surface"}},
+                context=BY_CONTENT,
+            ).encode()
         ).hexdigest()
