@@ -4,6 +4,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+from mcap_ros2.reader import read_ros2_messages
+
 import rosbag2_format
 from satform.scenario import Scenario
 from satform.simulate import simulate
@@ -43,6 +45,18 @@ def assert_as_in_one_process(bag: Bag) -> None:
 def assert_flies_again(bag: Bag) -> None:
     """Flown once more with what happened in it, the flight has the same bits."""
     assert list(compare(bag.scenario, bag.record, bag.events).differences) == []
+
+
+def refused(bag: Path) -> dict[str, int]:
+    """What the nodes' diagnostics say of refused messages, by node, topic and reason: the largest count."""
+    found: dict[str, int] = {}
+    for message in read_ros2_messages(str(bag), topics=["/diagnostics"]):
+        for status in message.ros_msg.status:
+            for value in status.values:
+                if value.key.startswith("refused messages: "):
+                    reason = f"{status.hardware_id}: {value.key.removeprefix('refused messages: ')}"
+                    found[reason] = max(found.get(reason, 0), int(value.value))
+    return found
 
 
 def processes_of(folder: Path) -> dict[str, int]:

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from mcap_ros2.reader import read_ros2_messages
 
 from flights import shortened
-from flown import assert_as_in_one_process, flown
+from flown import assert_as_in_one_process, flown, refused
 
 STRANGER = Path(__file__).with_name("stranger.py")
 
@@ -25,18 +24,6 @@ def stranger(domain: int) -> Iterator[subprocess.Popen[str]]:
     yield process
     process.kill()
     process.communicate()
-
-
-def refused(bag: Path) -> dict[str, int]:
-    """What the nodes' diagnostics say of refused messages, by node, topic and reason: the largest count."""
-    found: dict[str, int] = {}
-    for message in read_ros2_messages(str(bag), topics=["/diagnostics"]):
-        for status in message.ros_msg.status:
-            for value in status.values:
-                if value.key.startswith("refused messages: "):
-                    reason = f"{status.hardware_id}: {value.key.removeprefix('refused messages: ')}"
-                    found[reason] = max(found.get(reason, 0), int(value.value))
-    return found
 
 
 @pytest.mark.parametrize("manner", ["politely", "while a satellite is lost and comes back"])

@@ -10,7 +10,7 @@ from satform.control.protocol import Motion
 from satform.inbox import Told
 from satform.satellite import Satellite, flight_plan
 from satform_nodes.checkpoint_file import CheckpointFile
-from satform_nodes.lifetime import NodeError
+from satform_nodes.node_error import NodeError
 
 SCENARIO = shortened("ring_six", 60.0)
 MOTION = Motion(np.array([5.0e4, 10.0, -3.0]), np.array([1.0, -20.0, 0.5]))

@@ -10,7 +10,7 @@ from satform.bounded_file import read_bounded
 from satform.checkpoint import restore, save
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.satellite import Satellite
-from satform_nodes.lifetime import NodeError
+from satform_nodes.node_error import NodeError
 
 MOST_BYTES = 100_000_000
 """Size of the largest file that is taken for a checkpoint; those of shipped scenarios have some kilobytes."""

@@ -23,7 +23,8 @@ from satform.scenario import Scenario
 from satform.scene import Scene
 from satform_nodes import topics
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import NodeError, patience, run, scenario_of
+from satform_nodes.lifetime import patience, run, scenario_of
+from satform_nodes.node_error import NodeError
 from satform_nodes.parameters import declare_start
 from satform_nodes.pictures import PictureMessages
 from satform_nodes.report import Report

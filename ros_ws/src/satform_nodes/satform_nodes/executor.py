@@ -12,12 +12,19 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import (
+    ConditionReachedException,
+    ShutdownException,
+    SingleThreadedExecutor,
+    TimeoutException,
+)
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
 from satform.channels import relative
 from satform_nodes.ear import Ear
+from satform_nodes.node_error import NodeError
+from satform_nodes.parameters import FormationNode
 from satform_nodes.speakers import Speakers
 from satform_nodes.taking import Taker
 from satform_nodes.trace import AnyTrace, trace_from_environment
@@ -83,6 +90,24 @@ class StepExecutor(SingleThreadedExecutor):
         self._cold_wait_set: Any = None
         self._next_housekeeping = 0.0
         self._next_cold_look = 0.0
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for a callback and run it, as the parent class does; what it raises does not end the node.
+
+        Requests and events come from outside: what they make a callback raise is logged and counted. Only a
+        `NodeError`, by which a node ends itself, goes through.
+        """
+        try:
+            ready: tuple[Any, Any, Any] = self.wait_for_ready_callbacks(timeout_sec, None, _never)
+        except (ShutdownException, TimeoutException, ConditionReachedException):
+            return
+        handler, entity, node = ready
+        handler()
+        error = handler.exception()
+        if isinstance(error, NodeError):
+            raise error
+        if error is not None and isinstance(node, FormationNode):
+            node.note_fault(_name_of(entity), error)
 
     def add_node(self, node: Node) -> bool:
         """Have a node's work done here; its name is kept, since the node may go before this does."""
@@ -301,7 +326,7 @@ class StepExecutor(SingleThreadedExecutor):
         """Wait for hot messages and hand them out; whether there were any."""
         if self._stock or not self._hot:
             before = self._handed_out
-            super().spin_once(timeout_sec=timeout)
+            self.spin_once(timeout_sec=timeout)
             return self._handed_out != before
         awaited = self._next_awaited and self._next_awaited()
         return self._take_any(timeout) if awaited is None else self._take_in_turn(awaited, timeout)
@@ -377,12 +402,12 @@ class StepExecutor(SingleThreadedExecutor):
         ready = len(wait_set.get_ready_entities("subscription"))
         ready += len(wait_set.get_ready_entities("service"))
         for _ in range(ready):
-            super().spin_once(timeout_sec=0.0)
+            self.spin_once(timeout_sec=0.0)
 
     def _keep_house(self) -> None:
         """Let the parent class look at everything, and find out what is not hot."""
         begin = time.monotonic()
-        super().spin_once(timeout_sec=0.0)
+        self.spin_once(timeout_sec=0.0)
         # After the callback, which may have given something up; another one that does wakes this executor.
         self._gather_cold()
         # The parent class looks at every entity of every node, of which a group has thousands.
@@ -397,3 +422,13 @@ class StepExecutor(SingleThreadedExecutor):
         self._cold_wait_set = _rclpy.WaitSet(
             len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle
         )
+
+
+def _never() -> bool:
+    return False
+
+
+def _name_of(entity: Any) -> str:
+    """What a callback belongs to, by the name of its topic or service where it has one."""
+    found = getattr(entity, "srv_name", None) or getattr(entity, "topic_name", None)
+    return str(found or type(entity).__name__.lower())

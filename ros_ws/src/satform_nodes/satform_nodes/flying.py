@@ -8,7 +8,8 @@ from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.wording import listed
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import early_end_of
-from satform_nodes.lifetime import NodeError, patience
+from satform_nodes.lifetime import patience
+from satform_nodes.node_error import NodeError
 from satform_nodes.signals import StopRequest
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from satform.exit_codes import EXIT_BAD_INPUT
 from satform_nodes.abreast import fly_abreast
 from satform_nodes.executor import StepExecutor
 from satform_nodes.flying import fly_all
-from satform_nodes.lifetime import NodeError, refuse_sim_time, run, scenario_of
+from satform_nodes.lifetime import refuse_sim_time, run, scenario_of
+from satform_nodes.node_error import NodeError
 from satform_nodes.parameters import FormationNode, declare_start
 from satform_nodes.report import Report
 from satform_nodes.satellite_node import SatelliteNode, Settings, declare_settings

@@ -13,6 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.executor import StepExecutor
+from satform_nodes.node_error import NodeError
 from satform_nodes.parameters import NO_SIM_TIME, SIM_TIME, FormationNode, ParameterError, declare_start
 from satform_nodes.report import Report
 from satform_nodes.signals import StopRequest
@@ -37,17 +38,6 @@ _EXIT_CODES = 256
 
 _ACKNOWLEDGED = Duration(seconds=0.1)
 """Wall-clock time between two looks at who is there, while it is waited for what they have heard."""
-
-
-class NodeError(Exception):
-    """A node that cannot go on; carries the sentence for the user and the exit code."""
-
-    def __init__(self, sentence: str, code: int) -> None:
-        super().__init__(sentence, code)
-        self.code = code
-
-    def __str__(self) -> str:
-        return str(self.args[0])
 
 
 def refuse_sim_time(node: Node) -> None:

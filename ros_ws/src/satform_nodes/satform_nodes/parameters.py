@@ -17,7 +17,9 @@ from satform.adjustments import changed
 from satform.scenario.sentences import field_sentence
 from satform.spec import Spec, one_for_all
 from satform_nodes import LEAN
+from satform_nodes.entry import Refusals
 from satform_nodes.parameter_values import as_declared
+from satform_nodes.service_guard import guarded, in_words
 from satform_nodes.start_parameters import START_PARAMETERS
 
 
@@ -40,6 +42,8 @@ class FormationNode(Node):
                 whose quality of service does not fit. Where the environment has `LEAN`, all nodes do.
         """
         self.sentence = ""
+        # Before the parent class, which makes services that may be called at once.
+        self.refusals = Refusals()
         self._lean = lean = lean or LEAN in os.environ
         # With the services for parameters goes the one that describes message types.
         bare = [Parameter("start_type_description_service", value=False)] if lean else []
@@ -51,6 +55,29 @@ class FormationNode(Node):
         )
 
         self.add_on_set_parameters_callback(_keep_wall_clock)
+
+    def note_fault(self, name: str, error: BaseException) -> None:
+        """Log and count what a callback raised because of a request or an event from outside.
+
+        Args:
+            name: of the service or topic.
+            error: that was raised.
+        """
+        reason = f"not handled: {type(error).__name__}"
+        self.refusals.note(name, reason)
+        if self.refusals.counts[name, reason] == 1:
+            self.get_logger().warning(f"{name}: refused, and counted from now on: {in_words(error)}")
+
+    def create_service(
+        self, srv_type: Any, srv_name: str, callback: Callable[[Any, Any], Any], **options: Any
+    ) -> Any:
+        """As in rclpy; a request that makes the callback raise is refused, logged and counted."""
+        name = self.resolve_service_name(srv_name)
+
+        def note(error: Exception) -> None:
+            self.note_fault(name, error)
+
+        return super().create_service(srv_type, srv_name, guarded(srv_type, callback, note), **options)
 
     def create_publisher(self, *arguments: Any, **options: Any) -> Any:
         """As in rclpy; a lean node is not told about others whose quality of service does not fit."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
 from satform.channels import PLANT, RECORDER, channels, heard_by, said_by
@@ -21,11 +20,11 @@ from satform.scenario import Scenario
 from satform.wording import listed
 from satform_nodes import topics
 from satform_nodes.diagnostics import Condition, Course, Health
-from satform_nodes.entry import Refusals
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import NodeError, run, scenario_of, start_timeout
+from satform_nodes.lifetime import run, scenario_of, start_timeout
+from satform_nodes.node_error import NodeError
 from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
-from satform_nodes.parameters import declare_rate, declare_start
+from satform_nodes.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.plant_ears import PlantEars
 from satform_nodes.plant_voice import PlantVoice
 from satform_nodes.readiness import Company
@@ -61,7 +60,7 @@ class PlantNode:
 
     def __init__(
         self,
-        node: Node,
+        node: FormationNode,
         executor: StepExecutor,
         scenario: Scenario,
         settings: "Settings",
@@ -75,7 +74,7 @@ class PlantNode:
         self.plant = Plant(scenario)
         self.muster = Muster(scenario, [RECORDER] if recorded else [], lockstep=not self.clocked)
         self.recorded = recorded
-        self.refusals = Refusals()
+        self.refusals = node.refusals
         self.busy_seconds = 0.0
         self.flying = False
         self.aborted: tuple[list[str], str] | None = None
@@ -392,7 +391,7 @@ class PlantNode:
             self.report.say_if_heard("step", step=self.plant.step)
 
 
-def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Wait for everyone, fly the scenario to its end, and say how it went."""
     declare_start(node, "scenario")
     settings = Settings(

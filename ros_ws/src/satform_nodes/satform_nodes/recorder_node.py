@@ -8,7 +8,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
@@ -22,11 +21,12 @@ from satform_nodes.bag_metadata import offered
 from satform_nodes.bag_writer import BagWriter
 from satform_nodes.definitions import described
 from satform_nodes.diagnostics import Condition, Course, Health
-from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry, Refusals
+from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView, early_end_of
-from satform_nodes.lifetime import NodeError, patience, run, scenario_of
-from satform_nodes.parameters import declare_rate, declare_start
+from satform_nodes.lifetime import patience, run, scenario_of
+from satform_nodes.node_error import NodeError
+from satform_nodes.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.readiness import Company
 from satform_nodes.report import Report
 from satform_nodes.signals import StopRequest
@@ -79,7 +79,7 @@ class RecorderNode:
 
     def __init__(
         self,
-        node: Node,
+        node: FormationNode,
         executor: StepExecutor,
         scenario: Scenario,
         folder: Path,
@@ -90,7 +90,7 @@ class RecorderNode:
         self.report = report
         self.folder = folder
         self.missed: list[str] = []
-        self.refusals = Refusals()
+        self.refusals = node.refusals
         self._course = Course(self.refusals)
         self.view = FormationView(scenario)
         self._absences = Absences(scenario)
@@ -349,7 +349,7 @@ class RecorderNode:
         self._say_recorded.publish(_RECORDED.pack(seconds, nanoseconds, reached, self.bag.messages))
 
 
-def fly(node: Node, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
     """Be ready before the first step, write until the flight has ended, and close the bag."""
     declare_start(node, "scenario")
     folder = declare_start(node, "bag")

@@ -25,12 +25,13 @@ from satform.wording import listed
 from satform_nodes import topics
 from satform_nodes.checkpoint_file import CheckpointFile
 from satform_nodes.diagnostics import Condition, Course, Health
-from satform_nodes.entry import Entry, Refusals
+from satform_nodes.entry import Entry
 from satform_nodes.executor import StepExecutor
 from satform_nodes.flying import fly_all
 from satform_nodes.formation_view import FormationView
 from satform_nodes.hearsay import Hearsay, Words
-from satform_nodes.lifetime import NodeError, run, scenario_of
+from satform_nodes.lifetime import run, scenario_of
+from satform_nodes.node_error import NodeError
 from satform_nodes.on_the_clock import processor_seconds
 from satform_nodes.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.report import Report
@@ -108,7 +109,7 @@ class SatelliteNode:
         self.step = 0
         self.pulse = 0
         self.flying = False
-        self.refusals = Refusals()
+        self.refusals = node.refusals
         self.busy_seconds = 0.0
         self._course = Course(self.refusals)
         self.view = FormationView(scenario)
