@@ -146,6 +146,8 @@ def _by_brahe(starts: Array, method: Any, step: float | None) -> Flight:
         numerics = numerics.with_initial_step(step)
 
     def flight() -> Array:
+        # brahe turns the Earth by parameters of the whole process, which nobody else may have set.
+        brahe.set_global_eop_provider_from_static_provider(brahe.StaticEOPProvider.from_zero())
         ends = []
         for start in starts:
             propagator = brahe.NumericalOrbitPropagator(epoch, start, numerics, config, None)
