@@ -11,7 +11,6 @@ from satform.consensus.arc_length import (
     ArcLengthConsensus,
     ArcLengthConsensusSpec,
     Heard,
-    delay_margin,
     modal_roots,
     propagate,
 )
@@ -139,40 +138,6 @@ def test_modal_roots_are_the_eigenvalues_of_the_whole_system(graph):
         assert np.abs(found - expected).min() < 1e-9
     for root in found:
         assert np.abs(np.linalg.eigvals(system) - root).min() < 1e-9
-
-
-@pytest.mark.parametrize(("gains", "margin"), [(SLOW, 523.599), (MID, 52.3599), (FAST, 5.23599)])
-def test_delay_margin_of_three_complete_satellites(gains, margin):
-    assert delay_margin(COMPLETE.eigenvalues, *gains) == pytest.approx(margin, rel=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("topology", "margin"),
-    [(CompleteSpec(), 261.799), (RingSpec(), 392.699), (LineSpec(), 420.894), (StarSpec(), 261.799)],
-)
-def test_delay_margin_of_six_satellites(topology, margin):
-    assert delay_margin(topology.build(6).eigenvalues, *SLOW) == pytest.approx(margin, rel=1e-5)
-
-
-@pytest.mark.parametrize("gains", [(1e-3, 3e-6, 5e-4), (2e-3, 1e-7, 4e-3), MID])
-def test_at_the_delay_margin_a_root_lies_on_the_imaginary_axis(gains):
-    eigenvalues = LineSpec().build(4).eigenvalues
-    delay = delay_margin(eigenvalues, *gains)
-    k1, k2, k3 = gains
-    frequencies = np.geomspace(1e-3 * k1, 1e2 * k1, 400_001)
-    s = 1j * frequencies
-    residual = [
-        np.abs(s * s + k1 * s + (k2 + k3 * s) * mode * np.exp(-s * delay)) / np.abs(s * s + k1 * s)
-        for mode in eigenvalues[1:]
-    ]
-    assert np.min(residual) < 1e-4
-
-
-def test_delay_margin_needs_an_undirected_graph_and_is_endless_without_links():
-    assert delay_margin(NoneSpec().build(3).eigenvalues, *SLOW) == np.inf
-    cycle = MatrixSpec(rows=((0, 1, 0), (0, 0, 1), (1, 0, 0))).build(3)
-    with pytest.raises(ValueError, match="undirected graphs only"):
-        delay_margin(cycle.eigenvalues, *SLOW)
 
 
 def test_three_satellites_settle_as_known_on_each_graph():

@@ -1,6 +1,7 @@
 """The command line, from what is typed to what is printed, kept and returned."""
 
 import json
+import math
 import os
 import re
 import sys
@@ -237,7 +238,7 @@ def test_check_says_everything_about_every_file(tmp_path: Path, capsys: pytest.C
             "graph: it is not connected",
         ),
         ("scale: 0.75", "scale: 0.76", "make a lap in the same time only if"),
-        ("step: 0.5,", "step: 600.0,", "delay of 523.599 s"),
+        ("step: 0.5,", "step: 600.0,", "consensus: closed once in 600 s, arc_length"),
         ("reaching_gain: 0.1", "reaching_gain: 5.0", "the sampled law diverges"),
     ],
 )
@@ -259,7 +260,12 @@ def test_show_tells_the_graph_its_roots_and_who_hears_whom(capsys: pytest.Captur
     data = json.loads(capsys.readouterr().out)
     assert data["graph"]["hears"]["sat3"] == ["sat2", "sat4"]
     assert data["consensus"]["modal_roots"][1][0] == pytest.approx(-2.67949e-4, rel=1e-5)
-    assert data["consensus"]["delay_margin"] == pytest.approx(420.894, rel=1e-4)
+    # With hold and coupling_gain = tracking_gain * rate_gain no delay makes a mode unstable.
+    assert data["consensus"]["delay_margin"] is None
+    assert data["consensus"]["stable_for_any_delay"]
+    # The slowest mode over a step of 1 s.
+    agreement = next(loop for loop in data["sampled_loops"] if loop["kind"] == "consensus")
+    assert -math.log(agreement["radius"]) == pytest.approx(2.67949e-4, rel=1e-4)
     assert data["orbit"]["altitude"] == pytest.approx(758.5e3, abs=50.0)
     assert {"topic": "/sat3/arc_length", "from": "sat3", "to": ["sat2", "sat4"]} in data["topics"]
     assert data["processes"][0]["node"] == "plant"

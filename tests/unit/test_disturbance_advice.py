@@ -28,9 +28,9 @@ LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 100.0}
             "drop_after: 60 s is shorter than the 65 s",
         ),
         (
-            # Three satellites that all hear each other bear 523.599 s with these gains.
-            {"links": {"default": {"delay": 524.0}}, "consensus": {"drop_after": 1e4}},
-            "beyond the delay margin of 523.599 s",
+            # Three satellites that all hear each other bear 1311.6 s with these gains, extrapolating.
+            {"links": {"default": {"delay": 1312.0}}, "consensus": {"drop_after": 1e4}},
+            "beyond the delay margin of 1311.58 s",
         ),
         (
             # 1e-3 / (1e-3 + 1e-6 * 2 * 50) of the rate is left.
@@ -72,7 +72,7 @@ def test_what_is_unwise_is_said_in_one_sentence(fields: dict[str, Any], sentence
     [
         {},
         {"links": {"default": {"loss": 0.9, "delay": 50.0, "jitter": 10.0}}},
-        {"links": {"default": {"delay": 523.0}}, "consensus": {"drop_after": 523.0}},
+        {"links": {"default": {"delay": 1311.0}}, "consensus": {"drop_after": 1311.0}},
         {"graph_schedule": [SPLIT, {"at": 500.0, "graph": {"kind": "line"}}]},
         {"graph": {"kind": "none"}},
         {"faults": [LOST]},

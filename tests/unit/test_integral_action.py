@@ -12,11 +12,11 @@ from scipy.linalg import expm
 from satform.batch import stack
 from satform.control.hill_pd import HillPdSpec
 from satform.control.integral_action import IntegralSpec
-from satform.control.loop import closed_loop
 from satform.control.lqr import LqrSpec, design_lqr
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.roe import ElementControlSpec
+from satform.control.sampled_stability import closed_loop
 from satform.control.sliding_mode import SlidingModeSpec
 from satform.dynamics import cw
 from satform.reference import Reference

@@ -128,7 +128,7 @@ def save(drawn: Figure, scenario: Scenario, verdicts: Sequence[Verdict], file: P
 
 def _fly_and_draw(scenario: Scenario) -> bool:
     record = simulate(scenario)
-    verdicts = judge(scenario.expect, record)
+    verdicts = judge(scenario.expect, record, scenario)
     with mpl.rc_context(STYLE):
         save(overview(scenario, record), scenario, verdicts, picture(scenario.name))
     met = all(verdict.met for verdict in verdicts)

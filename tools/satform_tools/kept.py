@@ -57,7 +57,7 @@ class Kept:
 
     def verdicts(self) -> list[Verdict]:
         """The expectations against the flight; none where it is only a part of one."""
-        return judge(self.scenario.expect, self.record) if self.complete else []
+        return judge(self.scenario.expect, self.record, self.scenario) if self.complete else []
 
     @property
     def state_hash(self) -> str:

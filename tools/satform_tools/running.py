@@ -291,7 +291,7 @@ def _read(scenario: Scenario, path: Path) -> FlightRecord:
 
 def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary | None]:
     """Verdicts, and the flight in figures, which one of no step has none of."""
-    return tuple(judge(scenario.expect, flight)), summarise(flight) if flight.steps else None
+    return tuple(judge(scenario.expect, flight, scenario)), summarise(flight) if flight.steps else None
 
 
 def _ping_pong() -> float | None:

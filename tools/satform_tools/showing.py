@@ -1,5 +1,6 @@
 """What a scenario means before it flies: who hears whom, gains, agreement, processes and topics."""
 
+import math
 from dataclasses import asdict
 from itertools import repeat
 from pathlib import Path
@@ -10,6 +11,7 @@ from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
 from satform.reference import SteadyMotion
+from satform.sampled_loops import sampled_loops
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
@@ -18,6 +20,7 @@ from satform_tools.check import warnings
 from satform_tools.check.consensus import margin
 from satform_tools.check.disturbances import describe_schedule
 from satform_tools.check.reference_motion import steady_motions
+from satform_tools.check.wording import listed
 from satform_tools.say import Table
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
@@ -76,8 +79,9 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "consensus": {
             **scenario.consensus.model_dump(mode="json"),
             "modal_roots": _roots(scenario),
-            "delay_margin": margin(scenario),
+            **_delay_margin(scenario),
         },
+        "sampled_loops": [asdict(loop) for loop in sampled_loops(scenario)],
         "links": _links(scenario),
         "schedule": [asdict(state) for state in describe_schedule(scenario)],
         "faults": [fault.model_dump(exclude_none=True) for fault in scenario.faults],
@@ -126,6 +130,13 @@ def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
     eigenvalues = graph.eigenvalues
     roots = modal_roots(eigenvalues, law.tracking_gain, law.coupling_gain, law.rate_gain)
     return [[_complex(root) for root in pair] for pair in roots]
+
+
+def _delay_margin(scenario: Scenario) -> dict[str, Any]:
+    """Delay of all messages in s that the law that flies bears; no number where any is borne, or unknown."""
+    bound = margin(scenario)
+    endless = bound == math.inf
+    return {"delay_margin": None if endless else bound, "stable_for_any_delay": endless}
 
 
 def _links(scenario: Scenario) -> dict[str, Any] | None:
@@ -244,16 +255,36 @@ def _print_graph(data: dict[str, Any]) -> None:
         say.line(f"  {name} hears {', '.join(heard) or 'nobody'}")
     if "tracking_gain" in consensus:
         _print_robustness(graph)
-    own = {key: value for key, value in consensus.items() if key not in {"modal_roots", "delay_margin"}}
+    worked_out = {"modal_roots", "delay_margin", "stable_for_any_delay"}
+    own = {key: value for key, value in consensus.items() if key not in worked_out}
     say.line(f"consensus: {_words(own)}")
     rows = [
         (_number(value), ", ".join(_number(root) for root in roots))
         for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"] or repeat([]), strict=False)
     ]
     say.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
-    if consensus["delay_margin"] is not None:
-        say.line(f"delay of all arc lengths that agreement bears: {consensus['delay_margin']:.6g} s")
+    if consensus["stable_for_any_delay"]:
+        say.line(f"delay margin with {consensus['neighbour_values']}: stable for any delay of the messages")
+    elif consensus["delay_margin"] is not None:
+        say.line(f"delay margin with {consensus['neighbour_values']}: {consensus['delay_margin']:.6g} s")
     say.line()
+    _print_loops(data["sampled_loops"])
+
+
+def _print_loops(loops: list[dict[str, Any]]) -> None:
+    """Each loop that is closed once a step, with the factor by which it shrinks errors."""
+    rows = [
+        (
+            loop["kind"],
+            listed(loop["satellites"]),
+            loop["words"],
+            "not analysed" if loop["radius"] is None else f"{loop['radius']:.6g}",
+        )
+        for loop in loops
+    ]
+    if rows:
+        say.table(Table(("loop", "of", "what", "spectral radius a step"), rows, frozenset({3})))
+        say.line()
 
 
 def _print_robustness(graph: dict[str, Any]) -> None:

@@ -80,6 +80,7 @@ setup(
             "ripple = satform.response_metrics:Ripple",
             "settling_time = satform.metrics:SettlingTime",
             "sliding_variable = satform.metrics:SlidingVariable",
+            "spectral_radius = satform.loop_metrics:SpectralRadius",
             "starved_steps = satform.equipment_metrics:StarvedSteps",
             "steps_absent = satform.presence_metrics:StepsAbsent",
             "tracking_error = satform.metrics:TrackingError",

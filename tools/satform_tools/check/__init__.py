@@ -12,6 +12,7 @@ from satform_tools.check.controllers import controller_warnings
 from satform_tools.check.disturbances import disturbance_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
+from satform_tools.check.sampling import sampling_warnings
 from satform_tools.check.start import start_warnings
 from satform_tools.check.times import time_warnings
 
@@ -23,6 +24,7 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     controller_warnings,
     linearisation_warnings,
     integration_warnings,
+    sampling_warnings,
 )
 """Every subject that is looked at."""
 

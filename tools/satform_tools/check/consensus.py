@@ -1,11 +1,9 @@
 """Warnings about the communication graph and the agreement on it: connection, periods, faulty neighbours."""
 
-import numpy as np
-
-from satform.consensus.arc_length import ArcLengthConsensusSpec, delay_margin
-from satform.consensus.graph import MAXIMUM_SPECTRUM
+from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec
 from satform.consensus.robustness import promise
+from satform.consensus.stability import Gains, delay_margin
 from satform.formation import planned, rewirings
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
@@ -20,16 +18,20 @@ def consensus_warnings(scenario: Scenario) -> list[str]:
         *_graph_warnings(scenario),
         *_liar_warnings(scenario),
         *_period_warnings(scenario),
-        *_delay_warnings(scenario),
     ]
 
 
 def margin(scenario: Scenario) -> float | None:
-    """Delay in s of all arc-length values that agreement bears; None where it is not known in closed form."""
-    graph, law = scenario.communication_graph(), scenario.consensus
-    if not isinstance(law, ArcLengthConsensusSpec) or len(graph) > MAXIMUM_SPECTRUM or graph.directed:
+    """Delay in s of all messages up to which the consensus that flies is stable, infinite where any is.
+
+    None for satellites that agree on nothing and for more than are worked out. With a graph that changes it
+    is that of the first one.
+    """
+    law = scenario.consensus
+    if not isinstance(law, ArcLengthGainsSpec):
         return None
-    return delay_margin(np.asarray(graph.eigenvalues), law.tracking_gain, law.coupling_gain, law.rate_gain)
+    gains = Gains(law.tracking_gain, law.coupling_gain, law.rate_gain)
+    return delay_margin(scenario.communication_graph(), gains, law.neighbour_values)
 
 
 def _graph_warnings(scenario: Scenario) -> list[str]:
@@ -72,14 +74,4 @@ def _period_warnings(scenario: Scenario) -> list[str]:
     return [
         f"satellites: perimeter divided by scale runs from {min(periods):.10g} to {max(periods):.10g} m; "
         "satellites that agree on the arc length make a lap in the same time only if it is the same for all"
-    ]
-
-
-def _delay_warnings(scenario: Scenario) -> list[str]:
-    bound = margin(scenario)
-    if bound is None or scenario.timing.step < bound:
-        return []
-    return [
-        f"timing.step: {scenario.timing.step:g} s is not shorter than the delay of {bound:g} s at which "
-        "agreement on the phase becomes unstable; use a shorter step or lower consensus gains"
     ]

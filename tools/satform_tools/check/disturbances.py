@@ -1,12 +1,12 @@
 """What is unwise about links, changes of the graph, losses and what is done about silence."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from satform.consensus.arc_length import ArcLengthGainsSpec, delay_margin
+from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.graph import Graph
+from satform.consensus.stability import Gains, delay_margin
 from satform.faults import SatelliteLostSpec
 from satform.formation import Back, Formation, planned, rewirings
 from satform.links import LinkSpec
@@ -103,10 +103,12 @@ def _age_warnings(scenario: Scenario, delay: float, period: float) -> list[str]:
         return []
     found = []
     graph = scenario.possible_graph()
-    if not graph.directed and delay >= (bound := _margin(graph, law)):
+    gains = Gains(law.tracking_gain, law.coupling_gain, law.rate_gain)
+    bound = delay_margin(graph, gains, law.neighbour_values)
+    if bound is not None and delay >= bound:
         found.append(
             f"links: messages take up to {delay:g} s, beyond the delay margin of {bound:g} s of these gains "
-            "on this graph; agreement is slow at best, and lost where own values are as old"
+            f"on this graph with neighbour_values: {law.neighbour_values}; the phases diverge"
         )
     if law.neighbour_values == "hold" and max(delay, period) > scenario.timing.step:
         slower = _slowed(graph, law, delay + 0.5 * period)
@@ -115,11 +117,6 @@ def _age_warnings(scenario: Scenario, delay: float, period: float) -> list[str]:
             f"slows the formation down to about {100.0 * slower:.3g} % of its rate; extrapolate does not"
         )
     return found
-
-
-def _margin(graph: Graph, law: ArcLengthGainsSpec) -> float:
-    gains = (law.tracking_gain, law.coupling_gain, law.rate_gain)
-    return delay_margin(np.asarray(graph.eigenvalues), *gains) if graph.edges else math.inf
 
 
 def _slowed(graph: Graph, law: ArcLengthGainsSpec, age: float) -> float:

@@ -13,7 +13,7 @@ from satform.record import FlightRecord
 from satform.spec import NonNegative, Number, Positive, Spec
 
 if TYPE_CHECKING:
-    from satform.scenario.model import Timing
+    from satform.scenario.model import Scenario, Timing
 
 _TIME_SLACK = 1e-9
 """Relative slack when a time is looked up on the grid of steps."""
@@ -74,6 +74,10 @@ class Expectation(Spec):
         """The figure in its unit; NaN when the record does not hold it."""
         raise NotImplementedError
 
+    def figure(self, record: FlightRecord, scenario: "Scenario | None") -> float:
+        """The figure in its unit, of the flight or of the scenario that was flown; NaN for none."""
+        return self.measure(record)
+
     def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
         """What is wrong with this expectation in a scenario with these satellites and times."""
         return []
@@ -124,9 +128,9 @@ class Expectation(Spec):
         """The label, or one made from the fields."""
         return self.label or type(self).__name__
 
-    def judge(self, record: FlightRecord) -> Verdict:
-        """The figure of a run against what is expected."""
-        return self.verdict(self.measure(record))
+    def judge(self, record: FlightRecord, scenario: "Scenario | None" = None) -> Verdict:
+        """The figure of a run, or of the scenario that was flown, against what is expected."""
+        return self.verdict(self.figure(record, scenario))
 
     def verdict(self, figure: float) -> Verdict:
         """A figure against what is expected; one that is not finite is never as expected."""

@@ -22,7 +22,7 @@ from satform.record import FlightRecord
 from satform.spec import Number, Positive
 
 if TYPE_CHECKING:
-    from satform.scenario.model import Timing
+    from satform.scenario.model import Scenario, Timing
 
 _TIME_SLACK = 1e-9
 """Relative slack between two times that are meant to be the same."""
@@ -314,14 +314,17 @@ def largest_of_each(values: Array, excused: NDArray[np.bool_]) -> Array:
     return np.where(excused.all(axis=1), np.nan, row)
 
 
-def judge(expectations: tuple[Expectation, ...], record: FlightRecord) -> list[Verdict]:
+def judge(
+    expectations: tuple[Expectation, ...], record: FlightRecord, scenario: "Scenario | None" = None
+) -> list[Verdict]:
     """Every expectation of a scenario against a run's record, in order.
 
-    Of a flight that ended early those are missed that look at more of it than there is.
+    Of a flight that ended early those are missed that look at more of it than there is. What is expected of
+    the scenario itself needs the scenario.
     """
     flown = math.inf if record.early_end is None else record.steps * record.step * (1 + _TIME_SLACK)
     return [
-        expectation.judge(record)
+        expectation.judge(record, scenario)
         if expectation.ends(math.inf) + (record.step if expectation.of_steps else 0.0) <= flown
         else expectation.verdict(math.nan)
         for expectation in expectations

@@ -207,33 +207,3 @@ def modal_roots(
     swap = near.real < far.real
     roots[swap] = roots[swap][:, ::-1]
     return roots
-
-
-def delay_margin(eigenvalues: Array, tracking_gain: float, coupling_gain: float, rate_gain: float) -> float:
-    """Largest delay of own and neighbours' arc-length values alike under which consensus is stable.
-
-    Args:
-        eigenvalues: of an undirected graph's Laplacian, shape (N,).
-        tracking_gain: 1/s.
-        coupling_gain: 1/s^2.
-        rate_gain: 1/s.
-
-    Returns:
-        s; infinite where no eigenvalue is positive.
-
-    Raises:
-        ValueError: the eigenvalues are complex, as a directed graph's may be.
-
-    Source: phase margin of s^2 + tracking_gain s + (coupling_gain + rate_gain s) lambda exp(-s delay).
-    """
-    if np.iscomplexobj(eigenvalues):
-        raise ValueError("the delay margin is known in closed form for undirected graphs only")
-    values = np.asarray(eigenvalues, dtype=np.float64)
-    mode = values[values > 1e-9 * max(1.0, float(np.max(np.abs(values), initial=0.0)))]
-    if mode.size == 0:
-        return float("inf")
-    excess = tracking_gain**2 - (mode * rate_gain) ** 2
-    square = 0.5 * (np.sqrt(excess**2 + 4.0 * (mode * coupling_gain) ** 2) - excess)
-    frequency = np.sqrt(square)
-    phase = np.arctan(tracking_gain / frequency) + np.arctan(rate_gain * frequency / coupling_gain)
-    return float(np.min(phase / frequency))

@@ -31,6 +31,10 @@ class CoastSpec(ControllerSpec):
 
     kind: Literal["coast"] = "coast"
 
+    def linearisation(self, setting: FlightSetting) -> str:
+        """No loop is closed."""
+        return "which commands nothing"
+
     def build(self, setting: FlightSetting) -> Coast:
         """The law itself."""
         return Coast()

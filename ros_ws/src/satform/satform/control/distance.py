@@ -22,6 +22,7 @@ from satform.control.protocol import (
     Motion,
     RelativeNeighbour,
 )
+from satform.control.sampled_stability import neighbour_loop
 from satform.elementwise import Array, dot, norm
 from satform.reference import Reference
 from satform.spec import NonNegative, Positive, Vector
@@ -327,6 +328,10 @@ class AdaptiveDistanceSpec(ControllerSpec):
                 f"safe_distance ({self.safe_distance:g} m) has to be below distance ({self.distance:g} m)"
             )
         return self
+
+    def linearisation(self, setting: FlightSetting) -> Array:
+        """The loop of a satellite at the set distance from a neighbour that moves with the formation."""
+        return neighbour_loop(self.build(setting), self.distance, np.array(self.common_velocity), setting)
 
     def build(self, setting: FlightSetting) -> AdaptiveDistance:
         """The law, ready to fly.

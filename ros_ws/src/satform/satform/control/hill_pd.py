@@ -13,7 +13,7 @@ from satform.control.protocol import (
     Memoryless,
     Motion,
 )
-from satform.control.sampling import require_stable_hold
+from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.elementwise import Array
 from satform.reference import Reference

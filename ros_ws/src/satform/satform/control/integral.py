@@ -8,7 +8,7 @@ import numpy as np
 from satform.control.anti_windup import Saturation
 from satform.control.lqr import holding_acceleration, relative_motion_gain
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
-from satform.control.sampling import require_stable_hold
+from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.dynamics.linear import coupling, position_matrix
 from satform.elementwise import Array

@@ -8,7 +8,6 @@ from pydantic import Field
 
 from satform.control.anti_windup import Saturation
 from satform.control.hill_pd import HillPdSpec
-from satform.control.loop import closed_loop
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import (
@@ -21,7 +20,7 @@ from satform.control.protocol import (
     Motion,
 )
 from satform.control.roe import ElementControlSpec
-from satform.control.sampling import require_stable_hold
+from satform.control.sampled_stability import closed_loop, require_stable_hold
 from satform.control.sliding_mode import SlidingModeSpec
 from satform.elementwise import Array
 from satform.reference import Reference

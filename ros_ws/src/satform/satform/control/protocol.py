@@ -177,3 +177,13 @@ class ControllerSpec(Spec):
             ValueError: the gains cannot fly in this setting.
         """
         raise NotImplementedError
+
+    def linearisation(self, setting: FlightSetting) -> Array | str | None:
+        """The closed loop of one satellite over one step close to what the law wants, for `check` and `show`.
+
+        Returns:
+            Transition of the loop's errors over one step with the command held, shape (m, m); why there is
+            none, in words, as of a law without feedback; or None, as here, to have it found by trying the
+            law: that works for every law that is linear close to its reference.
+        """
+        return None

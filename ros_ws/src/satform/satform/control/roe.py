@@ -25,7 +25,7 @@ from satform.control.protocol import (
     Memoryless,
     Motion,
 )
-from satform.control.sampling import require_stable_hold
+from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
 from satform.elementwise import Array, joined

@@ -128,6 +128,10 @@ class ImpulseSpec(ControllerSpec):
     start_time: NonNegative = 0.0
     """Time of the first departure, s."""
 
+    def linearisation(self, setting: FlightSetting) -> str:
+        """No loop is closed."""
+        return "whose burns are solved for once each"
+
     def build(self, setting: FlightSetting) -> ImpulseTour:
         """The tour with its burns placed on steps and solved for.
 
@@ -215,6 +219,10 @@ class TimedBurnsSpec(ControllerSpec):
     kind: Literal["timed_burns"] = "timed_burns"
     burns: tuple[BurnSpec, ...] = ()
     """Burns; several in one step add up."""
+
+    def linearisation(self, setting: FlightSetting) -> str:
+        """No loop is closed."""
+        return "whose burns do not depend on the motion"
 
     def build(self, setting: FlightSetting) -> TimedBurns:
         """The burns placed on the control steps whose middle is nearest to their time."""

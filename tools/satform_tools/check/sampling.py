@@ -1,0 +1,32 @@
+"""Warnings about loops that are closed once a step and do not decay at that step."""
+
+from satform.sampled_loops import SampledLoop, sampled_loops
+from satform.scenario import Scenario
+from satform_tools.check.wording import listed
+
+_ROUNDING = 1e-9
+"""By how much a radius of one may come out smaller."""
+
+_WHAT = {
+    "tracking": ("controller of {names}", "shorten the step, lower the gains or widen the boundary layer"),
+    "consensus": ("consensus", "shorten the step or lower the consensus gains"),
+    "attitude": ("attitude of {names}", "shorten the step or lower the attitude gains"),
+    "estimation": ("filter of {names}", "measure more often"),
+}
+
+
+def sampling_warnings(scenario: Scenario) -> list[str]:
+    """Sentences about loops whose errors do not shrink from step to step close to what is wanted."""
+    return [
+        _sentence(loop, scenario.timing.step)
+        for loop in sampled_loops(scenario)
+        if loop.radius is not None and loop.radius >= 1.0 - _ROUNDING
+    ]
+
+
+def _sentence(loop: SampledLoop, step: float) -> str:
+    where, remedy = _WHAT[loop.kind]
+    return (
+        f"{where.format(names=listed(loop.satellites))}: closed once in {step:g} s, {loop.words} multiplies "
+        f"errors by {loop.radius:.6g} in a step (has to be below 1); {remedy}"
+    )
