@@ -4,8 +4,11 @@ import json
 import math
 import os
 import re
+import signal
 import sys
 import types
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -413,16 +416,32 @@ def test_without_a_record_a_flight_to_the_end_is_flown_but_not_judged(
     )
 
 
-def test_ctrl_c_in_process_ends_with_130(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_flight_in_process_that_was_stopped_keeps_what_was_flown(
+    number: signal.Signals,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def interrupted(_scenario: Any, progress: Any) -> None:
-        progress(3)
-        raise KeyboardInterrupt
+    @contextmanager
+    def stopping(_scenario: Any) -> Iterator[Any]:
+        yield lambda done, _total: os.kill(os.getpid(), number) if done == 7 else None
 
-    monkeypatch.setattr("satform.simulate.simulate", interrupted)
-    assert run_in_process(tmp_path / "run", *SHORT) == EXIT_STOPPED
-    assert "Stopped at step 3 of 20" in capsys.readouterr().out
+    monkeypatch.setattr("satform_tools.progress.shown", stopping)
+    # A SIGHUP that the parent of the tests ignores would be ignored here, too.
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    folder = tmp_path / "run"
+    code = run_in_process(folder, *SHORT)
+    signal.signal(signal.SIGHUP, before)
+    assert code == EXIT_STOPPED == 130
+    assert "Stopped at step 7 of 20: nothing is judged." in capsys.readouterr().out
+    result = json.loads((folder / "result.json").read_text())
+    assert result["reason"] == f"stopped by {number.name}"
+    assert (result["stopped"], result["steps"], result["exit_code"]) == (True, 7, 130)
+    kept = folders.load_record(folder / "record.npz")
+    assert simulate(shortened("ring_six", 7.0)).differences(kept) == []
+    assert cli.main(["report", str(folder), "--json", "--out", str(tmp_path / "report")]) == 0
+    assert json.loads(capsys.readouterr().out)["cut_short"] == "cut short at step 7 of 20"
 
 
 def test_show_says_how_many_liars_a_graph_bears(capsys: pytest.CaptureFixture[str]) -> None:

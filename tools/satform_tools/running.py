@@ -11,6 +11,7 @@ from satform.scenario import Scenario, save_scenario
 from satform.scenario.hosts import HostSpec
 from satform_bringup import SCENARIO_FILE
 from satform_bringup.flight import Flight, Policy
+from satform_nodes.signals import StopRequest
 from satform_tools import folders, hosting, progress, ros, say, tracing
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.outcome import Mode, Outcome, Speed
@@ -122,24 +123,16 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     from satform.simulate import simulate  # noqa: PLC0415 - lockstep does without
 
     total = scenario.timing.steps
-    done = 0
-    with progress.shown(scenario) as report:
-
-        def advance(steps: int) -> None:
-            nonlocal done
-            done = steps
-            report(steps, total)
-
+    with StopRequest() as request, progress.shown(scenario) as report:
         start = time.perf_counter()
-        try:
-            flight = simulate(scenario, progress=advance)
-        except KeyboardInterrupt:
-            speed = Speed(done, time.perf_counter() - start, scenario.timing.step)
-            reason = f"stopped after step {done} of {total}; the flight so far is not kept"
-            return Outcome(scenario, "inprocess", folder, speed, recorded=False, reason=reason, stopped=True)
-    speed = Speed(flight.steps, time.perf_counter() - start, scenario.timing.step)
-    if record:
-        folders.save_record(flight, folder / folders.RECORD)
+        flight = simulate(scenario, progress=lambda steps: report(steps, total), stop=lambda: request.asked)
+        speed = Speed(flight.steps, time.perf_counter() - start, scenario.timing.step)
+        if record:
+            # Asked to stop now, a run still keeps what it has flown.
+            folders.save_record(flight, folder / folders.RECORD)
+    if flight.steps < total and flight.early_end is None:
+        reason = f"stopped by {request.name}"
+        return Outcome(scenario, "inprocess", folder, speed, recorded=record, reason=reason, stopped=True)
     verdicts, summary = _judged(scenario, flight)
     return Outcome(
         scenario,

@@ -72,6 +72,7 @@ def simulate(
     together: bool = True,
     events: Plan | None = None,
     progress: Callable[[int], None] | None = None,
+    stop: Callable[[], bool] | None = None,
 ) -> FlightRecord:
     """Fly a scenario in this process.
 
@@ -82,17 +83,20 @@ def simulate(
         events: what happens beside that which the scenario plans, by step, as in a flight that is flown
             once more.
         progress: called with the number of finished steps after each.
+        stop: asked before each step whether to fly no further.
 
     Returns:
-        The whole flight, or what was flown of it until a quantity was not finite or beyond its limit: the
-        record's `early_end` says so. A satellite that is lost commands nothing and says nothing: its
-        acceleration is zero, and what else it would have decided is not a number.
+        The whole flight; what was flown of it before it was stopped; or until a quantity was not finite or
+        beyond its limit: the record's `early_end` says so. A satellite that is lost commands nothing and says
+        nothing: its acceleration is zero, and what else it would have decided is not a number.
     """
     plan = merged(planned(scenario), events or {})
     # What is not finite ends the flight with a sentence; a warning would say the same less well.
     with np.errstate(all="ignore"):
         flight = _Flight(scenario, plan, together=together and not loses(plan))
         for step in range(scenario.timing.steps):
+            if stop and stop():
+                break
             flight.step()
             if flight.early_end:
                 break
@@ -223,6 +227,8 @@ class _Flight:
             log.moved(self.plant, self.plant.attitude())
         if ends_early:
             log.record = replace(log.record.first(self.flown), early_end=self.early_end)
+        elif log.step < self.scenario.timing.steps:
+            log.record = log.record.first(log.step)
         return log.finished(self.scenario)
 
     def _grouped(self, *, together: bool) -> list[_Group]:

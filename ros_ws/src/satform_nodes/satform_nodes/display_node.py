@@ -23,7 +23,7 @@ from satform.scenario import Scenario
 from satform.scene import Scene
 from satform_nodes import topics
 from satform_nodes.executor import StepExecutor
-from satform_nodes.lifetime import patience, run, scenario_of
+from satform_nodes.lifetime import patience, plant_timeout, run, scenario_of
 from satform_nodes.node_error import NodeError
 from satform_nodes.parameters import declare_start
 from satform_nodes.pictures import PictureMessages
@@ -220,7 +220,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) 
         display.show_if_due()
         return display.ended is None and not stop.asked
 
-    longest = max(first, 2.0 * scenario.tolerated_silence)
+    longest = max(first, plant_timeout(scenario.tolerated_silence))
     if not executor.spin_at_leisure(flying, longest, lambda _leisure: stop.pause(_GLANCE)):
         raise NodeError(f"nothing to show for {longest:g} s: the formation is silent", EXIT_LOST)
     executor.spin_while(lambda: not stop.asked, _LAST_SIGHT)

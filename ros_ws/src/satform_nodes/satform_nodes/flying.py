@@ -8,7 +8,7 @@ from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.wording import listed
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import early_end_of
-from satform_nodes.lifetime import patience
+from satform_nodes.lifetime import patience, plant_timeout
 from satform_nodes.node_error import NodeError
 from satform_nodes.signals import StopRequest
 
@@ -59,7 +59,7 @@ def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop:
         return sum(satellite.pulse for satellite in satellites)
 
     # The first state comes when the last of all nodes is ready; the next ones soon or never.
-    silence = 2.0 * satellites[0].scenario.tolerated_silence
+    silence = plant_timeout(satellites[0].scenario.tolerated_silence)
     in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
     in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
     _say_farewell(satellites, in_time=in_time)

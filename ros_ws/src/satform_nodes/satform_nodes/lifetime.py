@@ -28,6 +28,18 @@ def start_timeout(satellites: int) -> float:
     return 60.0 + satellites
 
 
+def plant_timeout(tolerated_silence: float) -> float:
+    """Wall-clock time after which the others count a silent plant as lost, s.
+
+    Twice what the plant waits for a satellite: whoever is missing is named by the plant first, and is not the
+    reason why all others give up the plant.
+
+    Args:
+        tolerated_silence: of the scenario, s.
+    """
+    return 2.0 * tolerated_silence
+
+
 def patience(satellites: int) -> float:
     """Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
     return 1.5 * start_timeout(satellites)

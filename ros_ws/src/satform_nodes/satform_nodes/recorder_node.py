@@ -24,7 +24,7 @@ from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry
 from satform_nodes.executor import StepExecutor
 from satform_nodes.formation_view import FormationView, early_end_of
-from satform_nodes.lifetime import patience, run, scenario_of
+from satform_nodes.lifetime import patience, plant_timeout, run, scenario_of
 from satform_nodes.node_error import NodeError
 from satform_nodes.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.readiness import Company
@@ -382,7 +382,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
 def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, scenario: Scenario) -> None:
     """Write until the flight is over or a stop is asked for; the bag is closed in any case."""
     first = patience(len(scenario.satellites))
-    longest = max(first, 2.0 * scenario.tolerated_silence)
+    longest = max(first, plant_timeout(scenario.tolerated_silence))
     try:
         if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, first):
             raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)

@@ -266,7 +266,8 @@ class Scenario(Spec):
     expectations_left_out: tuple[Sentence, ...] = ()
     """Labels of what the longer flight is judged by that `--set` has shortened, and this one is not."""
     tolerated_silence: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
-    """Wall-clock time after which a process that does not answer counts as lost, s."""
+    """Wall-clock time after which a satellite that does not answer counts as lost, s; a silent plant after
+    twice that."""
     hosts: Annotated[tuple[HostSpec, ...], Field(max_length=1000)] = ()
     """Which machine runs which part, where the formation is flown on several."""
 
