@@ -12,8 +12,9 @@ from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion
 from satform.control.waypoints import TimedBurnsSpec
 from satform.dynamics import cw
+from satform.equipment.kalman_filter import Measurement, process_covariance
 from satform.inbox import Told
-from satform.navigation import FilterSpec, Measurement, NavigationSpec, process_covariance
+from satform.navigation import FilterSpec, NavigationSpec
 from satform.record import FlightRecord
 from satform.reference import Reference
 from satform.satellite import Satellite

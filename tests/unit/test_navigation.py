@@ -6,16 +6,15 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from satform.dynamics.cw import HeldInputStep
-from satform.navigation import (
+from satform.equipment.kalman_filter import (
     CwKalmanFilter,
-    Estimator,
-    FilterSpec,
+    Estimate,
     Measurement,
-    NavigationSpec,
     cw_kalman_filter,
     normalised_error_squared,
     process_covariance,
 )
+from satform.navigation import Estimator, FilterSpec, NavigationSpec
 from satform.noise import NAVIGATION_STREAM, SeededNormals
 
 MEAN_MOTION = 2.0 * math.pi / 6000.0
@@ -128,7 +127,7 @@ def test_an_update_is_the_weighted_mean_of_two_independent_opinions():
     filter_ = cw_kalman_filter(MEAN_MOTION, STEP, NOISE, DENSITY)
     predicted = covariance_after(filter_, np.arange(6.0), 3)
     measured = Measurement(np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.3]), 3)
-    updated = filter_.update(predicted, measured)
+    updated, _ = filter_.update(predicted, measured)
     information = np.linalg.inv(predicted.covariance) + np.diag(1.0 / NOISE**2)
     weighted = (
         np.linalg.solve(predicted.covariance, predicted.state) + np.array([1, 2, 3, 0.1, 0.2, 0.3]) / NOISE**2
@@ -154,7 +153,7 @@ def monte_carlo(believed: CwKalmanFilter, runs=200, steps=40, seed=2):
         command = 1e-3 * generator.normal(size=(runs, 3))
         position, velocity = step.advance(truth[:, :3], truth[:, 3:], command)
         truth = np.concatenate((position, velocity), axis=1) + generator.normal(size=(runs, 6)) @ root.T
-        estimate = believed.update(believed.predict(estimate, command), measured(at))
+        estimate, _ = believed.update(believed.predict(estimate, command), measured(at))
         total.append(normalised_error_squared(estimate.state - truth, estimate.covariance))
     return np.array(total)
 
@@ -222,7 +221,7 @@ def test_a_satellites_estimate_has_the_same_bits_alone_as_in_company():
         for step in range(1, 4):
             estimate = filter_.predict(estimate, command[step, which])
             now = Measurement(measured[step, which, :3], measured[step, which, 3:], step)
-            estimate = filter_.update(estimate, now)
+            estimate, _ = filter_.update(estimate, now)
         return estimate
 
     together = run(slice(None))
@@ -235,3 +234,84 @@ def test_a_satellites_estimate_has_the_same_bits_alone_as_in_company():
 def test_a_filter_that_would_believe_in_perfect_measurements_is_refused():
     with pytest.raises(ValueError, match="noise of zero"):
         FilterSpec(acceleration_density=1e-9).build(MEAN_MOTION, STEP, NavigationSpec(velocity_noise=0.1))
+
+
+def test_the_covariance_stays_symmetric_and_positive_where_measurements_are_far_better_than_the_start():
+    # Twelve orders of magnitude between what is known before and after: the plain form loses definiteness.
+    filter_ = cw_kalman_filter(MEAN_MOTION, STEP, np.repeat([1e-6, 1e-9], 3), np.full(3, 1e-18))
+    estimate = Estimate(np.zeros(6), np.diag([1e12] * 3 + [1e6] * 3))
+    nothing = Measurement(np.zeros(3), np.zeros(3), 0)
+    for _ in range(300):
+        estimate, _ = filter_.update(filter_.predict(estimate, np.zeros(3)), nothing)
+        assert np.array_equal(estimate.covariance, estimate.covariance.T)
+        scale = np.sqrt(np.diag(estimate.covariance))
+        assert np.all(np.linalg.eigvalsh(estimate.covariance / scale / scale[:, None]) > 0.0)
+
+
+def test_the_innovations_are_those_of_the_whole_measurement_at_once():
+    generator = np.random.default_rng(3)
+    filter_ = cw_kalman_filter(MEAN_MOTION, STEP, NOISE, DENSITY)
+    predicted = filter_.predict(filter_.start(Measurement(np.ones(3), np.zeros(3), 0)), np.zeros(3))
+    measured = generator.normal(size=6) * 10.0
+    updated, squared = filter_.update(predicted, Measurement(measured[:3], measured[3:], 1))
+    # Bar-Shalom, Li & Kirubarajan, ch. 5.2: S = H P H' + R with H the identity.
+    innovation, spread = measured - predicted.state, predicted.covariance + np.diag(NOISE**2)
+    assert squared == pytest.approx(innovation @ np.linalg.solve(spread, innovation), rel=1e-9)
+    gain = predicted.covariance @ np.linalg.inv(spread)
+    assert updated.state == pytest.approx(predicted.state + gain @ innovation, rel=1e-9)
+
+
+def estimated(outliers, steps=60, **spec):
+    """Memories of a filter of a satellite that stands on the truth, with some measurements that are off."""
+    sensor = NavigationSpec(position_noise=1.0, velocity_noise=0.01)
+    estimator = FilterSpec(acceleration_density=1e-8, **spec).build(MEAN_MOTION, STEP, sensor)
+    memories = [estimator.start(Measurement(np.zeros(3), np.zeros(3), 0))]
+    for step in range(1, steps):
+        position = np.array([0.0, outliers.get(step, 0.0), 0.0])
+        now = Measurement(position, np.zeros(3), step)
+        memories.append(estimator.observe(memories[-1], now, np.zeros(3)))
+    return memories
+
+
+def test_an_outlier_is_rejected_by_the_gate_and_without_it_pulls_the_estimate_away():
+    gated = estimated({40: 500.0})
+    assert np.abs(gated[40].state).max() < 1e-9
+    assert float(gated[40].rejected) == 1.0
+    # The covariance is the predicted one, as nothing was learnt.
+    assert float(gated[40].covariance[1, 1]) > float(gated[39].covariance[1, 1])
+    assert np.abs(estimated({40: 500.0}, innovation_gate=None)[40].state[1]) > 10.0
+
+
+def test_a_filter_that_rejects_measurement_after_measurement_starts_anew_from_the_last():
+    memories = estimated(dict.fromkeys(range(40, 60), 500.0), most_rejected=4)
+    assert np.abs(memories[42].state[1]) < 1e-9
+    assert memories[43].state[1] == pytest.approx(500.0)
+    assert memories[43].covariance[1, 1] == pytest.approx(1.0)
+    assert float(memories[59].rejected) == 4.0
+    assert memories[59].state[1] == pytest.approx(500.0, abs=1e-6)
+
+
+def test_after_a_gap_one_measurement_beyond_the_gate_is_enough_to_start_anew():
+    sensor = NavigationSpec(position_noise=1.0, velocity_noise=0.01)
+    estimator = FilterSpec(acceleration_density=1e-12).build(MEAN_MOTION, STEP, sensor)
+    still = np.zeros(3)
+    memory = estimator.resume(estimator.start(Measurement(still, still, 0)), 20, still, still)
+    far = Measurement(np.array([0.0, 1e4, 0.0]), still, 21)
+    memory = estimator.observe(memory, far, still)
+    assert memory.state[1] == pytest.approx(1e4)
+
+
+def test_a_filter_fed_by_what_was_applied_does_not_mind_that_the_command_was_clipped():
+    truth, measurements = [np.zeros(6)], []
+    step = HeldInputStep.over(MEAN_MOTION, STEP)
+    applied = np.array([1e-4, 0.0, 0.0])
+    for _ in range(100):
+        truth.append(np.concatenate(step.advance(truth[-1][:3], truth[-1][3:], applied)))
+    measurements = [Measurement(state[:3], state[3:], number) for number, state in enumerate(truth)]
+    estimator = FilterSpec(acceleration_density=1e-12).build(
+        MEAN_MOTION, STEP, NavigationSpec(position_noise=1.0, velocity_noise=0.01)
+    )
+    memory = estimator.start(measurements[0])
+    for now in measurements[1:]:
+        memory = estimator.observe(memory, now, applied)
+    assert memory.state == pytest.approx(truth[-1], abs=1e-9)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from flights import shortened
-from satform.record import QUANTITIES, FlightRecord
+from satform.record import QUANTITIES, FlightRecord, no_estimates
 from satform.simulate import simulate
 
 STEPS, COUNT = 4, 3
@@ -18,7 +18,9 @@ def record() -> FlightRecord:
     """A flight of four steps and three satellites, filled with numbers that mean nothing."""
     flight = simulate(shortened("formation_pointing", 2.0))
     generator = np.random.default_rng(7)
-    numbers = {name: generator.normal(size=getattr(flight, name).shape) for name in QUANTITIES}
+    # No satellite has a filter, so that what filters give has no rows; here it has.
+    arrays = {name: getattr(flight, name) for name in QUANTITIES} | no_estimates(STEPS, COUNT)
+    numbers = {name: generator.normal(size=array.shape) for name, array in arrays.items()}
     return dataclasses.replace(flight, **numbers)
 
 

@@ -43,8 +43,8 @@ def kind_of(message_type: Any, field: str) -> str:
     """rosidl's own word for a dotted field's type."""
     *parents, last = field.split(".")
     owner = reduce(getattr, parents, message_type())
-    kind: str = owner.get_fields_and_field_types()[last]
-    return kind
+    kind: str = owner.get_fields_and_field_types()[last.partition("[")[0]]
+    return kind.partition("[")[0]
 
 
 def message_of(message_type: Any, numbers: dict[str, Any], frame: str = FRAME) -> Any:
@@ -53,7 +53,12 @@ def message_of(message_type: Any, numbers: dict[str, Any], frame: str = FRAME) -
     message.header.frame_id = frame
     for field, number in numbers.items():
         *parents, last = field.split(".")
-        setattr(reduce(getattr, parents, message), last, number)
+        name, _, index = last.removesuffix("]").partition("[")
+        owner = reduce(getattr, parents, message)
+        if index:
+            getattr(owner, name)[int(index)] = number
+        else:
+            setattr(owner, name, number)
     return message
 
 
@@ -103,7 +108,9 @@ def test_rosidl_reads_each_packed_number_into_its_own_field(message_type: Any) -
     message = deserialize_message(form.pack(*numbers.values()), message_type)
     assert message.header.frame_id == FRAME
     for field, number in numbers.items():
-        assert reduce(getattr, field.split("."), message) == number, field
+        path, _, index = field.removesuffix("]").partition("[")
+        found = reduce(getattr, path.split("."), message)
+        assert (found[int(index)] if index else found) == number, field
 
 
 @pytest.mark.parametrize("frame", ["", "a", "abc", "lvlh", "chief/lvlh"])

@@ -1,6 +1,7 @@
 """A kept flight in other forms: pictures, and its numbers as a table that other programs read."""
 
 import csv
+import re
 from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
@@ -13,6 +14,12 @@ from satform.record import QUANTITIES, FlightRecord
 from satform_tools.formats import Format
 from satform_tools.kept import Kept
 from satform_tools.units import UNITS
+
+_STATE = ("x", "y", "z", "vx", "vy", "vz")
+"""Components of an estimated motion, by which those of its covariance are named."""
+
+_COVARIANCE = re.compile(r"estimate_covariance_(v?[xyz])_(v?[xyz])")
+"""A column with an element of a covariance."""
 
 
 def export(kept: Kept, folder: Path, formats: Sequence[Format]) -> list[Path]:
@@ -65,6 +72,15 @@ def columns(record: FlightRecord) -> dict[str, Array]:
         whole = np.concatenate((values, missing))
         if whole.ndim == 2:
             found[name] = whole.ravel()
+        elif whole.ndim == 4:
+            found.update(
+                {
+                    f"{name}_{row}_{column}": whole[..., i, j].ravel()
+                    for i, row in enumerate(_STATE)
+                    for j, column in enumerate(_STATE)
+                    if j >= i
+                }
+            )
         else:
             parts = {f"{name}_{axis}": whole[..., place].ravel() for place, axis in enumerate("xyz")}
             found.update(parts)
@@ -73,7 +89,13 @@ def columns(record: FlightRecord) -> dict[str, Array]:
 
 def unit_of(column: str) -> str:
     """The unit of a column."""
-    return "s" if column == "time" else UNITS[column if column in UNITS else column[:-2]]
+    if column == "time":
+        return "s"
+    covariance = _COVARIANCE.fullmatch(column)
+    if covariance:
+        rates = sum(part.startswith("v") for part in covariance.groups())
+        return ("m²", "m²/s", "m²/s²")[rates]
+    return UNITS[column if column in UNITS else column[:-2]]
 
 
 def _write_csv(record: FlightRecord, file: Path) -> Path:

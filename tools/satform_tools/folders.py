@@ -9,7 +9,7 @@ import numpy as np
 
 from satform.flight.early_end import EarlyEnd
 from satform.numpy_archive import read_archive
-from satform.record import QUANTITIES, FlightRecord
+from satform.record import ESTIMATES, QUANTITIES, FlightRecord, no_estimates
 from satform_tools.faults import CommandError, sentence_of
 
 RECORD = "record.npz"
@@ -112,7 +112,12 @@ def load_record(path: Path) -> FlightRecord:
     try:
         archive = read_archive(path)
         head = json.loads(str(archive["head"]))
-        arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in QUANTITIES}
+        # Records that are older than the filters' covariance have nothing of it.
+        arrays = no_estimates(0, len(head["satellites"])) | {
+            name: np.asarray(archive[name], dtype=np.float64)
+            for name in QUANTITIES
+            if name in archive or name not in ESTIMATES
+        }
         end = head.get("early_end")
         early_end = None if end is None else EarlyEnd.of(end)
         return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays, early_end=early_end)

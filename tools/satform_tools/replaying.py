@@ -17,7 +17,6 @@ from satform_tools.faults import CommandError
 
 _SAID = (
     "acceleration",
-    "given_acceleration",
     "wheel_torque",
     "arc_length",
     "rate",
@@ -27,6 +26,9 @@ _SAID = (
     "sliding_variable",
     "believed_position_error",
     "believed_velocity_error",
+    "estimate_covariance",
+    "innovation",
+    "rejected_measurements",
 )
 """Quantities that are in the bag because the satellite itself said them: the last may be lost with it."""
 

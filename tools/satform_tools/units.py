@@ -30,4 +30,7 @@ UNITS = {
     "panel_to_sun": "1",
     "attitude_error": "1",
     "attitude_rate_error": "rad/s",
+    "estimate_covariance": "m, m/s, squared",
+    "innovation": "1",
+    "rejected_measurements": "measurements",
 }

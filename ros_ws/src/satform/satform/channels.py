@@ -35,6 +35,7 @@ KINDS_OF_A_SATELLITE = (
     "attitude",
     "command",
     "tracking",
+    "estimate",
     "propulsion",
     "parameter_changes",
 )
@@ -116,6 +117,8 @@ def satellite_channels(scenario: "Scenario", index: int) -> list[Channel]:
         _channel("command", own, own, [PLANT], "steps"),
         _channel("tracking", own, own, [], "steps"),
     ]
+    if spec.filter is not None:
+        found.append(_channel("estimate", own, own, [], "steps"))
     if spec.thruster is not None:
         found.append(_channel("propulsion", own, PLANT, [], "steps"))
     return [*found, _channel("parameter_changes", own, own, [], "now and then")]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.control.protocol import Motion
-from satform.navigation import Measurement
+from satform.equipment.kalman_filter import Measurement
 from satform.numpy_archive import ArchiveError, read_archive
 from satform.satellite import Satellite
 

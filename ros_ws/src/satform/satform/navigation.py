@@ -1,33 +1,19 @@
 """Relative navigation: what a satellite is told of its motion, and the filter that makes more of it."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
-from satform.dynamics.cw import input_matrix, transition_matrix
-from satform.dynamics.linear import multiply
+from satform.batch import select
 from satform.elementwise import Array
-from satform.spec import NonNegative, NonNegativePerAxis, PerAxis, PositivePerAxis, Spec
+from satform.equipment.kalman_filter import CwKalmanFilter, Estimate, Measurement, cw_kalman_filter
+from satform.spec import NonNegative, NonNegativePerAxis, PerAxis, Positive, PositivePerAxis, Spec
 
 NOISE_PER_STEP = 6
 """Standard normal numbers that `Sensor.measure` wants: three of position, three of velocity."""
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """Motion as measured, by one satellite or by many that measure together.
-
-    Attributes:
-        position: m, LVLH, shape (..., 3).
-        velocity: m/s, in the rotating frame, shape (..., 3).
-        step: number of the step at which the motion was so; older than now by the latency and by the
-            time since the last update.
-    """
-
-    position: Array
-    velocity: Array
-    step: int
 
 
 @dataclass(frozen=True)
@@ -140,131 +126,9 @@ def _whole_steps(name: str, duration: float, step: float) -> int:
     return round(ratio)
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """A motion with its uncertainty.
-
-    Attributes:
-        state: position (m) and velocity (m/s), LVLH, shape (..., 6).
-        covariance: of the state's error, shape (..., 6, 6).
-    """
-
-    state: Array
-    covariance: Array
-
-
-@dataclass(frozen=True)
-class CwKalmanFilter:
-    """Kalman filter on CW dynamics with known commands and measured position and velocity.
-
-    Attributes:
-        transition: over one control period, shape (..., 6, 6).
-        response: to a command held over one control period, shape (..., 6, 3).
-        process: covariance added in one control period, shape (..., 6, 6).
-        variance: of each measured component, shape (..., 6).
-
-    Source: Kalman 1960; Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and
-    Navigation, ch. 5.
-    """
-
-    transition: Array
-    response: Array
-    process: Array
-    variance: Array
-
-    def start(self, measurement: Measurement) -> Estimate:
-        """The estimate from a first measurement alone."""
-        state = np.concatenate((measurement.position, measurement.velocity), axis=-1)
-        variance = np.broadcast_to(self.variance, state.shape)
-        return Estimate(state, variance[..., None] * np.eye(6))
-
-    def predict(self, estimate: Estimate, acceleration: Array) -> Estimate:
-        """The estimate one control period later.
-
-        Args:
-            estimate: at the start of the period.
-            acceleration: command held over it, m/s^2, shape (..., 3).
-        """
-        half = _product(self.transition, estimate.covariance)
-        covariance = _product(half, np.swapaxes(self.transition, -1, -2)) + self.process
-        return Estimate(self.predict_state(estimate.state, acceleration), covariance)
-
-    def predict_state(self, state: Array, acceleration: Array) -> Array:
-        """The state alone one control period later, shape (..., 6)."""
-        return multiply(self.transition, state) + multiply(self.response, acceleration)
-
-    def update(self, estimate: Estimate, measurement: Measurement) -> Estimate:
-        """The estimate with a measurement of the same instant worked in.
-
-        The six components are independent, so they are worked in one after another and nothing has
-        to be inverted.
-        """
-        measured = np.concatenate((measurement.position, measurement.velocity), axis=-1)
-        state, covariance = estimate.state, estimate.covariance
-        for index in range(6):
-            column = covariance[..., :, index]
-            innovation_variance = column[..., index] + self.variance[..., index]
-            gain = column / innovation_variance[..., None]
-            state = state + gain * (measured[..., index] - state[..., index])[..., None]
-            covariance = covariance - gain[..., :, None] * column[..., None, :]
-        return Estimate(state, covariance)
-
-
-def cw_kalman_filter(
-    mean_motion: float, step: float, noise: Array, acceleration_density: Array
-) -> CwKalmanFilter:
-    """The filter for one chief, one control period and one quality of measurement.
-
-    Args:
-        mean_motion: of the chief, rad/s.
-        step: control period, s.
-        noise: standard deviation of measured position (m) and velocity (m/s), positive, shape (6,).
-        acceleration_density: power spectral density of the unknown acceleration on each axis, taken to
-            be white, m^2/s^3, shape (3,).
-    """
-    return CwKalmanFilter(
-        transition=transition_matrix(mean_motion, step),
-        response=input_matrix(mean_motion, step),
-        process=process_covariance(mean_motion, step, acceleration_density),
-        variance=np.asarray(noise, dtype=np.float64) ** 2,
-    )
-
-
-def process_covariance(mean_motion: float, step: float, acceleration_density: Array) -> Array:
-    """Covariance that white acceleration adds to a free CW motion over a time span.
-
-    Args:
-        mean_motion: of the chief, rad/s.
-        step: s.
-        acceleration_density: power spectral density on each axis, m^2/s^3, shape (3,).
-
-    Returns:
-        Shape (6, 6), in m and m/s. The integral is taken by twelve-point Gauss-Legendre quadrature.
-
-    Source: Bar-Shalom, Li & Kirubarajan, ch. 4.3 (discretised continuous white noise).
-    """
-    abscissae, weights = np.polynomial.legendre.leggauss(12)
-    total = np.zeros((6, 6))
-    for abscissa, weight in zip(abscissae, weights, strict=True):
-        response = transition_matrix(mean_motion, 0.5 * step * (1.0 + abscissa))[:, 3:]
-        total += 0.5 * step * weight * (response * acceleration_density) @ response.T
-    return total
-
-
-def normalised_error_squared(error: Array, covariance: Array) -> Array:
-    """Normalised estimation error squared (NEES): chi-square of 6 degrees if a filter is consistent.
-
-    Args:
-        error: estimate less truth, shape (..., 6).
-        covariance: as the filter believes, shape (..., 6, 6).
-
-    Returns:
-        Dimensionless, shape (...). For analysis, not for flight.
-
-    Source: Bar-Shalom, Li & Kirubarajan, ch. 5.4.
-    """
-    squared: Array = np.sum(error * np.linalg.solve(covariance, error[..., None])[..., 0], axis=-1)
-    return squared
+def _no_gate() -> Array:
+    """For an estimator that works in every measurement."""
+    return np.asarray(np.inf)
 
 
 @dataclass(frozen=True)
@@ -272,16 +136,24 @@ class EstimatorMemory:
     """What an estimator remembers between steps.
 
     Attributes:
-        anchor: estimate at the step of the newest measurement worked in.
+        anchor: estimate at the step of the newest measurement that was taken in.
         step: number of that step.
         commands: accelerations applied in the steps since, oldest first, m/s^2, shape (..., 3) each.
         state: position (m) and velocity (m/s) now, shape (..., 6).
+        covariance: of the state's error now, shape (..., 6, 6).
+        innovation: normalised innovation squared of the newest measurement, shape (...); 0 at first.
+        rejected: measurements so far that the innovation gate rejected, shape (...).
+        in_a_row: of these, the last ones without one between them that was worked in, shape (...).
     """
 
     anchor: Estimate
     step: int
     commands: tuple[Array, ...]
     state: Array
+    covariance: Array
+    innovation: Array
+    rejected: Array
+    in_a_row: Array
 
 
 @dataclass(frozen=True)
@@ -289,22 +161,35 @@ class Estimator:
     """The motion now, from measurements that may be rare and late and commands that are known.
 
     A measurement is worked in at the step at which it was taken; from there the estimate is carried
-    to now with the commands given since.
+    to now with the accelerations applied since. A measurement whose normalised innovation squared lies beyond
+    the gate is rejected as an outlier. When several in a row are rejected it is the estimate that is wrong,
+    and the filter starts anew from the last of them; the first measurement after a gap does so alone, since
+    nobody knows what was commanded in it.
 
     Attributes:
         filter: on whose dynamics and noise it rests.
         update: steps between two measurements; satellites that differ in it cannot be stacked.
         latency: steps from a measurement to its arrival; likewise.
+        gate: largest normalised innovation squared of a measurement that is worked in, shape (...);
+            infinite for no gate.
+        most_rejected: measurements rejected in a row at the last of which the filter starts anew, (...).
+
+    Source: Bar-Shalom, Li & Kirubarajan, ch. 5.4 (consistency), ch. 5.2 (validation gate).
     """
 
     filter: CwKalmanFilter
     update: int = 1
     latency: int = 0
+    gate: Array = field(default_factory=_no_gate)
+    most_rejected: Array = field(default_factory=_no_gate)
 
     def start(self, measurement: Measurement) -> EstimatorMemory:
         """The memory at the step of a first measurement."""
         anchor = self.filter.start(measurement)
-        return EstimatorMemory(anchor, measurement.step, (), anchor.state)
+        none = np.zeros(anchor.state.shape[:-1])
+        return EstimatorMemory(
+            anchor, measurement.step, (), anchor.state, anchor.covariance, none, none, none
+        )
 
     def resume(
         self, memory: EstimatorMemory, missed: int, commanded: Array, applied: Array
@@ -321,10 +206,17 @@ class Estimator:
             applied: in each step of the gap, m/s^2, shape (..., 3).
         """
         meanwhile = (commanded, *(applied for _ in range(missed - 1)))
-        state = memory.state
+        now = Estimate(memory.state, memory.covariance)
         for acceleration in meanwhile:
-            state = self.filter.predict_state(state, acceleration)
-        return replace(memory, commands=(*memory.commands, *meanwhile), state=state)
+            now = self.filter.predict(now, acceleration)
+        last = np.broadcast_to(self.most_rejected - 1.0, memory.in_a_row.shape).copy()
+        return replace(
+            memory,
+            commands=(*memory.commands, *meanwhile),
+            state=now.state,
+            covariance=now.covariance,
+            in_a_row=last,
+        )
 
     def observe(self, memory: EstimatorMemory, measurement: Measurement, command: Array) -> EstimatorMemory:
         """The memory one step later.
@@ -336,17 +228,30 @@ class Estimator:
         """
         commands = (*memory.commands, command)
         if measurement.step <= memory.step:
-            state = self.filter.predict_state(memory.state, command)
-            return replace(memory, commands=commands, state=state)
+            now = self.filter.predict(Estimate(memory.state, memory.covariance), command)
+            return replace(memory, commands=commands, state=now.state, covariance=now.covariance)
         elapsed = measurement.step - memory.step
-        anchor = memory.anchor
+        predicted = memory.anchor
         for past in commands[:elapsed]:
-            anchor = self.filter.predict(anchor, past)
-        anchor = self.filter.update(anchor, measurement)
-        state = anchor.state
+            predicted = self.filter.predict(predicted, past)
+        updated, innovation = self.filter.update(predicted, measurement)
+        outlier = innovation > self.gate
+        in_a_row = np.where(outlier, memory.in_a_row + 1.0, 0.0)
+        anew = outlier & (in_a_row >= self.most_rejected)
+        anchor = select(outlier, select(anew, self.filter.start(measurement), predicted), updated)
+        now = anchor
         for past in commands[elapsed:]:
-            state = self.filter.predict_state(state, past)
-        return EstimatorMemory(anchor, measurement.step, commands[elapsed:], state)
+            now = self.filter.predict(now, past)
+        return EstimatorMemory(
+            anchor=anchor,
+            step=measurement.step,
+            commands=commands[elapsed:],
+            state=now.state,
+            covariance=now.covariance,
+            innovation=innovation,
+            rejected=memory.rejected + outlier,
+            in_a_row=np.where(anew, 0.0, in_a_row),
+        )
 
 
 class FilterSpec(Spec):
@@ -359,6 +264,13 @@ class FilterSpec(Spec):
     velocity_noise: PositivePerAxis | None = None
     """Standard deviation of measured velocity that the filter believes [m/s]; the sensor's when left
     out."""
+
+    innovation_gate: Positive | None = 50.0
+    """Largest normalised innovation squared of a measurement that is worked in; one beyond it is rejected.
+    For a consistent filter it is chi-square distributed with 6 degrees of freedom, and beyond 50 five times
+    in a thousand million. None for no gate."""
+    most_rejected: Annotated[int, Field(ge=1, le=1000)] = 5
+    """Measurements rejected in a row at the last of which the filter starts anew from that one."""
 
     def build(self, mean_motion: float, step: float, navigation: NavigationSpec) -> Estimator:
         """The estimator itself.
@@ -381,12 +293,11 @@ class FilterSpec(Spec):
             )
         density = np.array(self.acceleration_density)
         sensor = navigation.build(step)
-        return Estimator(cw_kalman_filter(mean_motion, step, noise, density), sensor.update, sensor.latency)
-
-
-def _product(left: Array, right: Array) -> Array:
-    """Matrix product over the last two axes, element-wise and in a fixed order."""
-    total: Array = left[..., :, 0, None] * right[..., 0, None, :]
-    for index in range(1, left.shape[-1]):
-        total = total + left[..., :, index, None] * right[..., index, None, :]
-    return total
+        gate = np.inf if self.innovation_gate is None else self.innovation_gate
+        return Estimator(
+            cw_kalman_filter(mean_motion, step, noise, density),
+            sensor.update,
+            sensor.latency,
+            np.asarray(gate, dtype=np.float64),
+            np.asarray(self.most_rejected, dtype=np.float64),
+        )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.elementwise import Array
+from satform.equipment.kalman_filter import normalised_error_squared
 from satform.flight.early_end import EarlyEnd
 
 
@@ -55,6 +56,11 @@ class FlightRecord:
         panel_to_sun: cosine of the angle between panel axis and sun, its magnitude, shape (K, N).
         attitude_error: length of the modified Rodrigues parameters to the desired attitude, (K, N).
         attitude_rate_error: length of the angular velocity relative to the desired one, rad/s, (K, N).
+        estimate_covariance: of the error of the filter's (position, velocity) in m and m/s, shape
+            (K, N, 6, 6); this and what follows is not a number for satellites without a filter, and has no
+            rows when no satellite has one.
+        innovation: normalised innovation squared of the newest measurement, shape (K, N); 0 at first.
+        rejected_measurements: so far, by the innovation gate, shape (K, N).
         early_end: why the flight ended before its last step; None when it did not. The record then ends
             with the last state within the limits, and holds no number beyond them.
     """
@@ -90,6 +96,9 @@ class FlightRecord:
     panel_to_sun: Array
     attitude_error: Array
     attitude_rate_error: Array
+    estimate_covariance: Array
+    innovation: Array
+    rejected_measurements: Array
     early_end: EarlyEnd | None = None
 
     @property
@@ -187,11 +196,32 @@ class FlightRecord:
         error: Array = np.linalg.norm(self.believed_position_error - self.position_error, axis=-1)
         return error
 
+    @property
+    def estimation_error_squared(self) -> Array:
+        """Normalised estimation error squared (NEES) of the filters, shape (K, N); no rows without a filter.
+
+        Mean 6 for a consistent filter; not a number where there is none.
+        """
+        if not len(self.estimate_covariance):
+            return np.empty((0, len(self.satellites)))
+        velocity_error = self.velocity[:-1] - self.reference_velocity
+        error = np.concatenate(
+            (
+                self.believed_position_error - self.position_error,
+                self.believed_velocity_error - velocity_error,
+            ),
+            axis=-1,
+        )
+        return normalised_error_squared(error, self.estimate_covariance)
+
     def digest(self) -> str:
         """State hash: SHA-256 over names, shapes and bits of all arrays; equal for equal flights only."""
         found = hashlib.sha256(repr((self.satellites, self.step)).encode())
         for name in QUANTITIES:
             array = getattr(self, name)
+            if name in ESTIMATES and not array.size:
+                # A flight without filters has nothing of this kind, not even a name.
+                continue
             found.update(f"{name}{array.shape}".encode())
             # All that is not a number is hashed alike: its bits depend on who made it.
             found.update(np.where(np.isnan(array), np.nan, array).tobytes())
@@ -246,6 +276,23 @@ def no_attitude(steps: int, satellites: int) -> dict[str, Array]:
     counters = {name: np.full((steps + 1, satellites), np.nan) for name in names}
     return {**vectors, "wheel_torque": np.full((max(steps, 0), satellites, 3), np.nan), **counters}
 
+
+def no_estimates(steps: int, satellites: int) -> dict[str, Array]:
+    """What filters estimate, not yet known, for flights in which a satellite has one.
+
+    Args:
+        steps: of the flight; 0 for no rows at all.
+        satellites: how many.
+    """
+    return {
+        "estimate_covariance": np.full((steps, satellites, 6, 6), np.nan),
+        "innovation": np.full((steps, satellites), np.nan),
+        "rejected_measurements": np.full((steps, satellites), np.nan),
+    }
+
+
+ESTIMATES = ("estimate_covariance", "innovation", "rejected_measurements")
+"""Quantities of a record that belong to filters."""
 
 ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
 """Quantities of a record that a satellite is told of its attitude."""

@@ -20,8 +20,9 @@ from satform.control.protocol import Action, ControllerSpec, ControlStep, Flight
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import Curve
 from satform.elementwise import Array
+from satform.equipment.kalman_filter import Measurement
 from satform.inbox import Inbox, Told
-from satform.navigation import Estimator, EstimatorMemory, Measurement
+from satform.navigation import Estimator, EstimatorMemory
 from satform.orientation import Aim, Attitude, Orientation, Target, orientation
 from satform.reference import Path, Reference
 from satform.scenario.model import SatelliteSpec, Scenario
@@ -101,6 +102,7 @@ class Decision:
         motion: where the satellite believes to be: the estimator's word, or what it was told.
         wheel_torque: of the motors on the wheels until the next step, N m, shape (..., 3); None for a
             satellite without attitude.
+        estimate: of the filter, with its covariance; None for a satellite without one.
     """
 
     acceleration: Array
@@ -108,6 +110,7 @@ class Decision:
     sliding_variable: Array
     motion: Motion
     wheel_torque: Array | None = None
+    estimate: EstimatorMemory | None = None
 
 
 class Satellite:
@@ -214,7 +217,7 @@ class Satellite:
             aim = self._aim.at(state.step, reference, heard)
             time = np.full_like(state.arc_length, state.step * plan.step)
             torque = plan.orientation.wheel_torque(attitude, aim, time)
-        return Decision(action.acceleration, reference, action.sliding_variable, motion, torque)
+        return Decision(action.acceleration, reference, action.sliding_variable, motion, torque, estimate)
 
     def _heard(self, inbox: Inbox, told: Told) -> AnyHeard:
         """What the neighbours are taken to say: their newest word, unless it has become too old."""

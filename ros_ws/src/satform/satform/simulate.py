@@ -31,7 +31,15 @@ from satform.inbox import Told
 from satform.orientation import Attitude
 from satform.plant import Plant
 from satform.post import Ears, Index
-from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
+from satform.record import (
+    ATTITUDE_VECTORS,
+    ESTIMATES,
+    QUANTITIES,
+    FlightRecord,
+    no_attitude,
+    no_estimates,
+    no_propulsion,
+)
 from satform.satellite import Decision, Satellite, flight_plan
 from satform.scenario.model import Scenario
 
@@ -281,6 +289,7 @@ class _Log:
         self._turns = any(satellite.attitude is not None for satellite in satellites)
         unknown: dict[str, Any] = {
             **no_propulsion(steps + 1, count),
+            **no_estimates(steps if self._filters else 0, count),
             **no_attitude(steps if self._turns else -1, count),
             **{name: np.empty((0, count)) for name in FIGURES},
         }
@@ -371,6 +380,8 @@ class _Log:
         if self._turns:
             record.wheel_torque[step, place] = 0.0
         if self._filters:
+            for name in ESTIMATES:
+                getattr(record, name)[step, place] = np.nan
             record.believed_position_error[step, place] = np.nan
             record.believed_velocity_error[step, place] = np.nan
 
@@ -384,6 +395,10 @@ class _Log:
         if decision.wheel_torque is not None:
             record.wheel_torque[step, place] = decision.wheel_torque
         if self._filters:
+            if decision.estimate is not None:
+                record.estimate_covariance[step, place] = decision.estimate.covariance
+                record.innovation[step, place] = decision.estimate.innovation
+                record.rejected_measurements[step, place] = decision.estimate.rejected
             believed = decision.motion
             record.believed_position_error[step, place] = believed.position - reference.position
             record.believed_velocity_error[step, place] = believed.velocity - reference.velocity

@@ -23,7 +23,7 @@ from satform_nodes import topics
 from satform_nodes.executor import MANY
 from satform_nodes.hearsay import Words
 from satform_nodes.satellite_node import SatelliteNode
-from satform_nodes.satellite_voice import AROUND_NUMBERS, violation_command
+from satform_nodes.satellite_voice import AROUND_NUMBERS, numbers_of, violation_command
 from satform_nodes.stamps import Stamps
 from satform_nodes.wire import layout
 
@@ -265,6 +265,9 @@ class Abreast:
         for row, node in enumerate(nodes):
             if node.memory.due(step + 1):
                 node.memory.keep(self.single(row), node.hearsay.neighbours)
+        if decision.estimate is not None:
+            for voice, estimate in zip(voices, numbers_of(decision.estimate).tolist(), strict=True):
+                voice.show_estimate(*now, step, estimate)
         reference, motion = decision.reference, decision.motion
         shown = np.concatenate(
             (

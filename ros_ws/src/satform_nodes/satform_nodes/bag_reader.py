@@ -21,7 +21,14 @@ from satform.consensus.arc_length import Announces
 from satform.flight.early_end import EarlyEnd
 from satform.formation import Plan
 from satform.named_file import FileSource
-from satform.record import ATTITUDE_VECTORS, QUANTITIES, FlightRecord, no_attitude, no_propulsion
+from satform.record import (
+    ATTITUDE_VECTORS,
+    QUANTITIES,
+    FlightRecord,
+    no_attitude,
+    no_estimates,
+    no_propulsion,
+)
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.model import SatelliteSpec
 from satform_nodes import topics
@@ -42,7 +49,7 @@ from satform_nodes.wire import layout
 ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
 """Kinds of topics that have a message for the state after the last step, too."""
 
-SAID_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking"})
+SAID_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate"})
 """Kinds of topics on which a satellite speaks itself."""
 
 Table = NDArray[Any]
@@ -267,11 +274,12 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
     command = tables("command")
     given = tables("propulsion", "command", lambda satellite: satellite.thruster)
     attitude = tables("attitude", "state", lambda satellite: satellite.attitude)
+    estimate = tables("estimate", "tracking", lambda satellite: satellite.filter)
     states = min(len(table) for table in (*state, *truth, *announced, *attitude))
     if states == 0:
         why = "" if early_end is None else f": {early_end.sentence}"
         raise BagError(f"{file}: holds no complete step{why}")
-    steps = min(states - 1, *(len(table) for table in (*command, *given, *tracking)))
+    steps = min(states - 1, *(len(table) for table in (*command, *given, *tracking, *estimate)))
     record = FlightRecord(
         satellites=names,
         step=scenario.timing.step,
@@ -290,6 +298,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
         believed_velocity_error=_vectors(tracking, "velocity_error", steps),
         **_propulsion(given, satellites, steps),
         **_attitudes(attitude, command, satellites, steps),
+        **_estimates(estimate, satellites, steps),
         **{name: np.empty((0, len(names))) for name in FIGURES},
         early_end=early_end,
     )
@@ -343,6 +352,24 @@ def _attitudes(
         for name in ("torque_limited", "momentum_limited"):
             found[name][:, column] = tables[column][name][: steps + 1]
         found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
+    return found
+
+
+def _estimates(
+    tables: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """What the filters estimated; not a number for satellites without one and while they are absent."""
+    filtering = [column for column, satellite in enumerate(satellites) if satellite.filter is not None]
+    found = no_estimates(steps if filtering else 0, len(satellites))
+    for column in filtering:
+        table = tables[column][:steps]
+        elements = [table[f"covariance[{index}]"] for index in range(36)]
+        covariance = np.stack(elements, axis=-1).reshape(-1, 6, 6)
+        found["estimate_covariance"][:, column] = covariance
+        found["innovation"][:, column] = table["innovation"]
+        found["rejected_measurements"][:, column] = np.where(
+            np.isnan(covariance[:, 0, 0]), np.nan, table["rejected"]
+        )
     return found
 
 

@@ -3,13 +3,16 @@
 from collections import deque
 from collections.abc import Sequence
 
-from satform_msgs.msg import Command, ParameterChange, Ready, Tracking
+import numpy as np
+from satform_msgs.msg import Command, Estimate, ParameterChange, Ready, Tracking
 
 from satform.announcements import AnyAnnouncement, numbers
 from satform.channels import PLANT, RECORDER, formation_channels, relative, said_by, satellite_channels
 from satform.consensus.arc_length import Announces
+from satform.elementwise import Array
 from satform.faults import Faults
 from satform.flight.limits import Violation
+from satform.navigation import EstimatorMemory
 from satform.satellite import Decision
 from satform.scenario import Scenario
 from satform_nodes import topics
@@ -22,6 +25,7 @@ from satform_nodes.wire import layout
 
 _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
+_ESTIMATE = layout(Estimate, topics.FRAME)
 _NO_TORQUE = (0.0, 0.0, 0.0)
 _NOTHING = (0, 0, *[0.0] * 8)
 """What a command says of the next announcement when there is none."""
@@ -76,11 +80,13 @@ class SatelliteVoice:
                 relative(self._channels[kind].topic),
                 topics.BY_RHYTHM[self._channels[kind].rhythm],
             )
-            for kind in (announces, "command", "tracking", "parameter_changes", "ready")
+            for kind in (announces, "command", "tracking", "estimate", "parameter_changes", "ready")
+            if kind in self._channels
         }
         self._say_announcement = self._publishers[announces]
         self._say_command = self._publishers["command"]
         self._say_tracking = self._publishers["tracking"]
+        self._say_estimate = self._publishers.get("estimate")
         self._say_change = self._publishers["parameter_changes"]
         self._say_ready = self._publishers["ready"]
         self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
@@ -134,8 +140,10 @@ class SatelliteVoice:
         )
 
     def show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
-        """Show how well the reference is followed."""
+        """Show how well the reference is followed, and what the filter estimates."""
         reference, motion = decision.reference, decision.motion
+        if decision.estimate is not None:
+            self.show_estimate(seconds, nanoseconds, step, numbers_of(decision.estimate).tolist())
         self._say_tracking.publish(
             _TRACKING.pack(
                 seconds,
@@ -149,6 +157,12 @@ class SatelliteVoice:
                 *decision.sliding_variable.tolist(),
             )
         )
+
+    def show_estimate(self, seconds: int, nanoseconds: int, step: int, estimate: Sequence[float]) -> None:
+        """Show what the filter estimates, as `numbers_of` has it."""
+        if self._say_estimate is not None:
+            *numbers, rejected = estimate
+            self._say_estimate.publish(_ESTIMATE.pack(seconds, nanoseconds, step, *numbers, int(rejected)))
 
     def say_command(self, data: bytes) -> None:
         """Command the thrusters; the message is kept to be said again."""
@@ -228,3 +242,10 @@ def violation_command(stamp: tuple[int, int], step: int, violation: Violation) -
         violation: what was not finite or beyond its limit.
     """
     return _COMMAND.pack(*stamp, step, *[0.0] * 6, *_NOTHING, violation.number, violation.value)
+
+
+def numbers_of(estimate: EstimatorMemory) -> Array:
+    """What an estimate's message holds after its step, in order, shape (..., 44)."""
+    shape = estimate.state.shape[:-1]
+    last = np.stack(np.broadcast_arrays(estimate.innovation, estimate.rejected), axis=-1)
+    return np.concatenate((estimate.state, estimate.covariance.reshape(*shape, 36), last), axis=-1)

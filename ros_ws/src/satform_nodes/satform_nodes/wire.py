@@ -7,12 +7,16 @@ serialisation. The only text in such a message is the header's frame, which is t
 """
 
 import importlib
+import re
 import struct
 from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
 import numpy as np
+
+_ARRAY = re.compile(r"(\w+)\[(\d+)\]")
+"""Type and length of an array of fixed length."""
 
 ENCAPSULATION = b"\x00\x01\x00\x00"
 """What every little-endian CDR message begins with."""
@@ -107,5 +111,8 @@ def _flatten(message_type: Any, prefix: str) -> Iterator[tuple[str, str]]:
         if "/" in kind and hasattr(slot, "namespaces"):
             module = importlib.import_module(".".join(slot.namespaces))
             yield from _flatten(getattr(module, slot.name), f"{prefix}{name}.")
+        elif array := _ARRAY.fullmatch(kind):
+            # An array of fixed length has no length in its bytes: it is so many numbers in a row.
+            yield from ((f"{prefix}{name}[{index}]", array[1]) for index in range(int(array[2])))
         else:
             yield f"{prefix}{name}", kind

@@ -1,0 +1,1 @@
+"""Equipment of a satellite and what the flight software makes of it."""

@@ -1,0 +1,187 @@
+"""Kalman filter on Clohessy-Wiltshire dynamics: estimate, covariance, and how consistent they are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from satform.dynamics.cw import input_matrix, transition_matrix
+from satform.dynamics.linear import multiply
+from satform.elementwise import Array
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Motion as measured, by one satellite or by many that measure together.
+
+    Attributes:
+        position: m, LVLH, shape (..., 3).
+        velocity: m/s, in the rotating frame, shape (..., 3).
+        step: number of the step at which the motion was so; older than now by the latency and by the
+            time since the last update.
+    """
+
+    position: Array
+    velocity: Array
+    step: int
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A motion with its uncertainty.
+
+    Attributes:
+        state: position (m) and velocity (m/s), LVLH, shape (..., 6).
+        covariance: of the state's error, shape (..., 6, 6).
+    """
+
+    state: Array
+    covariance: Array
+
+
+@dataclass(frozen=True)
+class CwKalmanFilter:
+    """Kalman filter on CW dynamics with known commands and measured position and velocity.
+
+    Attributes:
+        transition: over one control period, shape (..., 6, 6).
+        response: to a command held over one control period, shape (..., 6, 3).
+        process: covariance added in one control period, shape (..., 6, 6).
+        variance: of each measured component, shape (..., 6).
+
+    Source: Kalman 1960; Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and
+    Navigation, ch. 5.
+    """
+
+    transition: Array
+    response: Array
+    process: Array
+    variance: Array
+
+    def start(self, measurement: Measurement) -> Estimate:
+        """The estimate from a first measurement alone."""
+        state = np.concatenate((measurement.position, measurement.velocity), axis=-1)
+        variance = np.broadcast_to(self.variance, state.shape)
+        return Estimate(state, variance[..., None] * np.eye(6))
+
+    def predict(self, estimate: Estimate, acceleration: Array) -> Estimate:
+        """The estimate one control period later.
+
+        Args:
+            estimate: at the start of the period.
+            acceleration: command held over it, m/s^2, shape (..., 3).
+        """
+        half = _product(self.transition, estimate.covariance)
+        covariance = _product(half, np.swapaxes(self.transition, -1, -2)) + self.process
+        return Estimate(self.predict_state(estimate.state, acceleration), _symmetric(covariance))
+
+    def predict_state(self, state: Array, acceleration: Array) -> Array:
+        """The state alone one control period later, shape (..., 6)."""
+        return multiply(self.transition, state) + multiply(self.response, acceleration)
+
+    def update(self, estimate: Estimate, measurement: Measurement) -> tuple[Estimate, Array]:
+        """The estimate with a measurement of the same instant worked in.
+
+        The six components are independent, so they are worked in one after another and nothing has
+        to be inverted. The covariance is updated in Joseph's form and made symmetric, so that rounding
+        cannot make it indefinite.
+
+        Args:
+            estimate: predicted.
+            measurement: of the same step.
+
+        Returns:
+            The estimate, and the measurement's normalised innovation squared, shape (...): chi-square of
+            6 degrees of freedom if the filter is consistent.
+
+        Source: Bucy & Joseph 1968, Filtering for Stochastic Processes, ch. 16; Bar-Shalom, Li & Kirubarajan,
+        ch. 5.2.3 (Joseph form), ch. 5.4 (normalised innovation squared).
+        """
+        measured = np.concatenate((measurement.position, measurement.velocity), axis=-1)
+        state, covariance = estimate.state, estimate.covariance
+        squared = np.zeros(state.shape[:-1])
+        for index in range(6):
+            column = covariance[..., :, index]
+            variance = self.variance[..., index]
+            innovation_variance = column[..., index] + variance
+            innovation = measured[..., index] - state[..., index]
+            squared = squared + innovation * innovation / innovation_variance
+            gain = column / innovation_variance[..., None]
+            state = state + gain * innovation[..., None]
+            # (I - k h) P (I - k h)' + k r k', with h picking one component.
+            left = covariance - gain[..., :, None] * covariance[..., index, None, :]
+            both = left - left[..., :, index, None] * gain[..., None, :]
+            covariance = (
+                both + (gain[..., :, None] * gain[..., None, :]) * np.asarray(variance)[..., None, None]
+            )
+        return Estimate(state, _symmetric(covariance)), squared
+
+
+def cw_kalman_filter(
+    mean_motion: float, step: float, noise: Array, acceleration_density: Array
+) -> CwKalmanFilter:
+    """The filter for one chief, one control period and one quality of measurement.
+
+    Args:
+        mean_motion: of the chief, rad/s.
+        step: control period, s.
+        noise: standard deviation of measured position (m) and velocity (m/s), positive, shape (6,).
+        acceleration_density: power spectral density of the unknown acceleration on each axis, taken to
+            be white, m^2/s^3, shape (3,).
+    """
+    return CwKalmanFilter(
+        transition=transition_matrix(mean_motion, step),
+        response=input_matrix(mean_motion, step),
+        process=process_covariance(mean_motion, step, acceleration_density),
+        variance=np.asarray(noise, dtype=np.float64) ** 2,
+    )
+
+
+def process_covariance(mean_motion: float, step: float, acceleration_density: Array) -> Array:
+    """Covariance that white acceleration adds to a free CW motion over a time span.
+
+    Args:
+        mean_motion: of the chief, rad/s.
+        step: s.
+        acceleration_density: power spectral density on each axis, m^2/s^3, shape (3,).
+
+    Returns:
+        Shape (6, 6), in m and m/s. The integral is taken by twelve-point Gauss-Legendre quadrature.
+
+    Source: Bar-Shalom, Li & Kirubarajan, ch. 4.3 (discretised continuous white noise).
+    """
+    abscissae, weights = np.polynomial.legendre.leggauss(12)
+    total = np.zeros((6, 6))
+    for abscissa, weight in zip(abscissae, weights, strict=True):
+        response = transition_matrix(mean_motion, 0.5 * step * (1.0 + abscissa))[:, 3:]
+        total += 0.5 * step * weight * (response * acceleration_density) @ response.T
+    return total
+
+
+def normalised_error_squared(error: Array, covariance: Array) -> Array:
+    """Normalised estimation error squared (NEES): chi-square of 6 degrees if a filter is consistent.
+
+    Args:
+        error: estimate less truth, shape (..., 6).
+        covariance: as the filter believes, shape (..., 6, 6).
+
+    Returns:
+        Dimensionless, shape (...). For analysis, not for flight.
+
+    Source: Bar-Shalom, Li & Kirubarajan, ch. 5.4.
+    """
+    squared: Array = np.sum(error * np.linalg.solve(covariance, error[..., None])[..., 0], axis=-1)
+    return squared
+
+
+def _product(left: Array, right: Array) -> Array:
+    """Matrix product over the last two axes, element-wise and in a fixed order."""
+    total: Array = left[..., :, 0, None] * right[..., 0, None, :]
+    for index in range(1, left.shape[-1]):
+        total = total + left[..., :, index, None] * right[..., index, None, :]
+    return total
+
+
+def _symmetric(matrix: Array) -> Array:
+    """The symmetric part of a matrix, over the last two axes."""
+    symmetric: Array = 0.5 * (matrix + np.swapaxes(matrix, -1, -2))
+    return symmetric
