@@ -13,6 +13,7 @@ import pytest
 import rclpy
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from visualization_msgs.msg import Marker, MarkerArray
 
 from flights import shortened
@@ -27,13 +28,13 @@ from satform_nodes.bag_reader import read_bag
 from satform_nodes.stamps import Stamps
 
 KILOMETRES = 1e-3
-"""Length in the display's messages of one metre, unless it is told otherwise."""
+"""Length in the markers of one metre, unless the display is told otherwise."""
 
 
-def hear(observer: Node, kind: str, topic: str) -> list[Any]:
+def hear(observer: Node, kind: str, topic: str, profile: QoSProfile = topics.PICTURE) -> list[Any]:
     """What is published on a topic from now on."""
     heard: list[Any] = []
-    observer.create_subscription(topics.TYPES[kind], topic, heard.append, topics.PICTURE)
+    observer.create_subscription(topics.TYPES[kind], topic, heard.append, profile)
     return heard
 
 
@@ -49,8 +50,8 @@ def fly_before(observer: Node, scenario: Scenario, out: Path) -> Flight:
     return flying.result()
 
 
-def step_of(message: Any, stamps: Stamps) -> int:
-    assert message.header.frame_id == "lvlh"
+def step_of(message: Any, stamps: Stamps, frame: str = "lvlh") -> int:
+    assert message.header.frame_id == frame
     return stamps.step(message.header.stamp.sec, message.header.stamp.nanosec)
 
 
@@ -64,7 +65,8 @@ def assert_poses_are_those_of(
     for message in poses:
         step = step_of(message, stamps)
         shown = place(message.pose.position)
-        np.testing.assert_array_equal(shown, record.position[step, column] * KILOMETRES)
+        # Metres, as in /<satellite>/state.
+        np.testing.assert_array_equal(shown, record.position[step, column])
         turned = message.pose.orientation
         quaternion = np.array([turned.x, turned.y, turned.z, turned.w])
         assert np.linalg.norm(quaternion) == pytest.approx(1.0, abs=1e-12)
@@ -75,7 +77,7 @@ def assert_markers_are_those_of(record: FlightRecord, message: MarkerArray, stam
     for marker in message.markers:
         by_group.setdefault(marker.ns, []).append(marker)
     for column, ball in enumerate(by_group["satellites"]):
-        step = step_of(ball, stamps)
+        step = step_of(ball, stamps, "lvlh_km")
         assert ball.type == Marker.SPHERE
         np.testing.assert_array_equal(place(ball.pose.position), record.position[step, column] * KILOMETRES)
     assert [marker.text for marker in by_group["names"]] == list(record.satellites)
@@ -94,6 +96,7 @@ def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
     poses = [hear(observer, "pose", topics.pose(spec.name)) for spec in scenario.satellites]
     paths = [hear(observer, "path", topics.path(spec.name)) for spec in scenario.satellites]
     markers = hear(observer, "markers", topics.MARKERS)
+    transforms = hear(observer, "tf", topics.TF, topics.TRANSFORMS)
     flight = fly_before(observer, scenario, tmp_path)
     assert flight.lost == ()
     assert flight.missed == ()
@@ -110,6 +113,15 @@ def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
         steps = [step_of(pose, stamps) for pose in paths_seen[-1].poses]
         assert steps == sorted(set(steps))
     assert_markers_are_those_of(record, markers[-1], stamps)
+    assert len(transforms) == len(poses[0])
+    for message in transforms:
+        assert [entry.child_frame_id for entry in message.transforms] == list(record.satellites)
+        for column, entry in enumerate(message.transforms):
+            step = step_of(entry, stamps)
+            np.testing.assert_array_equal(place(entry.transform.translation), record.position[step, column])
+    last = transforms[-1].transforms[1]
+    assert last.header == poses[1][-1].header
+    assert last.transform.rotation == poses[1][-1].pose.orientation
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])

@@ -203,6 +203,17 @@ def test_a_change_of_one_package_changes_the_hash_of_that_package_alone(tmp_path
     assert before["two"] != after["two"]
 
 
+def test_what_the_wheels_lack_is_built_with_them_and_left_to_an_installed_ros():
+    layout = Layout(ROOT)
+    (package,) = workspace.missing_in_wheels(layout, WHEELS)
+    assert workspace.read_package(package).name == "tf2_msgs"
+    assert "wheels/tf2_msgs" in workspace.build_arguments(layout, WHEELS)
+    assert workspace.missing_in_wheels(layout, "/opt/ros/jazzy") == []
+    assert "wheels/tf2_msgs" not in workspace.build_arguments(layout, "/opt/ros/jazzy")
+    # colcon by itself, in the workspace, passes them over.
+    assert (package.parent / "COLCON_IGNORE").exists()
+
+
 def test_a_package_description_that_is_not_xml_is_named(tmp_path):
     (tmp_path / "package.xml").write_text("<package>")
     with pytest.raises(SetupError, match=r"package\.xml is not XML"):

@@ -178,6 +178,8 @@ def test_a_lost_process_ends_the_launch_and_one_that_is_done_does_not(
             assert node["on_exit"](done, Context()) is None
         end = node["on_exit"](types.SimpleNamespace(returncode=-9, process_name="sat1-2"), Context())
         assert end.named == {"reason": "sat1-2 ended with exit code -9"}
+        early = types.SimpleNamespace(returncode=4, process_name="plant-1")
+        assert node["on_exit"](early, Context()) is None
         # What ends while everything is shut down is not reported as the cause.
         stopped = types.SimpleNamespace(returncode=130, process_name="sat1-2")
         assert node["on_exit"](stopped, Context(is_shutdown=True)) is None

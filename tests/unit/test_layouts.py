@@ -13,6 +13,7 @@ import yaml
 from flights import SCENARIOS, shipped
 from satform.scenario import Scenario
 from satform_nodes import topics
+from satform_nodes.start_parameters import START_PARAMETERS
 
 LAYOUTS = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "layouts"
 NAME = "triangle"
@@ -129,11 +130,15 @@ def test_rviz_asks_for_no_more_than_the_display_offers() -> None:
         assert topic["Durability Policy"] in {"Transient Local", "Volatile"}
 
 
-def test_rviz_and_foxglove_look_from_the_frame_that_the_messages_are_in() -> None:
-    assert rviz()["Visualization Manager"]["Global Options"]["Fixed Frame"] == topics.FRAME
+def test_rviz_and_foxglove_look_from_the_frame_that_the_markers_are_in() -> None:
+    frame = topics.MARKER_FRAMES[START_PARAMETERS["display_scale"].default]
+    assert frame == "lvlh_km"
+    assert rviz()["Visualization Manager"]["Global Options"]["Fixed Frame"] == frame
     (scene,) = (panel for name, panel in foxglove()["configById"].items() if name.startswith("3D!"))
-    assert scene["followTf"] == topics.FRAME
-    assert all(layer["frameId"] == topics.FRAME for layer in scene["layers"].values())
+    assert scene["followTf"] == frame
+    assert all(layer["frameId"] == frame for layer in scene["layers"].values())
+    # What is in metres cannot be drawn there.
+    assert set(scene["topics"]) == {topics.MARKERS}
 
 
 def test_foxglove_draws_topics_that_exist_and_shows_each_panel_once() -> None:

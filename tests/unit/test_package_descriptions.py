@@ -38,6 +38,7 @@ DEPENDENCIES = {
             "satform_nodes",
             "std_msgs",
             "std_srvs",
+            "tf2_msgs",
             "visualization_msgs",
         )
     },

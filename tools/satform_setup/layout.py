@@ -60,6 +60,11 @@ class Layout(NamedTuple):
         return self.workspace / "src"
 
     @property
+    def wheels_packages(self) -> Path:
+        """ROS packages that the wheels lack and an installed ROS has."""
+        return self.workspace / "wheels"
+
+    @property
     def build(self) -> Path:
         """What colcon works in."""
         return self.workspace / "build"

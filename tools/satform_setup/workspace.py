@@ -54,6 +54,19 @@ def package_folders(sources: Path) -> list[Path]:
     return sorted(found)
 
 
+def missing_in_wheels(layout: Layout, ros: str) -> list[Path]:
+    """Folders of the packages that are built beside ours where ROS comes from the wheels, in order.
+
+    Args:
+        layout: paths of the project.
+        ros: where ROS comes from, see `find_ros`.
+    """
+    if ros != WHEELS or not layout.wheels_packages.is_dir():
+        return []
+    # The folder itself is marked to be left out by every other build.
+    return sorted(folder.parent for folder in layout.wheels_packages.glob("*/package.xml"))
+
+
 def source_digests(sources: Path) -> dict[str, str]:
     """Hash of each package's sources, by its folder's path relative to `sources`."""
     return {str(folder.relative_to(sources)): folder_digest(folder) for folder in package_folders(sources)}
@@ -108,7 +121,8 @@ def packages_to_build(packages: Iterable[Package], changed: Iterable[str]) -> se
 
 def build_arguments(layout: Layout, ros: str) -> list[str]:
     """The arguments of colcon that decide what comes out of a build."""
-    arguments = ["--merge-install", "--base-paths", "src", "--cmake-args", "-G", "Ninja"]
+    beside = [str(folder.relative_to(layout.workspace)) for folder in missing_in_wheels(layout, ros)]
+    arguments = ["--merge-install", "--base-paths", "src", *beside, "--cmake-args", "-G", "Ninja"]
     arguments += ["-DCMAKE_BUILD_TYPE=Release", "-DBUILD_TESTING=OFF"]
     # CMake would else take the newest Python of the system, conda's or pyenv's.
     arguments += [f"-DPython3_EXECUTABLE={layout.python}"]
@@ -130,9 +144,13 @@ def wanted_install(layout: Layout, ros: str, venv: Mapping[str, Any]) -> dict[st
     """
     common = [*build_arguments(layout, ros), repr(sorted(venv.items()))]
     fix = layout.wheels_fix.read_bytes()
+    beside = {
+        f"../{folder.relative_to(layout.workspace)}": folder for folder in missing_in_wheels(layout, ros)
+    }
     return {
         "common": digest([*(part.encode() for part in common), fix]),
-        "packages": source_digests(layout.sources),
+        "packages": source_digests(layout.sources)
+        | {place: folder_digest(folder) for place, folder in beside.items()},
     }
 
 

@@ -105,7 +105,8 @@ def run(
         typer.Option("--without-recorder", help="Fly on when the recorder is lost, instead of stopping."),
     ] = False,
     display: Annotated[
-        bool, typer.Option("--display", help="Also publish markers, poses and paths for RViz and Foxglove.")
+        bool,
+        typer.Option("--display", help="Also publish markers, poses, paths and /tf for RViz and Foxglove."),
     ] = False,
     secure: Annotated[
         Path | None,

@@ -24,8 +24,10 @@ READY = "/formation/ready"
 RECORDED = "/formation/recorded"
 DIAGNOSTICS = "/diagnostics"
 
-OF_ALL_NAMESPACES = frozenset({CLOCK, DIAGNOSTICS})
-"""Topics whose names are fixed for a whole domain: by rcl's use_sim_time, and by REP 107."""
+TF = "/tf"
+
+OF_ALL_NAMESPACES = frozenset({CLOCK, DIAGNOSTICS, TF})
+"""Topics whose names are fixed for a whole domain: by rcl's use_sim_time, by REP 107, and by tf2."""
 
 KINDS_OF_A_SATELLITE = (
     "state",

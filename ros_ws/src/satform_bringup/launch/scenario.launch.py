@@ -14,7 +14,7 @@ from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutd
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from satform.exit_codes import EXIT_DONE
+from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
 from satform.faults import SatelliteLostSpec
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery
@@ -66,7 +66,7 @@ def generate_launch_description() -> LaunchDescription:
                 "display",
                 default_value="false",
                 choices=["true", "false"],
-                description="Publish markers, poses and paths for RViz and Foxglove.",
+                description="Publish markers, poses, paths and /tf for RViz and Foxglove.",
             ),
             OpaqueFunction(function=_nodes),
         ]
@@ -153,6 +153,9 @@ def _ended(
     One that the scenario has killed does not, and is started again when the scenario brings it back.
     """
     if context.is_shutdown:
+        return None
+    if event.returncode == EXIT_ENDED_EARLY:
+        # The others end by themselves, as after a whole flight, and the bag is closed.
         return None
     if event.returncode == 0:
         last = "plant" if flight.bag is None else "recorder"

@@ -1,4 +1,4 @@
-"""The node that shows the flight: markers, poses and paths for RViz and Foxglove.
+"""The node that shows the flight: markers, poses, paths and transforms for RViz and Foxglove.
 
 It only looks on. It takes the newest message of each topic, if it comes, so that no other node ever
 waits for it, and a flight is the same with and without it.
@@ -66,7 +66,7 @@ class DisplayNode:
         self.pictures = 0
         self.scene = Scene(scenario, max(per_lap, 1), max(trail, 2))
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        self._messages = PictureMessages(self._stamps, scale, self.scene.extent)
+        self._messages = PictureMessages(self._stamps, scale, self.scene.extent, node.get_namespace())
         self._period = 1.0 / rate
         self._next_picture = 0.0
         # The newest message of each topic, and who understands it; taken apart only for a picture.
@@ -75,6 +75,7 @@ class DisplayNode:
 
         types = topics.TYPES
         self._say_markers = node.create_publisher(types["markers"], relative(topics.MARKERS), topics.PICTURE)
+        self._say_transforms = node.create_publisher(types["tf"], topics.TF, topics.TRANSFORMS)
         self._say_pose, self._say_path = {}, {}
         for name in self.scene.names:
             self._say_pose[name] = node.create_publisher(
@@ -139,6 +140,7 @@ class DisplayNode:
         picture = self.scene.picture()
         self.pictures += 1
         self._say_markers.publish(self._messages.markers(picture))
+        self._say_transforms.publish(self._messages.transforms(picture))
         for view in picture.satellites:
             self._say_pose[view.name].publish(self._messages.pose(view.pose))
             if paths:

@@ -1,12 +1,18 @@
-"""Pictures of a formation as messages that RViz and Foxglove draw."""
+"""Pictures of a formation as messages that RViz and Foxglove draw.
+
+Poses, paths and transforms are in metres, in the frame of the flight. Markers may have another scale, since
+tools made for rooms do not show 100 km well; they are then in a frame of their own, to which no transform
+leads: a transform has no scale.
+"""
 
 from collections.abc import Iterable, Sequence
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, PoseStamped, Quaternion
+from geometry_msgs.msg import Point, PoseStamped, Quaternion, Transform, TransformStamped, Vector3
 from geometry_msgs.msg import Pose as PoseMessage
 from nav_msgs.msg import Path
 from std_msgs.msg import ColorRGBA, Header
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from satform.elementwise import Array
@@ -20,25 +26,41 @@ _DIAMETER, _ARROW, _TEXT, _LINE = 0.04, 0.16, 0.07, 0.006
 
 
 class PictureMessages:
-    """Turns pictures into messages of one frame and scale, stamped in simulated time."""
+    """Turns pictures into messages that are stamped in simulated time."""
 
-    def __init__(self, stamps: Stamps, scale: float, extent: float) -> None:
+    def __init__(self, stamps: Stamps, scale: float, extent: float, namespace: str = "/") -> None:
         """Messages for one display.
 
         Args:
             stamps: of the scenario's steps.
-            scale: length in the messages of one metre.
+            scale: length in the markers of one metre.
             extent: of the formation, m, by which sizes are chosen.
+            namespace: of the formation, with which the names of the satellites' frames begin.
         """
         self._stamps = stamps
         self._scale = scale
+        self._marker_frame = topics.MARKER_FRAMES.get(scale, topics.SCALED_FRAME)
+        self._prefix = f"{namespace.strip('/')}/" if namespace.strip("/") else ""
         self._size = extent * scale
         # Desired orbits never change, and making their points costs as much as all else.
         self._orbits: dict[str, list[Point]] = {}
 
     def pose(self, seen: Pose) -> PoseStamped:
         """Where a satellite was seen, at the time at which it was there."""
-        return PoseStamped(header=self._header(seen.step), pose=self._pose(seen))
+        pose = PoseMessage(position=_point(seen.position), orientation=_quaternion(seen))
+        return PoseStamped(header=self._header(seen.step), pose=pose)
+
+    def transforms(self, picture: Picture) -> TFMessage:
+        """From the formation's frame to each satellite's own, at the time at which it was there."""
+        return TFMessage(transforms=[self._transform(view) for view in picture.satellites])
+
+    def _transform(self, view: SatelliteView) -> TransformStamped:
+        x, y, z = view.pose.position.tolist()
+        return TransformStamped(
+            header=self._header(view.pose.step),
+            child_frame_id=f"{self._prefix}{view.name}",
+            transform=Transform(translation=Vector3(x=x, y=y, z=z), rotation=_quaternion(view.pose)),
+        )
 
     def path(self, view: SatelliteView) -> Path:
         """Where a satellite has been, the oldest pose first."""
@@ -100,22 +122,31 @@ class PictureMessages:
         return marker
 
     def _marker(self, namespace: str, number: int, kind: int, step: int, colour: Colour) -> Marker:
-        marker = Marker(header=self._header(step), ns=namespace, id=number, type=kind, action=Marker.ADD)
+        header = self._header(step, self._marker_frame)
+        marker = Marker(header=header, ns=namespace, id=number, type=kind, action=Marker.ADD)
         marker.pose.orientation.w = 1.0
         marker.color = _colour(colour)
         return marker
 
     def _pose(self, seen: Pose) -> PoseMessage:
-        x, y, z, w = seen.orientation.tolist()
-        return PoseMessage(position=self._point(seen.position), orientation=Quaternion(x=x, y=y, z=z, w=w))
+        return PoseMessage(position=self._point(seen.position), orientation=_quaternion(seen))
 
     def _point(self, position: Array) -> Point:
-        x, y, z = (position * self._scale).tolist()
-        return Point(x=x, y=y, z=z)
+        return _point(position * self._scale)
 
-    def _header(self, step: int) -> Header:
+    def _header(self, step: int, frame: str = topics.FRAME) -> Header:
         seconds, nanoseconds = self._stamps.at(step)
-        return Header(stamp=Time(sec=seconds, nanosec=nanoseconds), frame_id=topics.FRAME)
+        return Header(stamp=Time(sec=seconds, nanosec=nanoseconds), frame_id=frame)
+
+
+def _point(position: Array) -> Point:
+    x, y, z = position.tolist()
+    return Point(x=x, y=y, z=z)
+
+
+def _quaternion(seen: Pose) -> Quaternion:
+    x, y, z, w = seen.orientation.tolist()
+    return Quaternion(x=x, y=y, z=z, w=w)
 
 
 def _colour(colour: Colour) -> ColorRGBA:

@@ -78,7 +78,7 @@ PROGRAMS = {
         ("scenario", "bag", "rate", STOPPED_EXIT_CODE),
     ),
     "display_node": Program(
-        "Publishes markers, poses and paths for RViz and Foxglove.",
+        "Publishes markers, poses, paths and transforms for RViz and Foxglove.",
         ("scenario", "display_scale", "frames_per_lap", "trail", "frame_rate", STOPPED_EXIT_CODE),
     ),
 }

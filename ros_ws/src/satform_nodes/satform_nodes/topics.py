@@ -20,18 +20,26 @@ from satform_msgs.msg import (
     RelativeState,
     Tracking,
 )
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from satform import channels
 
 FRAME = "lvlh"
-"""The chief's rotating frame: x radial outward, y along-track, z orbit normal."""
+"""The chief's rotating frame, in metres (REP 103): x radial outward, y along-track, z orbit normal."""
+
+MARKER_FRAMES = {1.0: FRAME, 1e-3: f"{FRAME}_km"}
+"""Frames of the markers by the length in them of one metre."""
+
+SCALED_FRAME = f"{FRAME}_scaled"
+"""Frame of markers of any other scale."""
 
 CLOCK = channels.CLOCK
 STATUS = channels.STATUS
 READY = channels.READY
 RECORDED = channels.RECORDED
 MARKERS = "/formation/markers"
+TF = channels.TF
 
 RECORDER_WINDOW = 256
 """Steps by which the plant may be ahead of the recorder."""
@@ -111,6 +119,7 @@ TYPES = {
     "pose": PoseStamped,
     "path": Path,
     "markers": MarkerArray,
+    "tf": TFMessage,
 }
 """Message type of each topic by the last part of its name."""
 
@@ -153,6 +162,9 @@ SEEN = QoSProfile(depth=10)
 
 GLANCED = _PASSING(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 """For one who only looks on: the newest message, if it comes. No writer ever waits for such a reader."""
+
+TRANSFORMS = _PASSING(depth=100)
+"""As tf2's own broadcasters publish."""
 
 PICTURE = _KEPT(depth=1)
 """The newest picture, also for those who come later."""
