@@ -394,6 +394,7 @@ def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
         announced_arc_length=float(flown.arc_length[200, 1]),
         announced_rate=float(flown.rate[200, 1]),
     )
+    last_word.header.frame_id = topics.FRAME
     everyone = [satellite.name for satellite in scenario.satellites]
     status = FormationStatus(
         step=200,

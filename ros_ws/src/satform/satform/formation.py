@@ -207,6 +207,9 @@ class Formation:
         number: of this state, counted from 0 at the start.
         step: from which it holds.
         reason: why it is so, in words.
+        lost_at: by the index of a satellite that has been lost, the step of its latest loss if it had
+            announced something for that step; the step before if it had not.
+        back_at: by the index of a satellite that has rejoined, the step at which it did last.
     """
 
     graph: Graph
@@ -215,6 +218,7 @@ class Formation:
     step: int = 0
     reason: str = ""
     lost_at: dict[int, int] = field(default_factory=dict)
+    back_at: dict[int, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scenario: "Scenario") -> "Formation":
@@ -237,11 +241,12 @@ class Formation:
         for event in events:
             match event:
                 case Lost() if self.alive[event.satellite]:
+                    self.lost_at[event.satellite] = step if self.speaks(event.satellite, step) else step - 1
                     self.alive[event.satellite] = False
-                    self.lost_at[event.satellite] = step
                     reasons.append(event.reason)
                 case Back() if not self.alive[event.satellite]:
                     self.alive[event.satellite] = True
+                    self.back_at[event.satellite] = step
                     reasons.append(f"{names[event.satellite]} is back")
                 case Rewired():
                     self.graph = event.graph
@@ -254,6 +259,18 @@ class Formation:
             self.step = step
             self.reason = "; ".join(reasons)
         return changes
+
+    def speaks(self, satellite: int, step: int) -> bool:
+        """Whether the neighbours of a satellite use what it has announced for a step.
+
+        What is announced for a step is computed in the step before, and comes with the command of that
+        step. So a satellite that is lost is still used in the step of its loss, and one that rejoins from
+        the step after its return on: were its first announcement used at once, one that is lost again in
+        that step would have reached some of its neighbours and not others.
+        """
+        if self.lost_at.get(satellite) == step:
+            return True
+        return bool(self.alive[satellite]) and self.back_at.get(satellite, -1) < step
 
     @property
     def connectivity(self) -> float:

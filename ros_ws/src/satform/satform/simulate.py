@@ -153,7 +153,6 @@ class _Flight:
         log.announced(self.groups)
         if events:
             self._happen(events, step)
-            log.announced([self.groups[event.satellite] for event in events if isinstance(event, Back)])
         motion, attitude = plant.measured(), plant.attitude()
         measured_steps = plant.measured_steps() if log.measures else None
         log.moved(plant, attitude)
@@ -197,6 +196,8 @@ class _Flight:
                     self.groups[event.satellite].flies = False
                 case Back() if not self.groups[event.satellite].flies:
                     self._restart(event, step)
+                    if not self.formation.speaks(event.satellite, step):
+                        self.log.rejoined(self.groups[event.satellite])
                 case Adjusted():
                     self._adjust(event)
                 case _:
@@ -325,14 +326,27 @@ class _Log:
             if self._silent:
                 self._silent.discard(place)
                 self._fresh[place] = 1.0
-            said = group.satellite.announce()
-            self._time[place] = said.time
-            self._said[place] = numbers(said)
-            for liar in self._liars:
-                if liar in group.members:
-                    self._said[liar] = self._faults.said(liar, self._said[liar], self.step)
+            self._announced(group)
         if self._announces == "arc_length":
             self.record.arc_length[self.step], self.record.rate[self.step] = self._said.T
+
+    def _announced(self, group: _Group) -> None:
+        """Take in what the satellites of a group announce for the coming step."""
+        place, said = group.place, group.satellite.announce()
+        self._time[place] = said.time
+        self._said[place] = numbers(said)
+        for liar in self._liars:
+            if liar in group.members:
+                self._said[liar] = self._faults.said(liar, self._said[liar], self.step)
+
+    def rejoined(self, group: _Group) -> None:
+        """Record what a satellite that rejoins announces for its first step; its neighbours do not use it."""
+        place = group.place
+        self._announced(group)
+        if self._announces == "arc_length":
+            self.record.arc_length[self.step, place], self.record.rate[self.step, place] = self._said[place]
+        self._silent.add(place)
+        self._fresh[place] = 0.0
 
     def moved(self, plant: Plant, attitude: Attitude | None) -> None:
         record, step, motion, measured = self.record, self.step, plant.motion(), plant.measured()

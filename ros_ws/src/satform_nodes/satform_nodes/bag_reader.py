@@ -257,7 +257,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
         absences.take(status)
         early_end = early_end_of(status, scenario.timing.step) or early_end
         for name, command in zip(status.lost, status.last_words, strict=False):
-            if command.step + 1 == status.step:
+            if command.header.frame_id and command.step + 1 == status.step:
                 last_words[name, status.step] = command
 
     def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
@@ -452,7 +452,8 @@ def _with_silence(
         silent_from = begin + 1 if kind in ANNOUNCEMENTS else begin
         table = table[(table["step"] < silent_from) | (table["step"] >= end)]
         first = max(0, begin - topics.STEPPED.depth)
-        until = min(end, states - (kind not in ANNOUNCEMENTS))
+        # Back at once, its last announcement is still the one for the step of its loss.
+        until = min(max(end, silent_from), states - (kind not in ANNOUNCEMENTS))
         present = set(table["step"].tolist())
         missing = [step for step in range(first, until) if step not in present]
         silence = np.zeros(len(missing), dtype=table.dtype)

@@ -61,7 +61,9 @@ class FormationView:
             self._lose(name, command, int(status.step))
         for name, checkpoint in zip(status.back, status.checkpoints, strict=True):
             if name in self._names:
-                self.returns[self._names.index(name)] = (int(status.step), int(checkpoint))
+                place = self._names.index(name)
+                self.returns[place] = (int(status.step), int(checkpoint))
+                self.formation.back_at[place] = int(status.step)
         return True
 
     def _fits(self, status: FormationStatus) -> bool:
@@ -85,13 +87,15 @@ class FormationView:
     def _lose(self, name: str, command: Command, step: int) -> None:
         if name in self._names:
             place = self._names.index(name)
-            self.last_words[place] = command
-            # Lost again before its first command, it has no last word for this step.
-            self.formation.lost_at[place] = step if command.step + 1 == step else step - 1
+            # Without a command in the step before it has announced nothing for this one.
+            announced = bool(command.header.frame_id) and command.step + 1 == step
+            if announced:
+                self.last_words[place] = command
+            self.formation.lost_at[place] = step if announced else step - 1
 
     def speaks(self, satellite: int, step: int) -> bool:
-        """Whether a satellite says something for a step: it flies, or its last words are for this step."""
-        return bool(self.formation.alive[satellite]) or self.formation.lost_at.get(satellite) == step
+        """Whether a satellite's neighbours use what it announces for a step."""
+        return self.formation.speaks(satellite, step)
 
     @property
     def lost(self) -> list[str]:

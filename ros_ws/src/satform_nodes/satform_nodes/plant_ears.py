@@ -167,8 +167,9 @@ class PlantEars:
             self._speakers[index].vacate(name)
             self._ready_speakers.vacate(name)
         for event in change.back:
-            # What it said before it was lost is no last word of what it says now.
-            self._last_commands.pop(event.satellite, None)
+            if self._muster.formation.lost_at.get(event.satellite) != self._muster.step:
+                # What it said before it was lost is no last word of what it says now.
+                self._last_commands.pop(event.satellite, None)
             self.promptness.heard(event.satellite)
 
     def quiet(self, names: Iterable[str], silence: float) -> list[str]:
@@ -185,7 +186,7 @@ class PlantEars:
         return [name for name in names if name not in places or now - self._heard_at[places[name]] >= silence]
 
     def last_word(self, satellite: int) -> Command:
-        """The last command of a satellite; an empty one when it has never commanded."""
+        """The last command of a satellite since it joined; an empty one when it has not commanded since."""
         data = self._last_commands.get(satellite)
         return deserialize_message(data, Command) if data else Command()
 

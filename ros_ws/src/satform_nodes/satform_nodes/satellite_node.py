@@ -236,7 +236,9 @@ class SatelliteNode:
             self.satellite.join(step)
         self.flying = True
         self.step = step
-        self.voice.announce(step, self.voice.words(self.satellite.announce(), step))
+        if returned is None or self.view.formation.lost_at.get(self.index) != step:
+            # What it had announced for this step before it was lost in it stands.
+            self.voice.announce(step, self.voice.words(self.satellite.announce(), step))
         return True
 
     def _fall(self) -> None:
