@@ -506,3 +506,21 @@ def test_show_says_nothing_of_faults_where_there_are_none(capsys: pytest.Capture
     printed = capsys.readouterr().out
     assert "links:" not in printed
     assert "fault" not in printed
+
+
+def test_a_large_formation_is_shown_on_a_page(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    data = json.loads(shortened("triangle", 10.0).to_json())
+    curve = data["satellites"][0]["curve"]
+    data["satellites"] = [{"name": f"s{number}", "curve": curve} for number in range(120)]
+    file = tmp_path / "many.json"
+    file.write_text(json.dumps(data))
+    assert cli.main(["show", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert len(printed) < 20_000
+    assert len(printed.splitlines()) < 150
+    assert max(map(len, printed.splitlines())) < 500
+    assert "... and 110 more; --json prints all" in printed
+    assert "(119 in all)" in printed
+    # Of a few satellites everything is shown.
+    assert cli.main(["show", "triangle"]) == 0
+    assert "--json prints all" not in capsys.readouterr().out

@@ -17,7 +17,12 @@ import satform_tools
 from satform.scenario import Problem, ScenarioError, parse_scenario
 
 PACKAGES = (satform, satform_nodes, satform_bringup, satform_tools, satform_setup)
-VALUES = {"sentence": "it failed", "code": 3, "problems": [Problem("f.yaml", 3, "orbit", "is missing")]}
+VALUES = {
+    "sentence": "it failed",
+    "code": 3,
+    "problems": [Problem("f.yaml", 3, "orbit", "is missing")],
+    "nearest": 2.5,
+}
 """An argument for each parameter that an error of ours is made with."""
 
 

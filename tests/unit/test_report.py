@@ -46,7 +46,7 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def exported(flown: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of the report of that run, with everything that can be had beside its page."""
     out = tmp_path_factory.mktemp("exported")
-    wanted = [word for form in ("png", "svg", "csv", "parquet") for word in ("--export", form)]
+    wanted = [word for form in ("png", "svg", "pdf", "csv", "parquet") for word in ("--export", form)]
     assert cli.main(["report", str(flown), "--out", str(out), *wanted]) == 0
     return out
 
@@ -90,6 +90,15 @@ def test_pictures_of_every_quantity_are_drawn_when_they_are_wanted(exported: Pat
     for path in exported.glob("*.svg"):
         root = ElementTree.parse(path).getroot()  # noqa: S314 - just written by ourselves
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
+        texts = [element.text or "" for element in root.iter("{http://www.w3.org/2000/svg}text")]
+        assert "time [s]" in texts or any("radial" in text for text in texts), path
+    assert sorted(path.stem for path in exported.glob("*.pdf")) == names
+    for path in exported.glob("*.pdf"):
+        content = path.read_bytes()
+        assert content.startswith(b"%PDF")
+        # Fonts as outlines in the file are type 3; as type 42 their text can be searched and copied.
+        assert b"/Type3" not in content
+        assert b"/FontFile2" in content
 
 
 def test_a_lone_satellite_disagrees_with_nobody(tmp_path: Path) -> None:
@@ -126,9 +135,13 @@ def test_a_flight_as_parquet_has_the_bits_of_the_flight_and_its_units(flown: Pat
     assert table["satellite"].to_pylist()[:3] == ["sat1", "sat2", "sat3"]
     velocity = np.array(table["velocity_x"].to_pylist()).reshape(401, 3)
     assert np.array_equal(velocity, record.velocity[..., 0])
-    about = (exported / "flight.parquet").read_bytes()
-    assert b"unit.velocity_x" in about
-    assert b"m/s" in about
+    # Where polars, pandas and pyarrow look.
+    about = {key.decode(): value.decode() for key, value in table.schema.metadata.items()}
+    assert about["unit.velocity_x"] == "m/s"
+    units = json.loads(about["PANDAS_ATTRS"])["units"]
+    assert units["acceleration_x"] == "m/s²"
+    assert set(units) == set(table.column_names) - {"step", "satellite"}
+    assert table.schema.field("position_x").metadata == {b"unit": b"m"}
 
 
 def test_a_page_needs_nothing_but_itself(exported: Path) -> None:

@@ -45,6 +45,9 @@ STYLE: Any = {
     "legend.fontsize": 9,
     "lines.linewidth": 1.4,
     "font.size": 10,
+    # Text stays text, to be found, copied and set anew.
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
 }
 
 

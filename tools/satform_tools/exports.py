@@ -1,6 +1,7 @@
 """A kept flight in other forms: pictures, and its numbers as a table that other programs read."""
 
 import csv
+import json
 import re
 from collections.abc import Iterator, Sequence
 from itertools import chain
@@ -28,7 +29,7 @@ def export(kept: Kept, folder: Path, formats: Sequence[Format]) -> list[Path]:
     Args:
         kept: the flight.
         folder: existing; files of the same name are replaced.
-        formats: pictures as PNG or SVG, numbers as CSV or Parquet.
+        formats: pictures as PNG, SVG or PDF, numbers as CSV or Parquet.
 
     Returns:
         The files.
@@ -120,8 +121,13 @@ def _rows(record: FlightRecord, table: dict[str, Array]) -> Iterator[list[object
 
 
 def _write_parquet(kept: Kept, file: Path) -> Path:
+    """Every number with its bits; units stand where readers look for them.
+
+    pandas takes `DataFrame.attrs` from `PANDAS_ATTRS`, pyarrow `unit` from the metadata of a field, and
+    `polars.read_parquet_metadata` gives `unit.<column>` of the file.
+    """
     from arro3.core import Array as Column  # noqa: PLC0415 - only this needs it
-    from arro3.core import DataType, Table  # noqa: PLC0415
+    from arro3.core import DataType, Field, Schema, Table  # noqa: PLC0415
     from arro3.io import write_parquet  # noqa: PLC0415
 
     record = kept.record
@@ -133,10 +139,18 @@ def _write_parquet(kept: Kept, file: Path) -> Path:
         "satellite": Column(names, DataType.string()),
         **{name: Column.from_numpy(np.ascontiguousarray(values)) for name, values in table.items()},
     }
-    about = {
-        "scenario": kept.scenario.to_json(),
-        "digest": kept.scenario.digest(),
-        **{f"unit.{name}": unit_of(name) for name in table},
+    units = {name: unit_of(name) for name in table}
+    about = {"scenario": kept.scenario.to_json(), "digest": kept.scenario.digest()}
+    attributes = {"units": units, "scenario": kept.scenario.name, "digest": kept.scenario.digest()}
+    metadata = {
+        **about,
+        **{f"unit.{name}": unit for name, unit in units.items()},
+        "PANDAS_ATTRS": json.dumps(attributes, ensure_ascii=False),
     }
-    write_parquet(Table(data), file, compression="zstd(3)", key_value_metadata=about)
+    fields = [
+        Field(name, column.type, metadata={"unit": units[name]} if name in units else {})
+        for name, column in data.items()
+    ]
+    written = Table.from_arrays(list(data.values()), schema=Schema(fields, metadata=metadata))
+    write_parquet(written, file, compression="zstd(3)", key_value_metadata=metadata)
     return file

@@ -8,5 +8,6 @@ class Format(StrEnum):
 
     PNG = "png"
     SVG = "svg"
+    PDF = "pdf"
     CSV = "csv"
     PARQUET = "parquet"

@@ -28,7 +28,7 @@ def draw(
         scenario: what was flown.
         record: of at least one step.
         folder: existing; pictures of the same name are replaced.
-        form: of the files, png or svg.
+        form: of the files: png, svg or pdf.
         wanted: names of the pictures; all that the flight has when left out.
 
     Returns:

@@ -15,12 +15,11 @@ from satform.sampled_loops import sampled_loops
 from satform.satellite import flight_plan
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
-from satform_tools import describe_orbit, say
+from satform_tools import abridged, describe_orbit, say
 from satform_tools.check import warnings
 from satform_tools.check.consensus import margin
 from satform_tools.check.disturbances import describe_schedule
 from satform_tools.check.reference_motion import steady_motions
-from satform_tools.check.wording import listed
 from satform_tools.say import Table
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
@@ -49,8 +48,7 @@ def show(scenario: Scenario, *, as_json: bool) -> None:
     _print_disturbances(data)
     _print_processes(data)
     _print_expectations(data["expectations"])
-    for warning in data["warnings"]:
-        say.line(f"warning: {warning}", "yellow")
+    abridged.lines([f"warning: {warning}" for warning in data["warnings"]])
 
 
 def describe(scenario: Scenario) -> dict[str, Any]:
@@ -235,13 +233,12 @@ def _print_satellites(satellites: list[dict[str, Any]]) -> None:
         )
         for entry in satellites
     ]
-    say.table(Table(headings, rows, frozenset(range(2, len(headings)))))
+    abridged.table(Table(headings, rows, frozenset(range(2, len(headings)))))
     say.line()
     gains: dict[str, list[str]] = {}
     for entry in satellites:
         gains.setdefault(_words(entry["controller"]), []).append(entry["name"])
-    for words, names in gains.items():
-        say.line(f"controller of {', '.join(names)}: {words}")
+    abridged.lines([f"controller of {abridged.names(names)}: {words}" for words, names in gains.items()])
     say.line()
 
 
@@ -251,8 +248,8 @@ def _print_graph(data: dict[str, Any]) -> None:
         ", connected" if graph["connected"] else ", not connected"
     )
     say.line(f"graph: {graph['kind']} ({kind})")
-    for name, heard in graph["hears"].items():
-        say.line(f"  {name} hears {', '.join(heard) or 'nobody'}")
+    hears = graph["hears"].items()
+    abridged.lines([f"  {name} hears {abridged.names(heard) or 'nobody'}" for name, heard in hears])
     if "tracking_gain" in consensus:
         _print_robustness(graph)
     worked_out = {"modal_roots", "delay_margin", "stable_for_any_delay"}
@@ -262,7 +259,7 @@ def _print_graph(data: dict[str, Any]) -> None:
         (_number(value), ", ".join(_number(root) for root in roots))
         for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"] or repeat([]), strict=False)
     ]
-    say.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
+    abridged.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
     if consensus["stable_for_any_delay"]:
         say.line(f"delay margin with {consensus['neighbour_values']}: stable for any delay of the messages")
     elif consensus["delay_margin"] is not None:
@@ -276,14 +273,14 @@ def _print_loops(loops: list[dict[str, Any]]) -> None:
     rows = [
         (
             loop["kind"],
-            listed(loop["satellites"]),
+            abridged.names(loop["satellites"]),
             loop["words"],
             "not analysed" if loop["radius"] is None else f"{loop['radius']:.6g}",
         )
         for loop in loops
     ]
     if rows:
-        say.table(Table(("loop", "of", "what", "spectral radius a step"), rows, frozenset({3})))
+        abridged.table(Table(("loop", "of", "what", "spectral radius a step"), rows, frozenset({3})))
         say.line()
 
 
@@ -310,12 +307,8 @@ def _print_disturbances(data: dict[str, Any]) -> None:
     )
     if links is not None:
         say.line(f"links: {_link_words(links['default'])}")
-        for edge in links["edges"]:
-            own = {key: edge[key] for key in edge if key not in {"speaker", "listener"}}
-            say.line(f"  from {edge['speaker']} to {edge['listener']}: {_link_words(own)}")
-    for fault in faults:
-        own = {key: fault[key] for key in fault if key not in {"kind", "satellite"}}
-        say.line(f"fault: {fault['kind']} of {fault['satellite']}, {_words(own)}")
+        abridged.lines([_edge_words(edge) for edge in links["edges"]])
+    abridged.lines([_fault_words(fault) for fault in faults])
     if period is not None:
         say.line(f"checkpoints: every {period:g} s")
     if data["tolerated_losses"]:
@@ -332,9 +325,19 @@ def _print_disturbances(data: dict[str, Any]) -> None:
             for entry in schedule
         ]
         headings = ("from [s]", "because", "flying", "links", "lambda_2 of those who fly")
-        say.table(Table(headings, rows, frozenset({0, 2, 3})))
+        abridged.table(Table(headings, rows, frozenset({0, 2, 3})))
     if links is not None or schedule or faults or period is not None:
         say.line()
+
+
+def _edge_words(edge: dict[str, Any]) -> str:
+    own = {key: edge[key] for key in edge if key not in {"speaker", "listener"}}
+    return f"  from {edge['speaker']} to {edge['listener']}: {_link_words(own)}"
+
+
+def _fault_words(fault: dict[str, Any]) -> str:
+    own = {key: fault[key] for key in fault if key not in {"kind", "satellite"}}
+    return f"fault: {fault['kind']} of {fault['satellite']}, {_words(own)}"
 
 
 def _link_words(fields: dict[str, Any]) -> str:
@@ -345,9 +348,9 @@ def _link_words(fields: dict[str, Any]) -> str:
 
 def _print_processes(data: dict[str, Any]) -> None:
     listed = [f"{process['node']} ({process['executable']})" for process in data["processes"]]
-    say.line(f"processes: {', '.join(listed)}")
-    rows = [(topic["topic"], topic["from"], ", ".join(topic["to"])) for topic in data["topics"]]
-    say.table(Table(("topic", "from", "to, besides the recorder"), rows))
+    say.line(f"processes: {abridged.names(listed)}")
+    rows = [(topic["topic"], topic["from"], abridged.names(topic["to"])) for topic in data["topics"]]
+    abridged.table(Table(("topic", "from", "to, besides the recorder"), rows))
     say.line()
 
 
@@ -358,7 +361,7 @@ def _print_expectations(expectations: list[dict[str, Any]]) -> None:
         (entry["label"], entry["unit"], _words({key: entry[key] for key in entry if key in _ALLOWED}))
         for entry in expectations
     ]
-    say.table(Table(("expectation", "unit", "allowed"), rows))
+    abridged.table(Table(("expectation", "unit", "allowed"), rows))
 
 
 def _words(fields: dict[str, Any]) -> str:

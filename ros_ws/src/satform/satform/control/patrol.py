@@ -100,8 +100,11 @@ class NoPatrolError(ValueError):
     """
 
     def __init__(self, sentence: str, nearest: float | None) -> None:
-        super().__init__(sentence)
+        super().__init__(sentence, nearest)
         self.nearest = nearest
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def plan_patrol(patrol: Patrol, goal: PatrolGoal | None = None, width: int = 6) -> PatrolPlan:
