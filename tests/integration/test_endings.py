@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
+import rosbag2_format
 from flights import shortened
 from flown import assert_flies_again, processes_of
 from satform.simulate import simulate
@@ -20,6 +21,7 @@ from satform_bringup import watch
 from satform_bringup.processes import processes
 from satform_bringup.supervise import fly
 from satform_nodes.bag_reader import read_bag
+from satform_nodes.bag_recovery import is_whole, recover
 
 
 def recorder_alone(fleet: Callable[..., list], tmp_path: Path) -> tuple[list, Path]:
@@ -52,6 +54,12 @@ def test_a_recorder_ended_by_a_signal_leaves_a_bag_that_opens(
     assert not read.complete
     whole = simulate(shortened("triangle", steps * 0.5))
     assert whole.differences(read.record) == []
+    # Only a recorder that ends itself describes its bag; what the killed one left can be made whole.
+    assert is_whole(bag) == (number != signal.SIGKILL)
+    recovered = tmp_path / "recovered"
+    assert recover(bag, recovered).messages == sum(read.messages.values())
+    rosbag2_format.read(recovered)
+    assert read_bag(recovered).record.differences(read.record) == []
 
 
 def test_a_closed_bag_opens_without_the_workspace(

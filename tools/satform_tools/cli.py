@@ -228,6 +228,21 @@ def replay(
 
 
 @app.command()
+def recover(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, bag folder, or .mcap file.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the new bag; by default one beside the old."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Make a whole bag of one whose recorder was killed; the old one stays as it is."""
+    from satform_tools import recovering
+
+    recovering.recover(run, out, as_json=json)
+
+
+@app.command()
 def rejoin(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run that is under way.")],
     satellite: Annotated[str, typer.Argument(help="Name of the satellite that was lost.")],

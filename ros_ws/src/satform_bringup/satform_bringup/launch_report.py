@@ -54,7 +54,7 @@ def result(scenario: Scenario, bag: Path | None) -> list[str]:
         return [f"result: not judged: {error}"]
     if not flight.complete:
         return [f"result: not judged: {flight.record.steps} of {scenario.timing.steps} steps are in the bag"]
-    verdicts = list(judge(scenario.expect, flight.record))
+    verdicts = list(judge(scenario.expect, flight.record, scenario))
     lines = [
         f"{'met' if verdict.met else 'MISSED'}: {verdict.label}: {verdict.figure:g} {verdict.unit}, "
         f"expected {verdict.allowed}"

@@ -14,6 +14,8 @@ from typing import Any
 import yaml
 from rclpy.qos import QoSProfile
 
+from satform.bounded_file import read_bounded
+
 FILE_NAME = "metadata.yaml"
 RECORD = "rosbag2"
 """Name of the MCAP metadata record in which rosbag2's storage keeps the description."""
@@ -21,6 +23,9 @@ RECORD = "rosbag2"
 RECORD_KEY = "serialized_metadata"
 QOS_KEY = "offered_qos_profiles"
 HASH_KEY = "topic_type_hash"
+
+MOST_BYTES = 100_000_000
+"""Size of the largest description that is read; that of 10 000 satellites has some 50 megabytes."""
 
 VERSION = 9
 DISTRIBUTION = "jazzy"
@@ -111,6 +116,33 @@ def description(file_name: str, topics: Sequence[Topic], start: int, end: int) -
         "custom_data": {},
         "ros_distro": DISTRIBUTION,
     }
+
+
+def fits(folder: Path, messages: int) -> bool:
+    """Whether a bag's folder has a `metadata.yaml` that rosbag2 of Jazzy can decode, for this many messages.
+
+    Args:
+        folder: of the bag.
+        messages: in its file.
+    """
+    try:
+        found = _parsed(read_bounded(folder / FILE_NAME, MOST_BYTES))["rosbag2_bagfile_information"]
+        offered_by = [entry["topic_metadata"] for entry in found["topics_with_message_count"]]
+        return (
+            found["version"] == VERSION
+            and found["message_count"] == messages
+            and all(isinstance(topic["offered_qos_profiles"], list) for topic in offered_by)
+        )
+    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError):
+        return False
+
+
+def _parsed(content: bytes) -> Any:
+    try:
+        # Ours is JSON, which is read a hundred times faster.
+        return json.loads(content)
+    except ValueError:
+        return yaml.load(content, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
 
 
 def write(folder: Path, described: dict[str, Any]) -> None:

@@ -55,7 +55,7 @@ SAID_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate"
 Table = NDArray[Any]
 """Messages of one topic: a structured array with a field for each number."""
 
-_READ_FAILURES = (
+READ_FAILURES = (
     McapError,
     EOFError,
     ValueError,
@@ -67,6 +67,7 @@ _READ_FAILURES = (
     RuntimeError,
     struct.error,
 )
+"""What reading a file that ends early or is damaged may raise."""
 
 
 class BagError(ValueError):
@@ -114,7 +115,7 @@ def read_bag(path: Path) -> Bag:
     Raises:
         BagError: there is no such bag, or it holds no flight.
     """
-    file = _find(path)
+    file = find_file(path)
     contents = _scan(file)
     scenario = contents.scenario
     if scenario is None:
@@ -151,7 +152,15 @@ class _Contents:
     files: dict[str, bytes] = field(default_factory=dict)
 
 
-def _find(path: Path) -> Path:
+def find_file(path: Path) -> Path:
+    """The MCAP file that a path means.
+
+    Args:
+        path: folder of a bag, or the file itself.
+
+    Raises:
+        BagError: there is none, or more than one.
+    """
     if path.is_file():
         return path
     if not path.is_dir():
@@ -185,7 +194,7 @@ def _scan(file: Path) -> _Contents:
         raise
     except ExpansionError as error:
         raise BagError(f"{file}: {error}") from None
-    except _READ_FAILURES as error:
+    except READ_FAILURES as error:
         if contents.scenario is None and not contents.messages:
             reason = str(error) or "it ends too early"
             raise BagError(f"{file}: is not an MCAP file that can be read: {reason}") from None

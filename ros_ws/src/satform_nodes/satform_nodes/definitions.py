@@ -10,7 +10,8 @@ from ament_index_python.packages import get_package_share_directory
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import get_types_from_msg
 
-_SEPARATOR = "=" * 80
+SEPARATOR = "=" * 80
+"""Line between the texts of the messages of one definition."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ def definition(message_type: Any) -> str:
         seen.add(name)
         text = _read(name)
         package, _, short = name.split("/")
-        parts.append(f"{_SEPARATOR}\nMSG: {package}/{short}\n{text}")
+        parts.append(f"{SEPARATOR}\nMSG: {package}/{short}\n{text}")
         waiting += _contained(name, text)
     return "".join(part if part.endswith("\n") else part + "\n" for part in parts)
 
