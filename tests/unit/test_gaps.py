@@ -9,7 +9,7 @@ import pytest
 
 from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
-from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion, require_protocol
 from satform.control.waypoints import TimedBurnsSpec
 from satform.dynamics import cw
 from satform.equipment.kalman_filter import Measurement, process_covariance
@@ -248,3 +248,25 @@ def test_the_covariance_of_a_filter_grows_over_a_gap_as_that_of_free_motion() ->
 def test_timed_burns_have_no_memory_that_a_loss_could_make_wrong() -> None:
     law = TimedBurnsSpec(burns=[{"time": 10.0, "velocity_change": (1.0, 0.0, 0.0)}]).build(SETTING)
     assert law.start(Motion(np.zeros(3), np.zeros(3))) is None
+
+
+class Counting:
+    """A law with a memory that says nothing of gaps, as written for an earlier protocol."""
+
+    def start(self, motion: Motion) -> int:
+        return 0
+
+    def act(self, motion: Motion, reference: Reference, memory: int) -> None:
+        raise AssertionError("it is refused before it acts")
+
+
+def test_a_law_that_does_not_say_what_becomes_of_its_memory_is_refused_in_words() -> None:
+    with pytest.raises(ValueError, match=r"Counting\) has no method resume; .* over steps that it missed"):
+        require_protocol(Counting(), TimedBurnsSpec())
+
+
+def test_a_law_that_does_not_take_the_step_is_refused_in_words() -> None:
+    law = Counting()
+    law.resume = lambda memory, gap: memory  # type: ignore[attr-defined]
+    with pytest.raises(ValueError, match=r"act takes \(motion: .*\) -> None, and has to take .* the step"):
+        require_protocol(law, TimedBurnsSpec())

@@ -34,6 +34,9 @@ class SteadyPush:
     def start(self, motion):
         return None
 
+    def resume(self, memory, gap):
+        return memory
+
     def act(self, motion, reference, memory, step):
         acceleration = self.value + 0.0 * motion.position
         return Action(acceleration, 0.0 * acceleration)

@@ -174,7 +174,7 @@ def test_a_filter_s_radius_is_that_of_its_own_covariance_once_it_is_steady() -> 
     for number in range(3000):
         estimate = model.predict(estimate, np.zeros(3))
         if number % 3 == 2:
-            estimate = model.update(estimate, Measurement(np.zeros(3), np.zeros(3), number))
+            estimate, _ = model.update(estimate, Measurement(np.zeros(3), np.zeros(3), number))
     gain = estimate.covariance / model.variance
     expected = np.abs(np.linalg.eigvals((np.eye(6) - gain) @ between)).max()
     assert spectral_radius(estimation_transition(estimator)) == pytest.approx(expected, rel=1e-6)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from satform.elementwise import Array
+from satform.flight.findings import findings, mean_after_settling
 from satform.metrics import arc_length_spread
 from satform.record import FlightRecord
 
@@ -34,6 +35,10 @@ class SatelliteSummary:
         withheld: steps with a command below the smallest impulse.
         starved: steps with a command that the tank could not give.
         absent: steps in which it did not fly; they have no part in the errors.
+        mean_nees: mean normalised estimation error squared of its filter after the flight's first fifth, 6
+            for a consistent one; NaN without a filter.
+        mean_innovation: likewise of its normalised innovation squared.
+        rejected: measurements that its filter rejected.
     """
 
     name: str
@@ -47,6 +52,9 @@ class SatelliteSummary:
     withheld: int
     starved: int
     absent: int
+    mean_nees: float
+    mean_innovation: float
+    rejected: int
 
 
 @dataclass(frozen=True)
@@ -60,6 +68,7 @@ class Summary:
         spread_at_start: largest minus smallest generalised arc length, m; NaN for a lone satellite.
         spread_at_end: the same at the end, m.
         smallest_distance: between any two satellites, m; NaN for a lone satellite.
+        findings: sentences about what a user should know although nothing was expected of it.
     """
 
     duration: float
@@ -68,6 +77,7 @@ class Summary:
     spread_at_start: float
     spread_at_end: float
     smallest_distance: float
+    findings: tuple[str, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """As plain data."""
@@ -93,11 +103,13 @@ def summarise(record: FlightRecord) -> Summary:
         spread_at_start=float(spread[0]) if several else math.nan,
         spread_at_end=float(spread[-1]) if several else math.nan,
         smallest_distance=_smallest_distance(record),
+        findings=findings(record),
     )
 
 
 def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummary:
     control = record.control[:, column]
+    rejected = record.rejected_measurements[:, column]
     return SatelliteSummary(
         name=record.satellites[column],
         final_error=_largest(record, record.tracking_error, column, final),
@@ -110,6 +122,9 @@ def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummar
         withheld=int(record.withheld[-1, column]),
         starved=int(record.starved[-1, column]),
         absent=int(np.count_nonzero(record.absent[:, column])),
+        mean_nees=mean_after_settling(record.estimation_error_squared, column),
+        mean_innovation=mean_after_settling(record.innovation, column),
+        rejected=int(np.max(rejected, initial=0.0, where=~np.isnan(rejected))),
     )
 
 

@@ -10,7 +10,7 @@ from satform_tools.outcome import Outcome, Speed
 from satform_tools.say import Table, number
 from satform_tools.summary import Summary
 
-_PASS, _MISS = "green", "bold red"
+_PASS, _MISS, _NOTE = "green", "bold red", "yellow"
 
 
 def print_outcome(outcome: Outcome) -> None:
@@ -20,6 +20,8 @@ def print_outcome(outcome: Outcome) -> None:
         print_verdicts(outcome.verdicts)
     for event in outcome.events:
         say.line(event)
+    for finding in () if outcome.summary is None else outcome.summary.findings:
+        say.line(finding, _NOTE)
     say.line(conclusion(outcome), _PASS if outcome.exit_code == 0 else _MISS)
     if outcome.punctuality:
         _print_punctuality(outcome.punctuality)
@@ -99,6 +101,9 @@ def print_summary(summary: Summary) -> None:
     ]
     say.table(Table(headings, rows, frozenset(range(1, len(headings)))))
     _print_thrusters(summary)
+    _print_filters(summary)
+    for finding in summary.findings:
+        say.line(finding, _NOTE)
     for entry in summary.satellites:
         if entry.absent:
             say.line(f"{entry.name} did not fly in {entry.absent} steps, which have no part in its errors")
@@ -123,6 +128,17 @@ def _print_thrusters(summary: Summary) -> None:
         )
         for entry in summary.satellites
         if not math.isnan(entry.propellant_used)
+    ]
+    if rows:
+        say.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+
+
+def _print_filters(summary: Summary) -> None:
+    headings = ("satellite", "mean NEES (6 is consistent)", "mean innovation squared", "rejected")
+    rows = [
+        (entry.name, number(entry.mean_nees), number(entry.mean_innovation), str(entry.rejected))
+        for entry in summary.satellites
+        if not math.isnan(entry.mean_nees)
     ]
     if rows:
         say.table(Table(headings, rows, frozenset(range(1, len(headings)))))

@@ -10,10 +10,12 @@ from satform.scenario import Scenario
 from satform_tools.check.consensus import consensus_warnings
 from satform_tools.check.controllers import controller_warnings
 from satform_tools.check.disturbances import disturbance_warnings
+from satform_tools.check.filters import filter_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
 from satform_tools.check.sampling import sampling_warnings
 from satform_tools.check.start import start_warnings
+from satform_tools.check.thrust import thrust_warnings
 from satform_tools.check.times import time_warnings
 
 SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
@@ -25,6 +27,8 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     linearisation_warnings,
     integration_warnings,
     sampling_warnings,
+    thrust_warnings,
+    filter_warnings,
 )
 """Every subject that is looked at."""
 

@@ -1,5 +1,6 @@
 """The door for controllers: what a control law is given and what it gives back."""
 
+import inspect
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
@@ -187,3 +188,31 @@ class ControllerSpec(Spec):
             law: that works for every law that is linear close to its reference.
         """
         return None
+
+
+def require_protocol(law: Any, spec: ControllerSpec) -> None:
+    """Refuse a law that lacks a method, as one that was written for an earlier protocol.
+
+    Args:
+        law: as its specification built it.
+        spec: of the law, for the message.
+
+    Raises:
+        ValueError: a method is missing, or does not take the step.
+    """
+    name = f"{getattr(spec, 'kind', type(spec).__name__)} ({type(law).__module__}.{type(law).__qualname__})"
+    wanted = ["start", "act", "resume", *(["reference"] if spec.follows == "neighbour" else [])]
+    missing = [method for method in wanted if not callable(getattr(law, method, None))]
+    if missing:
+        raise ValueError(
+            f"{name} has no method {' and no '.join(missing)}; a control law has {', '.join(wanted)}, where "
+            "resume says what becomes of its memory over steps that it missed (a law without memory derives "
+            "from Memoryless)"
+        )
+    try:
+        inspect.signature(law.act).bind(None, None, None, None)
+    except TypeError:
+        raise ValueError(
+            f"{name}: act takes {inspect.signature(law.act)}, and has to take what was measured, what is "
+            "desired, the memory and the step"
+        ) from None

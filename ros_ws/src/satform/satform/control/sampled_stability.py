@@ -23,7 +23,8 @@ from satform.control.protocol import (
 )
 from satform.dynamics import cw
 from satform.elementwise import Array
-from satform.navigation import CwKalmanFilter, Estimator
+from satform.equipment.kalman_filter import CwKalmanFilter
+from satform.navigation import Estimator
 from satform.reference import Reference
 
 _PROBE = 1e-9

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
-from satform.control.protocol import ControllerSpec, FlightSetting
+from satform.control.protocol import ControllerSpec, FlightSetting, require_protocol
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
@@ -341,7 +341,7 @@ class Scenario(Spec):
                 continue
             tried.add(gains)
             try:
-                law.build(setting)
+                require_protocol(law.build(setting), law)
             except ValueError as error:
                 place = ("every_satellite",) if own.controller is None else ("satellites", index)
                 complaints.append(((*place, "controller"), str(error)))

@@ -1,0 +1,101 @@
+"""Warnings about thrust limits: commands at the start beyond them, and integral action that winds up."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from satform.control.distance import AdaptiveDistanceSpec
+from satform.control.integral_action import IntegralSpec
+from satform.control.observer import ObserverSpec
+from satform.control.protocol import ControllerSpec
+from satform.elementwise import Array
+from satform.scenario import Scenario
+from satform.scenario.model import Timing
+from satform.simulate import simulate
+from satform.thruster import ThrusterSpec
+
+_IMPULSIVE = frozenset({"impulse", "timed_burns"})
+"""Laws whose commands are burns: one that is clipped is a burn of the wrong size."""
+
+
+def thrust_warnings(scenario: Scenario) -> list[str]:
+    """Sentences about thrusters that cannot do what they will be asked for."""
+    return [*_winding_up(scenario), *_beyond_at_start(scenario), *_drifting(scenario)]
+
+
+def _winding_up(scenario: Scenario) -> list[str]:
+    names = []
+    for index, satellite in enumerate(scenario.satellites):
+        spec = scenario.satellite(index)
+        limited = spec.thruster is not None and spec.thruster.maximum_thrust is not None
+        if limited and any(getattr(law, "anti_windup", "") == "none" for law in _laws(spec.controller)):
+            names.append(satellite.name)
+    if not names:
+        return []
+    return [
+        f"controller of {', '.join(names)}: integrates on while the thrusters are at their limit "
+        "(anti_windup: none), and overshoots by what it has wound up; use the default"
+    ]
+
+
+def _laws(controller: ControllerSpec | None) -> Sequence[ControllerSpec]:
+    """A law with those within it."""
+    inner = controller.law if isinstance(controller, IntegralSpec | ObserverSpec) else None
+    own = () if controller is None else (controller,)
+    return (*own, *(_laws(inner) if inner is not None else ()))
+
+
+def _beyond_at_start(scenario: Scenario) -> list[str]:
+    thrusters = [scenario.satellite(index).thruster for index in range(len(scenario.satellites))]
+    limited = [
+        index for index, own in enumerate(thrusters) if own is not None and own.maximum_thrust is not None
+    ]
+    if not limited:
+        return []
+    step = scenario.timing.step
+    first = simulate(scenario.model_copy(update={"timing": Timing(step=step, duration=step)}))
+    found = []
+    for index in limited if first.steps else ():
+        thruster = thrusters[index]
+        assert thruster is not None  # noqa: S101 - chosen so
+        assert thruster.maximum_thrust is not None  # noqa: S101 - likewise
+        most = thruster.maximum_thrust / (thruster.dry_mass + thruster.propellant)
+        asked = _strength(thruster, first.acceleration[0, index])
+        if asked > most * (1.0 + 1e-9):
+            found.append(
+                f"satellite {scenario.satellites[index].name}: its first command is {asked:.3g} m/s^2, "
+                f"{asked / most:.3g} times what its thrusters give, {most:.3g} m/s^2; "
+                f"{_outcome(scenario, index)}"
+            )
+    return found
+
+
+def _outcome(scenario: Scenario, index: int) -> str:
+    kind = getattr(scenario.satellite(index).controller, "kind", "")
+    if kind in _IMPULSIVE:
+        return "the burn will be too small, and what follows misses its mark"
+    return "it flies saturated at first"
+
+
+def _strength(thruster: ThrusterSpec, command: Array) -> float:
+    per_axis = thruster.arrangement == "per_axis"
+    return float(np.max(np.abs(command)) if per_axis else np.linalg.norm(command))
+
+
+def _drifting(scenario: Scenario) -> list[str]:
+    names = []
+    for index, satellite in enumerate(scenario.satellites):
+        spec = scenario.satellite(index)
+        law, sensor = spec.controller, spec.sensor
+        noisy = sensor is not None and any((*sensor.position_noise, *sensor.velocity_noise))
+        drifts = (
+            isinstance(law, AdaptiveDistanceSpec) and law.leakage == "none" and law.disturbance_rate > 0.0
+        )
+        if noisy and drifts:
+            names.append(satellite.name)
+    if not names:
+        return []
+    return [
+        f"controller of {', '.join(names)}: adapts without leakage under sensor noise, so that its "
+        "estimate of the disturbance only grows; choose leakage: sigma_modification or e_modification"
+    ]
