@@ -16,10 +16,11 @@ from typing import Protocol
 
 import numpy as np
 
+from satform.earth import ROTATION_RATE
 from satform.elementwise import Array, cross, dot, norm
 
-EARTH_ROTATION_RATE = 2.0 * math.pi * 1.00273781191135448 / 86400.0
-"""Rate of the Earth rotation angle with UT1 = UTC, rad/s (IERS Conventions 2010, Eq. 5.15)."""
+EARTH_ROTATION_RATE = ROTATION_RATE
+"""Rate of the Earth rotation angle; the one of `satform.earth`."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from satform.control.protocol import Action, ControllerSpec, ControlStep, Flight
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import Curve
 from satform.elementwise import Array
+from satform.environment import pointing_in
 from satform.equipment.kalman_filter import Measurement
 from satform.inbox import Inbox, Told
 from satform.navigation import Estimator, EstimatorMemory
@@ -447,6 +448,7 @@ def _orientation(scenario: Scenario, index: int, desired: Reference) -> Orientat
     spec = scenario.satellite(index).attitude
     if spec is None:
         return None
+    spec = spec.model_copy(update={"pointing": pointing_in(scenario.dynamics, spec.pointing)})
     target = None
     if isinstance(spec.pointing, SatellitePointingSpec):
         names = [satellite.name for satellite in scenario.satellites]

@@ -17,6 +17,7 @@ from satform.consensus.graph import Graph
 from satform.control.pointing import CircularOrbit
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.elementwise import Array, norm
+from satform.environment import pointing_in
 from satform.reference import Path
 from satform.scenario import SatelliteSpec, Scenario
 from satform.scene_shapes import (
@@ -253,9 +254,10 @@ def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
     spec = scenario.satellite(index).attitude
     if spec is None:
         return None
-    if isinstance(spec.pointing, SatellitePointingSpec):
-        return spec.pointing.build(scenario.orbit.rate, scenario.orbit.radius).orbit
-    return spec.pointing.build().orbit
+    pointing = pointing_in(scenario.dynamics, spec.pointing)
+    if isinstance(pointing, SatellitePointingSpec):
+        return pointing.build(scenario.orbit.rate, scenario.orbit.radius).orbit
+    return pointing.build().orbit
 
 
 def _pairs(hears: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -349,8 +349,9 @@ class GroundPointingSpec(Spec):
     """Of the place pointed at, geocentric, rad."""
     target_longitude: Number
     """Of the place pointed at, east of Greenwich, rad."""
-    sun: Vector = (1.0, 0.0, 0.0)
-    """Direction to the sun, inertial equatorial components, any length."""
+    sun: Vector | None = None
+    """Direction to the sun, inertial equatorial components, any length; when left out that of the truth
+    model's epoch, and along x where it has none."""
     boresight: Vector = (1.0, 0.0, 0.0)
     """Direction of the sensor, body components, any length."""
     panel_axis: Vector = (0.0, 1.0, 0.0)
@@ -367,6 +368,6 @@ class GroundPointingSpec(Spec):
             orbit=orbit,
             latitude=self.target_latitude,
             longitude=self.target_longitude,
-            sun=direction_of("sun", np.array(self.sun)),
+            sun=direction_of("sun", np.array(self.sun or (1.0, 0.0, 0.0))),
             axes=sensor_axes(np.array(self.boresight), np.array(self.panel_axis)),
         )

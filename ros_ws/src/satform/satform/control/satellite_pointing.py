@@ -96,8 +96,9 @@ class SatellitePointingSpec(Spec):
     kind: Literal["satellite_pointing"] = "satellite_pointing"
     target: str
     """Name of the satellite pointed at."""
-    sun: Vector = (0.0, 0.0, 1.0)
-    """Direction to the sun, inertial components, any length."""
+    sun: Vector | None = None
+    """Direction to the sun, inertial components, any length; when left out that of the truth model's
+    epoch, and along the orbit normal where it has none."""
     boresight: Vector = (1.0, 0.0, 0.0)
     """Direction of the sensor, body components, any length."""
     panel_axis: Vector = (0.0, 1.0, 0.0)
@@ -113,7 +114,7 @@ class SatellitePointingSpec(Spec):
         Raises:
             ValueError: a direction is zero, or the panel axis is parallel to the boresight.
         """
-        sun = direction_of("sun", np.array(self.sun))
+        sun = direction_of("sun", np.array(self.sun or (0.0, 0.0, 1.0)))
         orbit = CircularOrbit(
             radial=np.array([1.0, 0.0, 0.0]),
             transverse=np.array([0.0, 1.0, 0.0]),

@@ -1,12 +1,14 @@
-"""Where the sun stands, to a hundredth of a degree, and whether the Earth hides it."""
+"""Sun, Earth angle and Earth's shadow, as the force models have them."""
 
 import math
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
+from typing import Any
 
 import numpy as np
 
 from satform.earth import EQUATORIAL_RADIUS
 from satform.elementwise import Array
+from satform.frames import earth_rotation_angle
 
 
 def days_since_2000(year: int, month: int, day: int, hour: float = 0.0) -> float:
@@ -28,43 +30,37 @@ def days_since_2000(year: int, month: int, day: int, hour: float = 0.0) -> float
 
 
 def sun_direction(days: float) -> Array:
-    """Unit vector from the Earth to the sun.
+    """Unit vector from the Earth to the sun, as the force models have it.
 
     Args:
-        days: since 2000-01-01 12:00.
+        days: since 2000-01-01 12:00 UTC.
 
     Returns:
-        Inertial equatorial components, shape (3,), good to about 0.01 degrees between 1950 and 2050.
-
-    Source: The Astronomical Almanac: low-precision formulas for the sun.
+        Inertial components (GCRF), shape (3,).
     """
-    anomaly = math.radians(357.528 + 0.9856003 * days)
-    mean_longitude = math.radians(280.460 + 0.9856474 * days)
-    equation = math.radians(1.915 * math.sin(anomaly) + 0.020 * math.sin(2.0 * anomaly))
-    longitude = mean_longitude + equation
-    obliquity = math.radians(23.439 - 0.0000004 * days)
-    return np.array(
-        [
-            math.cos(longitude),
-            math.cos(obliquity) * math.sin(longitude),
-            math.sin(obliquity) * math.sin(longitude),
-        ]
-    )
+    import brahe  # noqa: PLC0415  slow to import, and few scenarios look at the sun
+
+    at = datetime(2000, 1, 1, 12, tzinfo=UTC) + timedelta(days=days)
+    second = at.second + 1e-6 * at.microsecond
+    utc: Any = brahe.TimeSystem.UTC
+    epoch = brahe.Epoch.from_datetime(at.year, at.month, at.day, at.hour, at.minute, second, 0.0, utc)
+    position: Array = brahe.sun_position(epoch)
+    return position / math.sqrt(float(position @ position))
 
 
 def greenwich_angle(days: float) -> float:
-    """Right ascension of the Greenwich meridian.
+    """Earth rotation angle, as gravity with `rotation: closed` has it.
 
     Args:
-        days: since 2000-01-01 12:00.
+        days: since 2000-01-01 12:00 UTC.
 
     Returns:
         rad, within one turn.
 
-    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 3: mean sidereal time, linear
-    part.
+    Source: see `satform.frames.earth_rotation_angle`.
     """
-    return math.radians((280.46061837 + 360.98564736629 * days) % 360.0)
+    whole = math.floor(days)
+    return earth_rotation_angle(whole, 86400.0 * (days - whole))
 
 
 def in_cylindrical_shadow(position: Array, sun: Array) -> bool:

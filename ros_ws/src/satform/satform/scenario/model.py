@@ -16,6 +16,7 @@ from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
+from satform.environment import environment_complaints
 from satform.expectation import Expectation
 from satform.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
 from satform.formation import GraphChangeSpec, planned, possible_graph
@@ -282,6 +283,7 @@ class Scenario(Spec):
             *self._following_complaints(),
             *self._reference_complaints(),
             *self._attitude_complaints(),
+            *self._environment_complaints(),
             *self._expectation_complaints(),
             *self._link_complaints(),
             *self._schedule_complaints(),
@@ -421,6 +423,13 @@ class Scenario(Spec):
                 found += self._target_faults(index, spec.pointing.target, names, graph)
             complaints += [(("satellites", index), f"attitude of {names[index]}: {fault}") for fault in found]
         return complaints
+
+    def _environment_complaints(self) -> list[Complaint]:
+        attitudes = (
+            (index, own.name, self.satellite(index).attitude) for index, own in enumerate(self.satellites)
+        )
+        pointings = [(index, name, spec.pointing) for index, name, spec in attitudes if spec is not None]
+        return environment_complaints(self.dynamics, pointings, self.expect)
 
     def _target_faults(self, index: int, target: str, names: list[str], graph: Graph | None) -> list[str]:
         if target not in names:
