@@ -4,6 +4,7 @@ import re
 import signal
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from rclpy.node import Node
 from satform_msgs.msg import Command
 
 from flights import shortened
+from flown import assert_flies_again
+from satform.exit_codes import EXIT_BAD_INPUT
 from satform.simulate import simulate
 from satform_bringup.processes import processes
 from satform_nodes import topics
@@ -115,3 +118,70 @@ def test_a_gain_changed_in_flight_acts_from_the_step_that_the_reply_names(
     assert [(change.step, change.name, list(change.value)) for change in told] == [
         (named, "controller.switching_gain", [0.2, 0.2, 0.2])
     ]
+
+
+GIVEN = {"controller.switching_gain": [5.0, 5.0, 5.0], "controller.reaching_gain": [0.2, 0.1, 0.1]}
+
+
+@pytest.mark.parametrize("group", [1, 3])
+def test_what_a_node_is_given_at_its_start_is_flown_from_step_0_on_and_on_record(
+    group: int, fleet: Callable[..., list], tmp_path: Path
+) -> None:
+    scenario = shortened("triangle", 20.0)
+    file = tmp_path / "scenario.json"
+    file.write_text(scenario.to_json())
+    nodes = processes(scenario, file, tmp_path / "bag", group)
+    given = [
+        replace(node, parameters={**node.parameters, **GIVEN}) if node.name in ("sat1", "group0") else node
+        for node in nodes
+    ]
+    assert given != nodes
+    for process in fleet(given):
+        assert process.wait(60) == 0
+    bag = read_bag(tmp_path / "bag")
+    assert bag.complete
+    changed = ["sat1"] if group == 1 else ["sat1", "sat2", "sat3"]
+    gains = {name.removeprefix("controller."): tuple(value) for name, value in GIVEN.items()}
+    law = scenario.satellite(0).controller.model_copy(update=gains)
+    satellites = [
+        own.model_copy(update={"controller": law}) if own.name in changed else own
+        for own in scenario.satellites
+    ]
+    written = simulate(scenario.model_copy(update={"satellites": tuple(satellites)}))
+    # The bits of the scenario in which they are written down, and not those of the one that was given.
+    assert written.differences(bag.record) == []
+    assert simulate(scenario).differences(bag.record)
+    assert_flies_again(bag)
+    told = [
+        (message.channel.topic, message.ros_msg.step, message.ros_msg.name, list(message.ros_msg.value))
+        for message in read_ros2_messages(str(bag.path))
+        if message.channel.topic.endswith("/parameter_changes")
+    ]
+    assert sorted(told) == sorted(
+        (f"/{name}/parameter_changes", 0, parameter, value)
+        for name in changed
+        for parameter, value in GIVEN.items()
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("controller.switching_gain", [-1.0, 5.0, 5.0], "switching_gain[0]: found -1"),
+        ("controller.switching_gian", 5.0, "did you mean controller.switching_gain?"),
+        ("controller.kind", "lqr", "change it in the scenario"),
+        ("controller.boundary_layer", True, "controller.boundary_layer: found true"),
+    ],
+)
+def test_what_a_node_cannot_fly_by_is_refused_at_its_start(
+    name: str, value: object, sentence: str, fleet: Callable[..., list], tmp_path: Path
+) -> None:
+    scenario = shortened("triangle", 20.0)
+    file = tmp_path / "scenario.json"
+    file.write_text(scenario.to_json())
+    (node,) = [node for node in processes(scenario, file, None) if node.name == "sat1"]
+    (process,) = fleet([replace(node, parameters={**node.parameters, name: value})])
+    assert process.wait(60) == EXIT_BAD_INPUT
+    printed = (tmp_path / "sat1.log").read_text()
+    assert sentence in printed
+    assert "Traceback" not in printed

@@ -38,14 +38,15 @@ def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool
     """Have the satellites of one process act together, if they can; whether they do.
 
     They cannot where links or faults make each hear in its own way, on the wall clock, where the graph
-    that they begin with has not all edges that it will ever have, or where they are of different kinds.
+    that they begin with has not all edges that it will ever have, where a parameter was given at the
+    start, or where they are of different kinds.
 
     Args:
         satellites: before their first step.
         scenario: what is flown.
     """
     ordinary = scenario.links is None and not scenario.faults
-    alike = all(not node.clocked and node.hearsay.hears_all() for node in satellites)
+    alike = all(not (node.clocked or node.adjusted) and node.hearsay.hears_all() for node in satellites)
     if len(satellites) < 2 or not ordinary or not alike:
         return False
     try:

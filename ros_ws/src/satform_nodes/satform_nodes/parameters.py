@@ -1,5 +1,6 @@
 """ROS parameters from specifications: type, default, bounds and description from one declaration."""
 
+import difflib
 import os
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -166,6 +167,9 @@ def declare_spec(node: FormationNode, prefix: str, spec: Spec) -> None:
     Numbers become doubles and triples arrays of doubles, which may change in flight. Choices and flags
     make another law of it: they become strings and bools that are read-only. A specification within it
     gives parameters with one more dot in their names; lists of such are no parameters.
+
+    Raises:
+        ParameterError: a value that was given at the start is not allowed, or may not change at all.
     """
     for name, field in type(spec).model_fields.items():
         inner = getattr(spec, name)
@@ -180,6 +184,7 @@ def declare_spec(node: FormationNode, prefix: str, spec: Spec) -> None:
         if lone:
             node.one_for_all.add(f"{prefix}.{name}")
         _prepare_override(node, Parameter(f"{prefix}.{name}", value=value), one_for_all=lone)
+        _check_override(node, prefix, spec, name, value)
         descriptor = ParameterDescriptor(
             description=(field.description or f"{name} of {prefix}").strip(),
             read_only=isinstance(value, bool | str),
@@ -204,6 +209,89 @@ def _prepare_override(node: Node, declared: Parameter, *, one_for_all: bool) -> 
         except ValueError as error:
             raise ParameterError(str(error)) from None
         overrides[declared.name] = given
+
+
+def _check_override(node: Node, prefix: str, spec: Spec, name: str, value: Any) -> None:
+    """Validate the value that a parameter was given at the start as a change in flight is validated.
+
+    Raises:
+        ParameterError: it is not allowed, or the parameter may not change.
+    """
+    override = node._parameter_overrides.get(f"{prefix}.{name}")
+    if override is None:
+        return
+    given = _from_parameter(override.value)
+    if isinstance(value, bool | str):
+        if given != value:
+            raise ParameterError(
+                f"{prefix}.{name}: found {given!r}; the scenario has {value!r}, which makes the law what it "
+                "is: change it in the scenario"
+            )
+        return
+    try:
+        changed(spec, {name: given})
+    except ValidationError as error:
+        raise ParameterError(_sentences(error, prefix)) from None
+
+
+def given_at_start(node: Node, prefix: str, spec: Spec) -> dict[str, Any]:
+    """What a node was given at its start for a specification whose fields it has declared.
+
+    Args:
+        node: whose parameters were declared by `declare_spec`.
+        prefix: as declared.
+        spec: as the scenario has it.
+
+    Returns:
+        Fields by their names after the prefix, of those that are other than in the scenario.
+
+    Raises:
+        ParameterError: there is no such field.
+    """
+    declared = _shown(node, prefix)
+    names = [name for name in node._parameter_overrides if name.startswith(f"{prefix}.")]
+    given: dict[str, Any] = {}
+    for name in names:
+        field = name.removeprefix(f"{prefix}.")
+        if field not in declared:
+            near = difflib.get_close_matches(field, declared, 1)
+            hint = f"; did you mean {prefix}.{near[0]}?" if near else ""
+            raise ParameterError(f"{name}: there is no such parameter{hint}")
+        if declared[field] != _value_of(spec, field):
+            given[field] = declared[field]
+    return given
+
+
+def show_spec(node: FormationNode, prefix: str, spec: Spec, given: dict[str, Any]) -> None:
+    """Have the parameters of a specification show its values again.
+
+    Args:
+        node: whose parameters were declared by `declare_spec`.
+        prefix: as declared.
+        spec: as the scenario has it.
+        given: fields that have another value, by their names after the prefix.
+    """
+    again = []
+    for field, shown in _shown(node, prefix).items():
+        value = given.get(field, _value_of(spec, field))
+        if not isinstance(value, bool | str) and shown != value:
+            again.append(Parameter(f"{prefix}.{field}", value=value))
+    if again:
+        node.set_parameters(again)
+
+
+def _shown(node: Node, prefix: str) -> dict[str, Any]:
+    """The values that the parameters of a specification show, by their names after the prefix."""
+    fields = node.get_parameters_by_prefix(prefix)
+    return {field: _from_parameter(node.get_parameter(f"{prefix}.{field}").value) for field in fields}
+
+
+def _value_of(spec: Spec, field: str) -> Any:
+    """The value of a field as a parameter has it, which may be of a specification within another one."""
+    value: Any = spec
+    for part in field.split("."):
+        value = getattr(value, part)
+    return _to_parameter(value)
 
 
 def on_spec_change(

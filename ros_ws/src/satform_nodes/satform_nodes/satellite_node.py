@@ -401,6 +401,11 @@ class SatelliteNode:
 
     # Together with others of the process
 
+    @property
+    def adjusted(self) -> bool:
+        """Whether parameters have changed that it has not told of yet, as those given at its start."""
+        return bool(self._changes)
+
     def fly_abreast(self, abreast: "Abreast", row: int) -> None:
         """From now on hand over what arrives to those who act together."""
         self._abreast, self._row = abreast, row
