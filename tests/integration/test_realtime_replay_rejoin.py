@@ -9,6 +9,8 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
+
 from flights import shipped, shortened
 from flown import assert_flies_again, flown, processes_of
 from satform_tools.running import Manner, run
@@ -29,6 +31,55 @@ def test_a_flight_on_the_wall_clock_meets_its_expectations_and_has_all_figures(t
     figures = kept["punctuality"]
     assert {"delay_mean", "delay_99", "delay_largest", "overruns", "misses", "late"} <= figures.keys()
     assert set(figures["satellites"]) == {"sat1", "sat2", "sat3"}
+
+
+def test_a_satellite_that_is_silent_on_the_wall_clock_drifts_after_its_command_s_time_out(
+    tmp_path: Path,
+) -> None:
+    """Held still, its last command is flown for 5 s of flight, a fifth of a second here; then it coasts."""
+    changes = ("command_timeout=5.0", "tolerated_silence=60.0", "dynamics={kind: cw}")
+    scenario = shortened("triangle", 150.0, *changes)
+    held: list[int] = []
+
+    def hold_and_let_go(done: int, _all: int) -> None:
+        if done >= 20 and not held:
+            held.extend((processes_of(tmp_path)["sat2"], done))
+            os.kill(held[0], signal.SIGSTOP)
+        elif len(held) == 2 and done >= held[1] + 80:
+            os.kill(held[0], signal.SIGCONT)
+            held.append(done)
+
+    flight, bag = flown(scenario, tmp_path, hold_and_let_go, rate=25.0)
+    assert flight.lost == ()
+    record = bag.record
+    off = np.flatnonzero((record.acceleration[:, 1] == 0.0).all(axis=-1))
+    off = off[off > 10]
+    assert off.size > 30
+    first, last = int(off[0]), int(off[-1])
+    assert off.tolist() == list(range(first, last + 1))
+    # The last command before is held for ten steps after its own.
+    assert len(np.unique(record.acceleration[first - 11 : first, 1], axis=0)) == 1
+    assert flight.punctuality["timed_out"]["sat2"] >= off.size - 1
+    # Without thrust the relative motion is that of Clohessy and Wiltshire.
+    coasted = coast(record.position[first, 1], record.velocity[first, 1], (last - first) * record.step)
+    np.testing.assert_allclose(record.position[last, 1], coasted, rtol=1e-9)
+
+
+def coast(position: np.ndarray, velocity: np.ndarray, time: float) -> np.ndarray:
+    """Clohessy and Wiltshire's closed solution about a chief of 6000 s period, m."""
+    n = 2.0 * np.pi / 6000.0
+    sine, cosine = np.sin(n * time), np.cos(n * time)
+    (x, y, z), (u, v, w) = position, velocity
+    return np.array(
+        [
+            (4.0 - 3.0 * cosine) * x + sine / n * u + 2.0 / n * (1.0 - cosine) * v,
+            6.0 * (sine - n * time) * x
+            + y
+            - 2.0 / n * (1.0 - cosine) * u
+            + (4.0 * sine - 3.0 * n * time) / n * v,
+            cosine * z + sine / n * w,
+        ]
+    )
 
 
 def test_a_flight_with_a_kill_has_the_same_bits_when_it_is_replayed(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from satform_msgs.msg import Command, FormationStatus, ParameterChange
 from satform.attitude_figures import FIGURES, attitude_figures
 from satform.channels import topic_name
 from satform.consensus.arc_length import Announces
+from satform.flight.command_timeout import held_steps
 from satform.flight.early_end import EarlyEnd
 from satform.formation import Plan
 from satform.named_file import FileSource
@@ -409,7 +410,10 @@ def _table(
         raise BagError(f"{file}: {topic} has messages of another form than satform's {kind} message")
     table = np.frombuffer(b"".join(messages), dtype=form.dtype)
     if kind in SAID_BY_SATELLITE and contents.clocked:
-        table = _held(table, kind, len(contents.messages.get(topics.CLOCK, [])))
+        assert contents.scenario is not None  # noqa: S101 - a bag without one is refused before
+        held = held_steps(contents.scenario.command_timeout, contents.scenario.timing.step)
+        states = len(contents.messages.get(topics.CLOCK, []))
+        table = _held(table, kind, states, held, absences.spells[satellite])
     elif kind in SAID_BY_SATELLITE:
         name = topic.strip("/").partition("/")[0]
         states = len(contents.messages.get(topics.CLOCK, []))
@@ -421,15 +425,29 @@ def _table(
     return table
 
 
-def _held(table: Table, kind: str, states: int) -> Table:
-    """A satellite's messages on the wall clock: a command holds until the next one; all else is missed."""
+def _held(table: Table, kind: str, states: int, held: int, spells: list[tuple[int, int]]) -> Table:
+    """A satellite's messages on the wall clock, one a step: a command is held on, all else is missed.
+
+    Args:
+        table: the messages.
+        kind: of the topic.
+        states: of the flight.
+        held: steps after its own for which a command is held; after them nothing is commanded.
+        spells: from which step to which the satellite was lost and commanded nothing.
+    """
     rows = states if kind in ANNOUNCEMENTS else states - 1
     present = table["step"].astype(np.int64)
     latest = np.searchsorted(present, np.arange(max(rows, 0)), side="right") - 1
     whole = np.zeros(len(latest), dtype=table.dtype)
     heard = latest >= 0
     whole[heard] = table[latest[heard]]
-    if kind != "command":
+    if kind == "command":
+        step = np.arange(len(latest))
+        old = step - whole["step"].astype(np.int64) > held
+        for begin, end in spells:
+            old |= (step >= begin) & (step < end)
+        whole[old] = np.zeros(1, dtype=table.dtype)
+    else:
         missed = ~heard | (whole["step"] != np.arange(len(latest), dtype=np.uint64))
         _blank(whole, missed)
     whole["step"] = np.arange(len(latest))

@@ -68,6 +68,7 @@ class Promptness:
     Attributes:
         misses: of each satellite, steps that were taken without its command.
         late: of each satellite, commands that came at all but late.
+        timed_out: of each satellite, steps that were taken with its thrusters off, its command being too old.
     """
 
     def __init__(self, satellites: int, clock: Callable[[], float] = time.monotonic) -> None:
@@ -80,6 +81,7 @@ class Promptness:
         self._clock = clock
         self.misses = [0] * satellites
         self.late = [0] * satellites
+        self.timed_out = [0] * satellites
         self._commanded = [-1] * satellites
         self._heard_at = [0.0] * satellites
 
@@ -125,9 +127,23 @@ class Promptness:
                 silent.append(satellite)
         return silent
 
+    def expired(self, satellites: Iterable[int], step: int, held: int) -> list[int]:
+        """Count and return those whose newest command is too old to be held on.
+
+        Args:
+            satellites: that fly.
+            step: that is taken.
+            held: steps after its own for which a command is held.
+        """
+        old = [satellite for satellite in satellites if step - self._commanded[satellite] > held]
+        for satellite in old:
+            self.timed_out[satellite] += 1
+        return old
+
     def data(self, names: Sequence[str]) -> dict[str, dict[str, int]]:
-        """Figures for the result: misses and late commands by the satellites' names."""
+        """Figures for the result: misses, late and timed-out commands by the satellites' names."""
         return {
+            "timed_out": dict(zip(names, self.timed_out, strict=True)),
             "misses": dict(zip(names, self.misses, strict=True)),
             "late": dict(zip(names, self.late, strict=True)),
         }

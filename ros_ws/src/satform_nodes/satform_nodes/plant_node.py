@@ -11,6 +11,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform.channels import PLANT, RECORDER, channels, heard_by, said_by
 from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
+from satform.flight.command_timeout import held_steps
 from satform.flight.early_end import EarlyEnd
 from satform.flight.limits import LimitCheck
 from satform.formation import Event
@@ -81,6 +82,7 @@ class PlantNode:
         self.early_end: EarlyEnd | None = None
         self.flown_steps = 0
         self._limits = LimitCheck(scenario)
+        self._held_steps = held_steps(scenario.command_timeout, scenario.timing.step)
         self.stop_asked = False
         self.names = self.muster.names
         self.start_timeout = start_timeout(len(self.names))
@@ -346,10 +348,12 @@ class PlantNode:
             self.aborted = (silent, f"{listed(silent)} has not come back within {self.start_timeout:g} s")
 
     def tick(self) -> None:
-        """Take the next step with the commands that there are: those of the step before hold on."""
+        """Take the next step with the commands that there are; one that is too old is none any more."""
         silence = self.scenario.tolerated_silence
         for index in self.ears.promptness.judge(self.muster.flying, self.plant.step, silence):
             self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
+        for index in self.ears.promptness.expired(self.muster.flying, self.plant.step, self._held_steps):
+            self.ears.commands[index] = 0.0
         if not self.over and self.plant.step < self.scenario.timing.steps:
             self._advance()
 

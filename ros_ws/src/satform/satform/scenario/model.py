@@ -266,6 +266,9 @@ class Scenario(Spec):
     """What the run is judged by."""
     expectations_left_out: tuple[Sentence, ...] = ()
     """Labels of what the longer flight is judged by that `--set` has shortened, and this one is not."""
+    command_timeout: Positive = 10.0
+    """Simulated time for which a command is held on the wall clock while no newer one arrives, s; after it
+    the satellite's thrusters and wheels are off. A command is held for a step after its own at least."""
     tolerated_silence: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
     """Wall-clock time after which a satellite that does not answer counts as lost, s; a silent plant after
     twice that."""
