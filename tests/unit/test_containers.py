@@ -83,11 +83,38 @@ def test_every_container_flies_the_same_scenario_on_a_host_of_its_own(compose: A
     scenario = shipped(commands[0][1], hosts)
     told = {host.name: host.address for host in scenario.hosts}
     given = {
-        service["command"][-1]: service["networks"]["formation"]["ipv4_address"]
+        service["command"][5]: service["networks"]["formation"]["ipv4_address"]
         for service in compose["services"].values()
     }
     assert given == told
     assert list(compose["services"]) == list(told)
+
+
+def test_one_service_builds_the_image_and_the_others_wait_for_it(compose: Any) -> None:
+    services = compose["services"]
+    (builder,) = (name for name, service in services.items() if "build" in service)
+    assert services[builder]["pull_policy"] == "build"
+    for name, service in services.items():
+        assert service["image"] == services[builder]["image"]
+        if name != builder:
+            # There is no registry that has it.
+            assert service["pull_policy"] == "never"
+            assert service["depends_on"] == [builder]
+    context = DOCKER / services[builder]["build"]["context"]
+    assert (context / services[builder]["build"]["dockerfile"]).is_file()
+
+
+def test_a_run_has_one_folder_in_which_each_part_has_its_own(compose: Any) -> None:
+    (volume,) = {mount for service in compose["services"].values() for mount in service["volumes"]}
+    folders = {}
+    for name, service in compose["services"].items():
+        host, option, out = service["command"][5:]
+        assert (host, option) == (name, "--out")
+        folders[name] = Path(out)
+    assert {folder.parent for folder in folders.values()} == {
+        Path(volume.partition(":")[2]) / "${RUN:-triangle}"
+    }
+    assert {folder.name for folder in folders.values()} == set(folders)
 
 
 def test_the_containers_addresses_are_in_their_network_and_not_its_gateways(compose: Any) -> None:

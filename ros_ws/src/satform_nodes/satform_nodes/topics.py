@@ -85,6 +85,11 @@ def tracking(satellite: str) -> str:
     return channels.topic_name("tracking", satellite)
 
 
+def estimate(satellite: str) -> str:
+    """Topic on which a satellite with a filter shows what it estimates, with the covariance."""
+    return channels.topic_name("estimate", satellite)
+
+
 def parameter_changes(satellite: str) -> str:
     """Topic on which a satellite says which gains changed at which step."""
     return channels.topic_name("parameter_changes", satellite)
