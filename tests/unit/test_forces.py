@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from satform.dynamics import forces
+from satform.dynamics.atmosphere import HarrisPriester
 from satform.dynamics.chief import earth_angle_at
 from satform.frames import ClosedEarthRotation
 
@@ -85,7 +86,7 @@ def test_sun_and_moon_pull_by_the_difference_to_the_earths_centre():
 
 def test_drag_opposes_the_wind_of_an_atmosphere_that_turns_with_the_earth():
     position, velocity = np.array([[6.8e6, 0.0, 0.0]]), np.array([[0.0, 5e3, 5.5e3]])
-    drag = forces.Drag(EPOCH, np.eye(3))
+    drag = forces.Drag(HarrisPriester(EPOCH, np.eye(3)), np.eye(3))
     found = drag.acceleration(0.0, position, velocity, (BODY,))[0]
     wind = velocity[0] - np.cross([0.0, 0.0, 7.292115e-5], position[0])
     density = brahe.density_harris_priester(position[0], brahe.sun_position(EPOCH))
@@ -115,7 +116,7 @@ def test_each_satellite_has_the_same_force_alone_as_in_company():
         (
             forces.Gravity(10, 10, ClosedEarthRotation(1.0)),
             forces.ThirdBodies(EPOCH, sun=True, moon=True),
-            forces.Drag(EPOCH, np.eye(3)),
+            forces.Drag(HarrisPriester(EPOCH, np.eye(3)), np.eye(3)),
             forces.SolarPressure(EPOCH),
         )
     )

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from satform.dynamics import forces
+from satform.dynamics.atmosphere import HarrisPriester
 from satform.dynamics.chief import ChiefOrbitSpec
 from satform.dynamics.cw import HeldInputStep
 from satform.dynamics.earth_orientation import without_file
@@ -323,7 +324,8 @@ def test_brahes_own_propagator_agrees_about_drag_to_one_part_in_a_hundred():
         epoch,
         drag=brahe.DragConfiguration(brahe.AtmosphericModel.HARRIS_PRIESTER, value(2.0), value(2.2)),
     )
-    drag = forces.Drag(epoch, without_file().inertial_to_equator_of_date(epoch))
+    equator = without_file().inertial_to_equator_of_date(epoch)
+    drag = forces.Drag(HarrisPriester(epoch, equator), equator)
     effect = np.abs(peer - after_45_minutes(epoch, ())).max()
     assert effect > 1.0
     assert np.abs(peer - after_45_minutes(epoch, (drag,))).max() < 1e-2 * effect

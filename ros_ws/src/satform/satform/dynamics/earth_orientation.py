@@ -46,6 +46,22 @@ class EarthOrientation:
             rotation: Array = brahe.rotation_gcrf_to_tod(epoch)
         return rotation
 
+    def density(self, epoch: Any, position_fixed: Array, weather: Any) -> float:
+        """Density by NRLMSISE-00, for which brahe keeps its indices for the whole process, too.
+
+        Args:
+            epoch: brahe's.
+            position_fixed: Earth-fixed, m, shape (3,).
+            weather: brahe's provider of solar and geomagnetic activity.
+
+        Returns:
+            kg/m^3.
+        """
+        with _IN_USE:
+            self._hand_over(epoch)
+            brahe.set_global_space_weather_provider(weather)
+            return float(brahe.density_nrlmsise00(epoch, position_fixed))
+
     def covers(self, epoch: Any) -> bool:
         """Whether the parameters are given for an epoch; beyond their first and last they are held."""
         date = _modified_julian_date(epoch)

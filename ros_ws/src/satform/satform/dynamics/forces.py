@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import brahe
 import numpy as np
 
+from satform.dynamics.atmosphere import Atmosphere, atmosphere_of
 from satform.dynamics.chief import as_utc, earth_angle_at
 from satform.dynamics.earth_orientation import EarthOrientation, from_file, without_file
 from satform.elementwise import Array, dot
@@ -188,26 +189,25 @@ class ThirdBodies:
 
 @dataclass(frozen=True)
 class Drag:
-    """Drag in an atmosphere that turns with the Earth (Harris-Priester, 100 to 1000 km, else none).
+    """Drag in an atmosphere that turns with the Earth.
 
     Attributes:
-        epoch: brahe's epoch of time zero.
+        atmosphere: its density.
         equator: rotation of inertial axes into the true equator of date, (3, 3); held over the run,
             for it turns by less than a thousandth of a degree in a month.
     """
 
-    epoch: Any
+    atmosphere: Atmosphere
     equator: Array
 
     def acceleration(self, time: float, position: Array, velocity: Array, bodies: Sequence[Body]) -> Array:
         """Drag; arguments and result as in `Force.acceleration`."""
-        sun = self.equator @ brahe.sun_position(self.epoch + time)
         state = np.concatenate((position, velocity), axis=1)
         result = np.empty(position.shape)
+        densities = self.atmosphere.densities(time, list(position))
         for row, (at, body) in enumerate(zip(state, bodies, strict=True)):
-            density = brahe.density_harris_priester(self.equator @ at[:3], sun)
             result[row] = brahe.accel_drag(
-                at, density, body.mass, body.drag_area, body.drag_coefficient, self.equator
+                at, densities[row], body.mass, body.drag_area, body.drag_coefficient, self.equator
             )
         return result
 
@@ -286,10 +286,18 @@ def forces_of(spec: "InertialDynamicsSpec") -> ForceModel:
     if spec.sun or spec.moon:
         chosen.append(ThirdBodies(epoch, spec.sun, spec.moon))
     if spec.drag:
-        chosen.append(Drag(epoch, _equator(spec.gravity, epoch)))
+        chosen.append(_drag_of(spec, epoch))
     if spec.solar_pressure:
         chosen.append(SolarPressure(epoch))
     return ForceModel(tuple(chosen))
+
+
+def _drag_of(spec: "InertialDynamicsSpec", epoch: Any) -> Drag:
+    """Drag in the atmosphere that a scenario chooses."""
+    equator = _equator(spec.gravity, epoch)
+    rotation = gravity_of(spec.gravity, spec.epoch).rotation
+    orientation = earth_orientation_of(spec.gravity)
+    return Drag(atmosphere_of(spec.atmosphere, epoch, equator, rotation, orientation), equator)
 
 
 def _equator(spec: "GravitySpec", epoch: Any) -> Array:

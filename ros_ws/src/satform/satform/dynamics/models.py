@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
 from satform.dynamics.chief import Angle, ChiefOrbitSpec
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
@@ -273,7 +274,11 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
     gravity: GravitySpec = GravitySpec()
     """Gravity of the Earth."""
     drag: bool = False
-    """Drag in a Harris-Priester atmosphere, 100 to 1000 km."""
+    """Drag in an atmosphere that turns with the Earth."""
+    atmosphere: Annotated[HarrisPriesterSpec | Nrlmsise00Spec, Field(discriminator="kind")] = (
+        HarrisPriesterSpec()
+    )
+    """Whose density drag is computed with."""
     solar_pressure: bool = False
     """Pressure of sunlight, with the Earth's conical shadow."""
     sun: bool = False
