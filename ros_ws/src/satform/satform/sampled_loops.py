@@ -89,9 +89,18 @@ def _alike(
     for spec in specs:
         same = key(spec)
         if same not in found:
-            found[same] = ([], analysis(spec))
+            found[same] = ([], _analysed(analysis, spec))
         found[same][0].append(spec.name)
     return [SampledLoop(kind, tuple(names), *analysed) for names, analysed in found.values()]
+
+
+def _analysed(analysis: Callable[[SatelliteSpec], Analysis], spec: SatelliteSpec) -> Analysis:
+    """An analysis, of numbers that may be of any size."""
+    with np.errstate(all="ignore"):
+        try:
+            return analysis(spec)
+        except np.linalg.LinAlgError as error:
+            return None, f"a loop whose eigenvalues were not found: {error}"
 
 
 def _tracking(scenario: Scenario, spec: SatelliteSpec, setting: FlightSetting) -> Analysis:
@@ -139,9 +148,10 @@ def _consensus(scenario: Scenario, names: list[str]) -> list[SampledLoop]:
         return [SampledLoop("consensus", tuple(names), None, f"{law.kind} of so many satellites")]
     graphs: list[Graph] = [scenario.communication_graph()]
     graphs += [event.graph for _, event in rewirings(planned(scenario))]
-    radius = max(
-        float(sampled_modes(graph.eigenvalues, gains, scenario.timing.step).max()) for graph in graphs
-    )
+    with np.errstate(all="ignore"):
+        radius = max(
+            float(sampled_modes(graph.eigenvalues, gains, scenario.timing.step).max()) for graph in graphs
+        )
     return [SampledLoop("consensus", tuple(names), radius, f"{law.kind}, slowest mode of the graph")]
 
 

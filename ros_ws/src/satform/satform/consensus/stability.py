@@ -35,6 +35,9 @@ _PER_DECADE = 1500
 _PER_DECADE_UNLIKE = 250
 """Frequencies at which a root is looked for, with an eigenvalue problem at each in the second case."""
 
+_WIDEST = 1e-10
+"""Ratio of the lowest to the highest of them, where gains differ by so much that it matters."""
+
 _FREE = 1e-9
 """Part of the largest eigenvalue of a Laplacian below which another one is zero."""
 
@@ -105,9 +108,11 @@ def delay_margin(graph: Graph, gains: Gains, neighbour_values: NeighbourValues) 
         return None
     frequency = _frequencies(gains, float(degrees.max()), _PER_DECADE if alike else _PER_DECADE_UNLIKE)
     found = math.inf
-    for branch in _branches(graph.adjacency, degrees, gains, frequency, alike=alike):
-        crossing = _held if neighbour_values == "hold" else _extrapolated
-        found = min(found, crossing(branch, frequency, gains))
+    crossing = _held if neighbour_values == "hold" else _extrapolated
+    # Gains of any size are allowed; a frequency at which they overflow is none at which a root crosses.
+    with np.errstate(all="ignore"):
+        for branch in _branches(graph.adjacency, degrees, gains, frequency, alike=alike):
+            found = min(found, crossing(branch, frequency, gains))
     return found
 
 
@@ -128,7 +133,8 @@ def _frequencies(gains: Gains, degree: float, per_decade: int) -> Array:
     """Frequencies among which roots cross the imaginary axis, rad/s."""
     damping = gains.tracking + gains.rate * degree
     natural = (damping, math.sqrt(gains.coupling * degree), gains.coupling * degree / damping)
-    low, high = 1e-3 * min(*natural, gains.tracking), 10.0 * max(natural)
+    high = 10.0 * max(natural)
+    low = max(1e-3 * min(*natural, gains.tracking), _WIDEST * high)
     return np.geomspace(low, high, int(per_decade * math.log10(high / low)))
 
 
@@ -207,8 +213,11 @@ def _extrapolated(branch: _Branch, frequency: Array, gains: Gains) -> float:
     late, turn = delay(frequency, branch.values), phase(frequency, branch.values)
     there = (late[:-1] > 0.0) & (late[1:] > 0.0)
     crosses = (np.signbit(turn[:-1]) != np.signbit(turn[1:])) & (np.abs(turn[1:] - turn[:-1]) < math.pi)
-    smallest = math.inf
-    for index in np.flatnonzero(there & crosses).tolist():
+    smallest, least = math.inf, np.minimum(late[:-1], late[1:])
+    crossings = np.flatnonzero(there & crosses)
+    for index in crossings[np.argsort(least[crossings], kind="stable")].tolist():
+        if least[index] >= smallest:
+            break
         near = complex(branch.values[index])
         one = _root(lambda near, w: float(phase(w, branch.at(w, near))), near, frequency[index : index + 2])
         smallest = min(smallest, float(delay(one, branch.at(one, near))))
