@@ -1,10 +1,12 @@
 """Pointing where it is singular: along the sun, at the own position, at the end of the panels' reach."""
 
 import math
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
 
+from satform.control.distance import AdaptiveDistanceSpec
 from satform.control.jets import Jet
 from satform.control.pointing import (
     AttitudeReference,
@@ -12,16 +14,19 @@ from satform.control.pointing import (
     sensor_axes,
     sun_safe_reference,
 )
+from satform.control.protocol import FlightSetting, RelativeNeighbour
 from satform.control.satellite_pointing import SatellitePointingSpec
 from satform.control.yaw_steering import SUN_CONE, square_direction
-from satform.curves import CircleSpec
+from satform.curves import CircleSpec, EllipseSpec
 from satform.dynamics.attitude import direction_cosines
 from satform.elementwise import Array
+from satform.pass_metrics import PassLightAngle
 from satform.reference import Path as OrbitPath
 from satform.reference import Reference
 from satform.scenario import Scenario, parse_scenario
 from satform.simulate import simulate
 from satform.spec import Vector
+from satform_tools.check.pointing import pointing_warnings
 
 BORESIGHT = np.array([1.0, 0.0, 0.0])
 SUN = np.array([0.0, 0.0, 1.0])
@@ -196,3 +201,57 @@ def test_a_flight_through_the_centre_of_a_circle_moves_its_projected_phase_witho
         place = found
     # Half of the circle is 3142 m, over the 200 s of the tenth of it about the centre.
     assert largest < 200.0
+
+
+def test_check_says_that_a_line_of_sight_comes_near_the_sun_or_to_nothing() -> None:
+    (toward,) = pointing_warnings(pair([0.0, 0.0, 100.0]))
+    assert "attitude of a: at 0 s the line of sight to b is 0 deg from the sun" in toward
+    (away,) = pointing_warnings(pair([0.0, 1.0, -100.0]))
+    assert "0.573 deg from the direction away from the sun" in away
+    (nowhere,) = pointing_warnings(pair([0.0, 0.1, 0.0]))
+    assert "0.1 m from b, at which it points" in nowhere
+    assert not pointing_warnings(pair([0.0, 100.0, 0.0]))
+
+
+@pytest.mark.parametrize(
+    ("curve", "said"),
+    [
+        ({"semi_axes": (1e-300, 1e3), "normal": (0, 0, 1), "direction": (1, 0, 0)}, "at least 1e-06"),
+        ({"semi_axes": (1e-4, 1e3), "normal": (0, 0, 1), "direction": (1, 0, 0)}, "radius 1e-11 m"),
+        ({"first_axis": (1e-160, 0, 0), "second_axis": (0, 1, 0)}, "first_axis is of length"),
+        ({"semi_axes": (1.0, 1.0), "normal": (0, 0, 1e-170), "direction": (1, 0, 0)}, "normal is"),
+    ],
+)
+def test_a_curve_that_bends_without_bound_or_has_no_plane_is_refused(
+    curve: dict[str, object], said: str
+) -> None:
+    with pytest.raises(ValueError, match=said):
+        EllipseSpec.model_validate(curve)
+
+
+def test_a_law_on_the_distance_is_bounded_and_continuous_up_to_its_neighbour_s_place() -> None:
+    law = AdaptiveDistanceSpec().build(FlightSetting(1e-3, 0.02))
+    away = np.concatenate(([0.0], np.geomspace(1e-12, 12.0, 20_000)))
+    place = away[:, None] * np.array([0.6, 0.0, 0.8])
+    closing = np.broadcast_to(np.array([1.0, -2.0, 0.5]), place.shape)
+    found = law.field.guidance(RelativeNeighbour(place, closing))
+    speed = np.linalg.norm(found.velocity, axis=-1)
+    assert np.all(np.isfinite(found.acceleration))
+    assert speed.max() <= 3.0
+    # Held to 1e4 speed limits per safe distance, times how fast it closes.
+    assert np.abs(found.acceleration).max() <= 1e4 * 3.0 / 10.0 * 2.5
+    assert np.abs(np.diff(speed)).max() < 0.01
+
+
+@pytest.mark.parametrize("field", ["width", "boundary", "speed_limit", "safe_distance"])
+def test_a_law_on_the_distance_of_no_size_is_refused(field: str) -> None:
+    with pytest.raises(ValueError, match=f"{field} is 1e-300; it has to be at least 1e-09"):
+        AdaptiveDistanceSpec.model_validate({field: 1e-300})
+
+
+def test_two_satellites_at_one_place_have_no_light_angle() -> None:
+    record = simulate(pair([0.0, 0.0, 0.0]))
+    angle = PassLightAngle(
+        satellites=("a", "b"), epoch=datetime(2022, 10, 20, tzinfo=UTC), chief_longitude=0.0, below=1.0
+    )
+    assert math.isnan(angle.measure(record))

@@ -13,6 +13,7 @@ from satform_tools.check.disturbances import disturbance_warnings
 from satform_tools.check.filters import filter_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
+from satform_tools.check.pointing import pointing_warnings
 from satform_tools.check.sampling import sampling_warnings
 from satform_tools.check.start import start_warnings
 from satform_tools.check.thrust import thrust_warnings
@@ -29,6 +30,7 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     sampling_warnings,
     thrust_warnings,
     filter_warnings,
+    pointing_warnings,
 )
 """Every subject that is looked at."""
 

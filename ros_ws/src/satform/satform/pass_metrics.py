@@ -107,7 +107,11 @@ class PassLightAngle(_OfPair):
         if found is None:
             return math.nan
         sun = sun_in_lvlh(days_at(self.epoch) + found.time / 86400.0, self.chief_longitude)
-        cosine = float(found.separation @ sun) / float(np.linalg.norm(found.separation))
+        apart = float(np.linalg.norm(found.separation))
+        if apart == 0.0:
+            # At one place there is no direction from one to the other.
+            return math.nan
+        cosine = float(found.separation @ sun) / apart
         return math.acos(max(-1.0, min(1.0, cosine)))
 
     def describe(self) -> str:

@@ -27,6 +27,12 @@ from satform.elementwise import Array, dot, norm
 from satform.reference import Reference
 from satform.spec import NonNegative, Positive, Vector
 
+_STEEPEST = 1e4
+"""Largest slope of the wanted velocity over the position, in speed limits per safe distance."""
+
+_SMALLEST = 1e-9
+"""Least difference of the two distances, width, boundary and speed that a law can be built of, SI units."""
+
 
 @dataclass(frozen=True)
 class Guidance:
@@ -86,7 +92,8 @@ class DistanceField:
 
         Returns:
             Wanted velocity and acceleration. Inside the safe distance, where the potential is not
-            defined, the velocity leads outward at nearly the speed limit.
+            defined, the velocity leads outward at nearly the speed limit, and falls to zero within about
+            1e-4 of the safe distance from the neighbour, where there is no direction outward.
 
         Source: Zhu, Du & Wang: backstepping on a collision-free potential.
         """
@@ -96,6 +103,11 @@ class DistanceField:
             share = wanted / margin
             ratio = share * share
             stretch, bend = 1.0 - ratio, 4.0 * ratio / margin
+            # Inside the safe distance the velocity is at its limit anyway; it is to turn round at the
+            # neighbour's own place at a finite rate.
+            steepest = -_STEEPEST * self.speed_limit / (2.0 * self.slope * self.safe_distance)
+            bend = np.where(stretch < steepest, 0.0, bend)
+            stretch = np.maximum(stretch, steepest)
         else:
             stretch, bend = margin / wanted - 1.0, 2.0 / wanted
         stretch = (2.0 * self.slope * stretch)[..., None]
@@ -327,6 +339,16 @@ class AdaptiveDistanceSpec(ControllerSpec):
             raise ValueError(
                 f"safe_distance ({self.safe_distance:g} m) has to be below distance ({self.distance:g} m)"
             )
+        parts = {
+            "safe_distance": self.safe_distance,
+            "distance less safe_distance": self.distance - self.safe_distance,
+            "speed_limit": self.speed_limit,
+            "boundary": self.boundary,
+            "width": self.width,
+        }
+        for name, value in parts.items():
+            if value < _SMALLEST:
+                raise ValueError(f"{name} is {value:g}; it has to be at least {_SMALLEST:g}")
         return self
 
     def linearisation(self, setting: FlightSetting) -> Array:

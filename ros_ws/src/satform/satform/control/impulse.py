@@ -81,12 +81,13 @@ def node_crossing_rate(orbital_speed: float, inclination: float, distance: float
         distance: closest, m.
 
     Returns:
-        rad/s.
+        rad/s; infinite at no distance.
 
     Source: Geometry: two equal velocities at an angle differ by twice the speed times the half angle's
     sine.
     """
-    return 2.0 * orbital_speed * math.sin(0.5 * inclination) / distance
+    speed = 2.0 * orbital_speed * math.sin(0.5 * inclination)
+    return speed / distance if distance > 0.0 else math.inf
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from satform.control.protocol import (
 )
 from satform.dynamics import cw
 from satform.elementwise import Array
-from satform.equipment.kalman_filter import CwKalmanFilter
 from satform.navigation import Estimator
 from satform.reference import Reference
 
@@ -249,7 +248,7 @@ def estimation_transition(estimator: Estimator) -> Array:
     """
     from scipy.linalg import solve_discrete_are  # noqa: PLC0415  slow to import, and not needed in flight
 
-    model: CwKalmanFilter = estimator.filter
+    model = estimator.filter
     scale = np.sqrt(model.variance)
     transition = model.transition / scale[:, None] * scale
     process = model.process / scale[:, None] / scale

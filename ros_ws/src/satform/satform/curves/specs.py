@@ -10,6 +10,15 @@ from satform.curves.ellipse import Ellipse, ellipse
 from satform.elementwise import Array
 from satform.spec import Positive, Spec, Vector
 
+_LEAST_DIRECTION = 1e-9
+"""Length of a vector above which it has a direction."""
+
+_LEAST_LENGTH = 1e-6
+"""Shortest semi-axis, m."""
+
+_FLATTEST = 1e-6
+"""Least ratio of the shorter semi-axis to the longer one."""
+
 
 class CurveSpec(Spec):
     """Base of every curve's specification; subclasses set a literal `kind` and their geometry."""
@@ -47,9 +56,12 @@ class EllipseSpec(CurveSpec):
                 f"given: {given}"
             )
         if vectors:
-            _require_perpendicular("first_axis", self.first_axis, "second_axis", self.second_axis)
+            axes = _require_perpendicular("first_axis", self.first_axis, "second_axis", self.second_axis)
+            _require_curve(*axes)
         else:
             _require_perpendicular("normal", self.normal, "direction", self.direction)
+            assert self.semi_axes is not None  # noqa: S101 - one of the three that are given together
+            _require_curve(*self.semi_axes)
         return self
 
     def build(self) -> Ellipse:
@@ -78,6 +90,7 @@ class CircleSpec(CurveSpec):
     @model_validator(mode="after")
     def _direction_lies_in_plane(self) -> Self:
         _require_perpendicular("normal", self.normal, "direction", self.direction)
+        _require_curve(self.radius, self.radius)
         return self
 
     def build(self) -> Ellipse:
@@ -100,18 +113,36 @@ class FixedPointSpec(CurveSpec):
 
 def _require_perpendicular(
     first_name: str, first: Vector | None, second_name: str, second: Vector | None
-) -> None:
+) -> tuple[float, float]:
+    """Lengths of two vectors that are square to each other.
+
+    Raises:
+        ValueError: they are not, or one of them is too short to have a direction.
+    """
     a, b = np.array(first, dtype=np.float64), np.array(second, dtype=np.float64)
     lengths = {first_name: float(np.linalg.norm(a)), second_name: float(np.linalg.norm(b))}
     for name, length in lengths.items():
-        if length == 0.0:
-            raise ValueError(f"{name} is the zero vector; it has to have a length")
+        if not length > _LEAST_DIRECTION:
+            found = "the zero vector" if length == 0.0 else f"of length {length:.3g}"
+            raise ValueError(f"{name} is {found}; it has to have a length of more than {_LEAST_DIRECTION:g}")
     cosine = float(np.dot(a, b)) / (lengths[first_name] * lengths[second_name])
     if abs(cosine) > 1e-9:
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         raise ValueError(
             f"{first_name} {first} and {second_name} {second} have to be perpendicular; "
             f"the angle between them is {angle:.9g} deg"
+        )
+    return lengths[first_name], lengths[second_name]
+
+
+def _require_curve(first: float, second: float) -> None:
+    """Refuse semi-axes of a curve that bends without bound, so that nothing could follow it."""
+    short, long = min(first, second), max(first, second)
+    if short < _LEAST_LENGTH or short < _FLATTEST * long:
+        raise ValueError(
+            f"semi-axes of {first:.6g} and {second:.6g} m make a curve with a turn of radius "
+            f"{short * (short / long):.3g} m; they have to be at least {_LEAST_LENGTH:g} m, and the shorter "
+            f"one at least {_FLATTEST:g} of the other (a point at which to stay is kind: fixed_point)"
         )
 
 
