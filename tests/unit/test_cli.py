@@ -33,16 +33,16 @@ def run_in_process(out: Path, *words: str) -> int:
 def test_a_run_that_gives_what_it_promises_ends_with_0_and_keeps_the_flight(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    promise = "expect=[{kind: arc_length_spread, at: 0.0, value: 65000.0, absolute: 1.0e-6}]"
+    promise = "expect=[{kind: arc_length_spread, at: 10.0, value: 64990.5, absolute: 1.0, source: a test}]"
     code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", promise)
     printed = capsys.readouterr().out
     assert code == 0
-    assert "arc-length spread at 0 s" in printed
+    assert "arc-length spread at 10 s" in printed
     assert "pass" in printed
     assert "x real time" in printed
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert result["steps"] == result["steps_planned"] == 20
-    assert result["expectations"][0]["figure"] == 65000.0
+    assert result["expectations"][0]["origin"] == "a test"
     assert result["versions"]["numpy"]
     assert folders.load_record(tmp_path / "run" / "record.npz").steps == 20
 
@@ -50,7 +50,7 @@ def test_a_run_that_gives_what_it_promises_ends_with_0_and_keeps_the_flight(
 def test_a_run_that_misses_a_promise_ends_with_1_and_says_which(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    promise = "expect=[{kind: arc_length_spread, at: 0.0, below: 5.0}]"
+    promise = "expect=[{kind: arc_length_spread, at: 10.0, below: 5.0, source: a test}]"
     code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", promise)
     assert code == 1
     assert "MISSED: 1 of 1" in capsys.readouterr().out

@@ -208,9 +208,11 @@ def test_of_several_violations_in_one_step_the_first_satellites_counts() -> None
 
 
 EXPECT = (
-    "expect=[{kind: control, below: 1e9}, "
-    "{kind: distance, satellites: [sat1, sat2], statistic: smallest, above: 1.0, before: 3.0}, "
-    "{kind: arc_length_spread, at: 3.5, below: 1e9}, {kind: arc_length_spread, at: 5.0, below: 1e9}]"
+    "expect=[{kind: control, below: 1e9, source: a test}, "
+    "{kind: distance, satellites: [sat1, sat2], statistic: smallest, above: 1.0, before: 3.0, "
+    "source: a test}, "
+    "{kind: arc_length_spread, at: 3.5, below: 1e9, source: a test}, "
+    "{kind: arc_length_spread, at: 5.0, below: 1e9, source: a test}]"
 )
 
 

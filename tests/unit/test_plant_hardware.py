@@ -213,6 +213,7 @@ def test_a_sensor_off_the_grid_of_steps_is_refused_at_its_field():
 
 def test_propellant_can_only_be_expected_of_satellites_with_thrusters():
     (problem,) = problems_of(
-        "satellites.0.thruster={dry_mass: 10.0}", "expect=[{kind: propellant_used, below: 1.0}]"
+        "satellites.0.thruster={dry_mass: 10.0}",
+        "expect=[{kind: propellant_used, below: 1.0, source: a test}]",
     )
     assert "sat2, sat3 have no thruster" in problem

@@ -37,7 +37,12 @@ def numbers_of(page: Path) -> Any:
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a short run of the triangle."""
     out = tmp_path_factory.mktemp("runs") / "triangle"
-    changes = ("--set", "timing.duration=200.0", "--set", "expect=[{kind: control, below: 100.0}]")
+    changes = (
+        "--set",
+        "timing.duration=200.0",
+        "--set",
+        "expect=[{kind: control, below: 100.0, source: a test}]",
+    )
     assert cli.main(["run", "triangle", "--mode", "inprocess", "--out", str(out), *changes]) == 0
     return out
 

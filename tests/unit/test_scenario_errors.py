@@ -1,5 +1,6 @@
 """What the loader says about a file that cannot fly: where, what was found, what is allowed."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flights import SCENARIOS, shipped
+from satform.named_file import FileSource
 from satform.scenario import Problem, ScenarioError, load_scenario, parse_scenario
 
 SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
@@ -84,20 +86,20 @@ def line_of(start: str, text: str = TRIANGLE) -> int:
             'found "up"; it should be',
         ),
         ("[50.0e3, 0.0, 0.0]", "[50.0e3, 9.0, 0.0]", "satellites[0].curve", "have to be perpendicular"),
-        ("kind: arc_length_mean", "kind: mean", "expect[4]", "there is no kind 'mean'"),
+        ("kind: arc_length_mean", "kind: mean", "expect[3]", "there is no kind 'mean'"),
         (
             "value: 0.461, relative: 0.005",
             "value: 0.461",
-            "expect[2]",
+            "expect[1]",
             "needs exactly one of",
         ),
         (
             "[sat1, sat2]",
             "[sat1, sat9]",
-            "expect[6]",
+            "expect[5]",
             "there is no satellite sat9; there are sat1",
         ),
-        ("at: 6000.0", "at: 60000.0", "expect[1]", "later than the flight's end at 12000 s"),
+        ("at: 6000.0", "at: 60000.0", "expect[0]", "later than the flight's end at 12000 s"),
         ("graph: {kind: complete}", "graph: {kind: star, centre: 3}", "graph", "numbered 0 to 2"),
         ("seed: 1" if "seed: 1" in TRIANGLE else "orbit:", "seed: 1.5\norbit:", "seed", "found 1.5"),
     ],
@@ -253,11 +255,11 @@ def test_what_a_file_expects_beyond_the_end_of_a_shortened_flight_is_left_out_an
     scenario = load_scenario(SCENARIOS / "triangle.yaml", ["timing.duration=6000.0"], said.append)
     every = shipped("triangle").expect
     # Those that name no end are about the whole flight as it was written.
-    kept = ["arc-length spread at 0 s", "arc-length spread at 6000 s", "arc-length spread settles to 1 %"]
+    kept = ["arc-length spread at 6000 s", "arc-length spread settles to 1 %"]
     assert [expectation.describe() for expectation in scenario.expect] == kept
     labels = [expectation.describe() for expectation in every]
     assert list(scenario.expectations_left_out) == [label for label in labels if label not in kept]
-    assert said == [f"{len(every) - 3} expectations lie beyond the shorter flight and are not judged"]
+    assert said == [f"{len(every) - 2} expectations lie beyond the shorter flight and are not judged"]
 
 
 def test_what_is_left_out_stays_known_to_who_reads_the_shorter_flight_again() -> None:
@@ -288,19 +290,45 @@ def test_a_file_that_expects_something_beyond_its_own_end_stays_wrong() -> None:
 
 
 def test_what_is_expected_on_the_command_line_is_meant_for_the_flight_that_is_set_there() -> None:
-    late = "expect=[{kind: arc_length_spread, at: 5000.0, below: 1.0}]"
+    late = "expect=[{kind: arc_length_spread, at: 5000.0, below: 1.0, source: a test}]"
     (problem,) = problems(TRIANGLE, "timing.duration=3000.0", late)
     assert problem.file == f"--set {late}"
-    (problem,) = problems(TRIANGLE, "timing.duration=3000.0", "expect.1.at=5000.0")
+    (problem,) = problems(TRIANGLE, "timing.duration=3000.0", "expect.0.at=5000.0")
+    assert problem.field == "expect[0]"
+
+
+def test_an_expectation_says_where_its_figure_comes_from() -> None:
+    named = "value: 0.461, relative: 0.005, source: "
+    where = TRIANGLE.index(named)
+    said = TRIANGLE[where : TRIANGLE.index("}", where)]
+    (problem,) = broken(said, "value: 0.461, relative: 0.005")
     assert problem.field == "expect[1]"
+    assert problem.line == line_of("- {kind: arc_length_spread, at: 12000.0")
+    assert "give a source (paper, theory, another program), or say regression: true" in problem.sentence
+    parse_scenario(TRIANGLE.replace(said, "value: 0.461, relative: 0.005, regression: true"))
+    for both in (
+        "value: 0.461, relative: 0.005, source: a, regression: true",
+        "below: 1.0, regression: true",
+    ):
+        (problem,) = broken(said, both)
+        assert "regression figure" in problem.sentence
+
+
+def test_a_flight_that_was_flown_without_sources_is_still_read() -> None:
+    bare = re.sub(', source: ".*?"}', "}", TRIANGLE)
+    assert len(problems(bare)) > 10
+    scenario = parse_scenario(bare, files=FileSource(recorded=True))
+    assert scenario.expect[0].origin == ""
 
 
 def test_problems_of_a_shortened_flight_keep_their_lines() -> None:
     last = TRIANGLE.rstrip().rpartition("\n")[2]
-    unknown = TRIANGLE.replace(last, "  - {kind: arc_length_spread, at: 1.0, below: 1.0, labell: a}")
+    unknown = TRIANGLE.replace(
+        last, "  - {kind: arc_length_spread, at: 1.0, below: 1.0, source: a, labell: a}"
+    )
     (problem,) = problems(unknown, "timing.duration=3000.0")
     line = line_of("- {kind: arc_length_spread, at: 1.0,", unknown)
-    assert (problem.line, problem.field) == (line, "expect[17].labell")
+    assert (problem.line, problem.field) == (line, "expect[16].labell")
 
 
 DISTURBED = (

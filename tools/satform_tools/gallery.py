@@ -38,7 +38,9 @@ _COLOURS = 256
 _FIGURES_SHOWN = 4
 _INTRODUCTION = """# Gallery
 
-Every scenario that comes with the project, as `./tools/satform gallery` flew, judged and drew it.
+Every scenario that comes with the project, as `./tools/satform gallery` flew, judged and drew it. What is
+expected comes from papers, theory and other programs, or is a regression figure of this software
+([expectations](expectations.md)).
 """
 
 
@@ -141,11 +143,11 @@ def _entry(scenario: Scenario) -> str:
     lines = [f"## {name}", "", f"{title} ([scenario](../scenarios/{name}.yaml))."]
     text = _text(name)
     if text:
-        lines += ["", f"![{title}](gallery/{name}.png)", "", _judgement(json.loads(text[_FIGURES]))]
+        lines += ["", f"![{title}](gallery/{name}.png)", "", _judgement(json.loads(text[_FIGURES]), scenario)]
     return "\n".join([*lines, ""])
 
 
-def _judgement(figures: Sequence[dict[str, Any]]) -> str:
+def _judgement(figures: Sequence[dict[str, Any]], scenario: Scenario) -> str:
     """How many figures are as expected, and the first of them; those that are not come first."""
     met = sum(figure["met"] for figure in figures)
     shown = sorted(figures, key=lambda figure: bool(figure["met"]))[:_FIGURES_SHOWN]
@@ -155,7 +157,9 @@ def _judgement(figures: Sequence[dict[str, Any]]) -> str:
         for figure in shown
     ]
     more = "; ..." if len(figures) > len(shown) else "."
-    return f"{met} of {len(figures)} figures as expected: {'; '.join(words)}{more}"
+    own = sum(expectation.regression for expectation in scenario.expect)
+    regression = f" ({own} of them regression figures)" if own else ""
+    return f"{met} of {len(figures)} figures as expected{regression}: {'; '.join(words)}{more}"
 
 
 def _text(name: str) -> dict[str, str]:

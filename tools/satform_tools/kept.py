@@ -109,7 +109,7 @@ def _find(run: Path) -> Kept:
 
 
 def _from_record(folder: Path) -> Kept:
-    scenario = load_scenario(folder / SCENARIO_FILE)
+    scenario = load_scenario(folder / SCENARIO_FILE, recorded=True)
     record = folders.load_record(folder / folders.RECORD)
     names = tuple(satellite.name for satellite in scenario.satellites)
     if record.satellites != names:

@@ -120,11 +120,12 @@ def expectations(verdicts: list[Verdict]) -> PageTable:
             verdict.allowed,
             f"{number(verdict.figure)} {verdict.unit}".rstrip(),
             "passed" if verdict.met else "missed",
+            verdict.origin or "nothing says so",
         )
         for verdict in verdicts
     ]
     styles = {row: "met" if verdict.met else "missed" for row, verdict in enumerate(verdicts)}
-    headings = ("expectation", "asked", "found", "result")
+    headings = ("expectation", "asked", "found", "result", "where the figure comes from")
     return PageTable("What was expected", headings, rows, frozenset({2}), styles)
 
 

@@ -97,6 +97,8 @@ def describe(scenario: Scenario) -> dict[str, Any]:
                 "label": expectation.describe(),
                 "unit": expectation.unit,
                 **expectation.model_dump(mode="json", include=_ALLOWED, exclude_none=True),
+                "source": expectation.source,
+                "regression": expectation.regression,
             }
             for expectation in scenario.expect
         ],
@@ -358,10 +360,15 @@ def _print_expectations(expectations: list[dict[str, Any]]) -> None:
     if not expectations:
         return
     rows = [
-        (entry["label"], entry["unit"], _words({key: entry[key] for key in entry if key in _ALLOWED}))
+        (
+            entry["label"],
+            entry["unit"],
+            _words({key: entry[key] for key in entry if key in _ALLOWED}),
+            entry["source"] or "regression figure of this software",
+        )
         for entry in expectations
     ]
-    abridged.table(Table(("expectation", "unit", "allowed"), rows))
+    abridged.table(Table(("expectation", "unit", "allowed", "where it comes from"), rows))
 
 
 def _words(fields: dict[str, Any]) -> str:

@@ -5,7 +5,8 @@ which a satellite does not fly, or in which the one that it points at does not, 
 """
 
 import math
-from typing import Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -15,11 +16,15 @@ from satform.metrics import LargestOfSteps
 from satform.record import FlightRecord
 from satform.spec import Positive
 
+if TYPE_CHECKING:
+    from satform.scenario.model import SatelliteSpec
+
 
 class PointingError(LargestOfSteps):
     """Largest angle between a satellite's boresight and its target, in rad."""
 
     unit = "rad"
+    of_equipment = "attitude"
     kind: Literal["pointing_error"] = "pointing_error"
 
     def measure(self, record: FlightRecord) -> float:
@@ -32,6 +37,7 @@ class PointingError(LargestOfSteps):
 class PanelToSun(LargestOfSteps):
     """Largest cosine of the angle between panel axis and sun; zero when panels face the sun."""
 
+    of_equipment = "attitude"
     kind: Literal["panel_to_sun"] = "panel_to_sun"
 
     def measure(self, record: FlightRecord) -> float:
@@ -45,6 +51,7 @@ class AttitudeSettling(Event):
     """Time after which pointing error or panels never exceed a level again, in s; the latest."""
 
     unit = "s"
+    of_equipment = "attitude"
     kind: Literal["attitude_settling"] = "attitude_settling"
     quantity: Literal["pointing_error", "panel_to_sun"]
     """What has to settle."""
@@ -71,6 +78,7 @@ class AttitudeErrorAt(AtTime, OfSatellites):
     """Length of the modified Rodrigues parameters to the desired attitude at one moment; the largest."""
 
     of_steps = True
+    of_equipment = "attitude"
     kind: Literal["attitude_error_at"] = "attitude_error_at"
 
     def measure(self, record: FlightRecord) -> float:
@@ -85,6 +93,7 @@ class AttitudeRateErrorAt(AtTime, OfSatellites):
 
     unit = "rad/s"
     of_steps = True
+    of_equipment = "attitude"
     kind: Literal["attitude_rate_error_at"] = "attitude_rate_error_at"
 
     def measure(self, record: FlightRecord) -> float:
@@ -96,6 +105,8 @@ class AttitudeRateErrorAt(AtTime, OfSatellites):
 
 class _OfWheels(OverWindow):
     """An expectation of one wheel, or of the one that does most."""
+
+    of_equipment = "attitude"
 
     axis: Literal["x", "y", "z"] | None = None
     """Body axis of the wheel; all three when left out."""
@@ -144,9 +155,26 @@ class WheelMomentum(_OfWheels):
 class WheelSaturation(OverWindow):
     """Steps in which a limit of a wheel took something away, the most of the satellites."""
 
+    of_equipment = "attitude"
     kind: Literal["wheel_saturation"] = "wheel_saturation"
     limit: Literal["torque", "momentum"]
     """Which limit is meant."""
+
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+    ) -> list[str]:
+        found = super().complaints_about_satellites(satellites, announces)
+        if found:
+            return found
+        limit = f"wheel_{self.limit}_limit"
+        free = [
+            name
+            for name in self.satellites or satellites
+            if getattr(satellites[name].attitude, limit) is None
+        ]
+        return (
+            [f"{', '.join(free)} {'has' if len(free) == 1 else 'have'} no {limit} to be met"] if free else []
+        )
 
     def holds_in_part(self) -> bool:
         # A part of a flight counts less: it is judged where nothing at all is allowed.

@@ -14,9 +14,7 @@ from satform.record import FlightRecord
 class _OfThrusters(OverWindow):
     """An expectation of something that the thrusters count."""
 
-    def complaints_about_thrusters(self, satellites: set[str], equipped: set[str]) -> list[str]:
-        bare = sorted(set(self.satellites or satellites) - equipped)
-        return [f"{', '.join(bare)} {'has' if len(bare) == 1 else 'have'} no thruster"] if bare else []
+    of_equipment = "thruster"
 
     def holds_in_part(self) -> bool:
         # A part of a flight counts less: it is judged where nothing at all is allowed.
@@ -88,6 +86,7 @@ class NavigationError(OverWindow):
     """Distance between where a satellite is told to be and where it is, in m."""
 
     unit = "m"
+    of_equipment = "sensor"
     kind: Literal["navigation_error"] = "navigation_error"
     statistic: Literal["largest", "rms"] = "largest"
     """Largest over the stretch, or root of the mean square."""
@@ -106,6 +105,7 @@ class EstimationError(LargestOfSteps):
     """Distance between where a satellite believes to be, after its filter, and where it is, in m."""
 
     unit = "m"
+    of_equipment = "sensor"
     kind: Literal["estimation_error"] = "estimation_error"
     statistic: Literal["largest", "rms"] = "largest"
     """Largest over the stretch, or root of the mean square."""

@@ -1,19 +1,20 @@
 """What an expectation is: which figure of which satellites over which time, and what is allowed."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from satform.elementwise import Array
 from satform.record import FlightRecord
 from satform.spec import NonNegative, Number, Positive, Spec
 
 if TYPE_CHECKING:
-    from satform.scenario.model import Scenario, Timing
+    from satform.scenario.model import SatelliteSpec, Scenario, Timing
 
 _TIME_SLACK = 1e-9
 """Relative slack when a time is looked up on the grid of steps."""
@@ -29,6 +30,7 @@ class Verdict:
         figure: what the run gave; NaN when the run does not give one.
         allowed: what was expected, in words.
         met: whether the figure is allowed.
+        origin: where what was expected comes from, in words.
     """
 
     label: str
@@ -36,14 +38,21 @@ class Verdict:
     figure: float
     allowed: str
     met: bool
+    origin: str = ""
 
 
 class Expectation(Spec):
     """A figure of the run and what it has to be: about a value, below a bound, above a bound."""
 
+    model_config = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": ["source"]}, {"required": ["regression"]}]}
+    )
+
     unit: ClassVar[str] = ""
     of_steps: ClassVar[bool] = False
     """Whether the figure is made of what is decided in steps: the flight's last state then has none."""
+    of_phases: ClassVar[bool] = False
+    """Whether the figure is made of arc lengths."""
 
     label: str | None = None
     """What is measured, in words; made from the fields when left out."""
@@ -57,8 +66,10 @@ class Expectation(Spec):
     """The figure has to be less than or equal to this."""
     above: Number | None = None
     """The figure has to be greater than or equal to this."""
-    source: str | None = None
-    """Where the expected figure comes from."""
+    source: Annotated[str, Field(min_length=1)] | None = None
+    """Where the figure comes from: paper, theory, another program. Given unless `regression` is."""
+    regression: bool = False
+    """Whether `value` is what this software gave, to notice every change of it; no source is named then."""
 
     @model_validator(mode="after")
     def _says_something(self) -> "Expectation":
@@ -68,7 +79,16 @@ class Expectation(Spec):
             raise ValueError("a tolerance needs a value that it belongs to")
         if self.value is None and self.below is None and self.above is None:
             raise ValueError("give a value with its tolerance, or below, or above")
+        if self.regression and self.source is not None:
+            raise ValueError("a figure has a source or is a regression figure of this software, not both")
+        if self.regression and (self.value is None or self.below is not None or self.above is not None):
+            raise ValueError("a regression figure is a value with its tolerance; a bound needs a source")
         return self
+
+    @property
+    def origin(self) -> str:
+        """Where the figure comes from, in words; empty where nothing says so."""
+        return "regression figure of this software" if self.regression else (self.source or "")
 
     def measure(self, record: FlightRecord) -> float:
         """The figure in its unit; NaN when the record does not hold it."""
@@ -82,8 +102,17 @@ class Expectation(Spec):
         """What is wrong with this expectation in a scenario with these satellites and times."""
         return []
 
-    def complaints_about_thrusters(self, satellites: set[str], equipped: set[str]) -> list[str]:
-        """What is wrong with this expectation if only the satellites equipped have thrusters."""
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+    ) -> list[str]:
+        """What the satellites of a scenario lack for this expectation to be able to be missed or met.
+
+        Args:
+            satellites: complete ones, by name.
+            announces: what they exchange, `arc_length` or `motion`.
+        """
+        if self.of_phases and announces != "arc_length":
+            return ["satellites share their motion here; they have no arc lengths to be judged"]
         return []
 
     def needs(self, duration: float, step: float) -> float:
@@ -146,11 +175,14 @@ class Expectation(Spec):
         if self.above is not None:
             met = met and figure >= self.above
             allowed.append(f"≥ {self.above:g}")
-        return Verdict(self.describe(), self.unit, figure, " and ".join(allowed), met)
+        return Verdict(self.describe(), self.unit, figure, " and ".join(allowed), met, self.origin)
 
 
 class OfSatellites(Expectation):
     """An expectation of all satellites or of some of them."""
+
+    of_equipment: ClassVar[Literal["", "thruster", "sensor", "attitude"]] = ""
+    """What each satellite has to have for it; empty for nothing."""
 
     satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     """Names of the satellites that are meant; all when left out."""
@@ -159,6 +191,17 @@ class OfSatellites(Expectation):
         unknown = sorted(set(self.satellites or ()) - satellites)
         own = [f"there is no satellite {name}; there are {', '.join(sorted(satellites))}" for name in unknown]
         return super().complaints(satellites, timing) + own
+
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+    ) -> list[str]:
+        own = super().complaints_about_satellites(satellites, announces)
+        if not self.of_equipment:
+            return own
+        meant = self.satellites or tuple(satellites)
+        bare = sorted(name for name in meant if getattr(satellites[name], self.of_equipment) is None)
+        have = "has" if len(bare) == 1 else "have"
+        return [*own, f"{', '.join(bare)} {have} no {self.of_equipment}"] if bare else own
 
     def columns(self, record: FlightRecord) -> list[int]:
         """Columns of the satellites that are meant."""
@@ -252,6 +295,9 @@ class OverWindow(OfSatellites):
 class AtTime(Expectation):
     """An expectation at one moment."""
 
+    given_at_start: ClassVar[bool] = False
+    """Whether the figure at the start is a number of the scenario itself."""
+
     at: NonNegative | None = None
     """Simulated time, s; the end of the flight when left out."""
 
@@ -259,6 +305,8 @@ class AtTime(Expectation):
         own = []
         if self.at is not None and self.at > timing.duration * (1 + _TIME_SLACK):
             own.append(f"at {self.at:g} s is later than the flight's end at {timing.duration:g} s")
+        if self.given_at_start and self.at is not None and self.at < 0.5 * timing.step:
+            own.append(f"at {self.at:g} s the figure is what the scenario itself says: name a later time")
         return super().complaints(satellites, timing) + own
 
     def needs(self, duration: float, step: float) -> float:

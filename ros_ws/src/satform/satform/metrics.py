@@ -1,12 +1,14 @@
 """What a run is judged by: figures of tracking, control and agreement from a flight record."""
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from satform.control.coast import CoastSpec
 from satform.elementwise import Array
 from satform.expectation import (
     AtTime,
@@ -22,7 +24,7 @@ from satform.record import FlightRecord
 from satform.spec import Number, Positive
 
 if TYPE_CHECKING:
-    from satform.scenario.model import Scenario, Timing
+    from satform.scenario.model import SatelliteSpec, Scenario, Timing
 
 _TIME_SLACK = 1e-9
 """Relative slack between two times that are meant to be the same."""
@@ -82,6 +84,7 @@ class TrackingErrorAt(AtTime, OfSatellites):
 
     unit = "m"
     of_steps = True
+    given_at_start = True
     kind: Literal["tracking_error_at"] = "tracking_error_at"
 
     def measure(self, record: FlightRecord) -> float:
@@ -133,6 +136,12 @@ class Control(OverWindow):
     statistic: Literal["mean", "smallest", "largest"] = "mean"
     """Mean over the stretch, or its smallest or largest value."""
 
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+    ) -> list[str]:
+        idle = coasting(self, satellites)
+        return super().complaints_about_satellites(satellites, announces) + idle
+
     def holds_in_part(self) -> bool:
         if self.statistic == "mean":
             return False
@@ -160,6 +169,12 @@ class DeltaV(OverWindow):
 
     unit = "m/s"
     kind: Literal["delta_v"] = "delta_v"
+
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+    ) -> list[str]:
+        idle = coasting(self, satellites)
+        return super().complaints_about_satellites(satellites, announces) + idle
 
     def holds_in_part(self) -> bool:
         # A part of a flight costs less: it is judged where nothing at all may be spent.
@@ -194,6 +209,8 @@ class ArcLengthSpread(AtTime, OfSatellites):
     """Largest minus smallest generalised arc length of the satellites that fly, in m."""
 
     unit = "m"
+    of_phases = True
+    given_at_start = True
     kind: Literal["arc_length_spread"] = "arc_length_spread"
 
     def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
@@ -216,6 +233,7 @@ class ArcLengthSettling(Event):
     """Time after which the spread of arc lengths stays within a fraction of its first value, in s."""
 
     unit = "s"
+    of_phases = True
     kind: Literal["arc_length_settling"] = "arc_length_settling"
     fraction: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.01
     """Fraction of the spread at the start."""
@@ -232,6 +250,8 @@ class ArcLengthMean(AtTime):
     """Mean generalised arc length less the nominal rate times the time, in m."""
 
     unit = "m"
+    of_phases = True
+    given_at_start = True
     kind: Literal["arc_length_mean"] = "arc_length_mean"
     nominal_rate: Number
     """Rate that is taken off, m/s."""
@@ -249,6 +269,8 @@ class ArcLengthRate(AtTime, OfSatellites):
     """Departure of the rate furthest from a nominal one, in m/s."""
 
     unit = "m/s"
+    of_phases = True
+    given_at_start = True
     kind: Literal["arc_length_rate"] = "arc_length_rate"
     nominal_rate: Number
     """Rate that is taken off, m/s."""
@@ -290,6 +312,14 @@ class Distance(OverWindow):
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"
+
+
+def coasting(expectation: OfSatellites, satellites: Mapping[str, "SatelliteSpec"]) -> list[str]:
+    """That nothing is judged where all satellites that are meant coast: they command nothing."""
+    meant = [satellites[name] for name in expectation.satellites or satellites]
+    idle = all(isinstance(own.controller, CoastSpec) and own.thruster is None for own in meant)
+    names = ", ".join(own.name for own in meant)
+    return [f"{names} coast{'s' if len(meant) == 1 else ''} and cannot command anything else"] if idle else []
 
 
 def arc_length_spread(record: FlightRecord, columns: list[int] | None = None) -> Array:

@@ -27,10 +27,12 @@ class FileSource:
     Attributes:
         folder: from which relative paths count.
         attached: content of files by name, looked at first, such as those within a bag.
+        recorded: whether the scenario is that of a recorded flight, whose expectations need no source.
     """
 
     folder: Path = Path()
     attached: Mapping[str, bytes] = field(default_factory=dict)
+    recorded: bool = False
 
 
 @dataclass(frozen=True)

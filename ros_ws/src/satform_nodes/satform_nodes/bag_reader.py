@@ -210,7 +210,7 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
             contents.scenario = parse_scenario(
                 record.data.decode(),
                 f"{file}:{SCENARIO_ATTACHMENT}",
-                files=FileSource(file.parent, contents.files),
+                files=FileSource(file.parent, contents.files, recorded=True),
             )
         except (ScenarioError, UnicodeDecodeError) as error:
             raise BagError(f"{file}: the scenario in it cannot be read: {error}") from None

@@ -27,7 +27,11 @@ MAXIMUM_PROBLEMS = 200
 
 
 def load_scenario(
-    path: str | Path, changes: Iterable[str] = (), remark: Callable[[str], None] | None = None
+    path: str | Path,
+    changes: Iterable[str] = (),
+    remark: Callable[[str], None] | None = None,
+    *,
+    recorded: bool = False,
 ) -> Scenario:
     """Read and check a scenario file.
 
@@ -37,6 +41,7 @@ def load_scenario(
             example `timing.step=1.0` or `satellites[0].arc_length=100.0`. Where they shorten the
             flight, what the file expects, breaks or changes beyond its new end is left out.
         remark: called with a sentence about what was left out.
+        recorded: whether it comes with a flight that it was flown by, whose expectations need no source.
 
     Returns:
         The scenario, complete and consistent.
@@ -55,7 +60,7 @@ def load_scenario(
     except ValueError:
         # Python's own word for a name with a null character.
         raise ScenarioError([Problem(file, None, "", "is not a possible file name")]) from None
-    return parse_scenario(text, file, changes, remark, FileSource(Path(path).parent))
+    return parse_scenario(text, file, changes, remark, FileSource(Path(path).parent, recorded=recorded))
 
 
 def save_scenario(scenario: Scenario, path: Path) -> None:

@@ -6,7 +6,7 @@ import re
 from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from satform.consensus.arc_length import ConsensusSpec
@@ -276,7 +276,7 @@ class Scenario(Spec):
     """Which machine runs which part, where the formation is flown on several."""
 
     @model_validator(mode="after")
-    def _consistent(self) -> "Scenario":
+    def _consistent(self, info: ValidationInfo) -> "Scenario":
         complaints = [
             *self._satellite_complaints(),
             *self._equipment_complaints(),
@@ -287,7 +287,7 @@ class Scenario(Spec):
             *self._reference_complaints(),
             *self._attitude_complaints(),
             *self._environment_complaints(),
-            *self._expectation_complaints(),
+            *self._expectation_complaints(recorded=bool(getattr(info.context, "recorded", False))),
             *self._link_complaints(),
             *self._schedule_complaints(),
             *self._fault_complaints(),
@@ -356,18 +356,17 @@ class Scenario(Spec):
         setting = DynamicsSetting(self.orbit.rate, self.timing.step, len(self.satellites), self.seed)
         return [(("dynamics", *field), sentence) for field, sentence in self.dynamics.faults(setting)]
 
-    def _expectation_complaints(self) -> list[Complaint]:
-        known = {satellite.name for satellite in self.satellites}
-        equipped = {
-            satellite.name
-            for index, satellite in enumerate(self.satellites)
-            if self.satellite(index).thruster is not None
-        }
+    def _expectation_complaints(self, *, recorded: bool) -> list[Complaint]:
+        whole = {own.name: self.satellite(index) for index, own in enumerate(self.satellites)}
         complaints: list[Complaint] = []
         for index, expectation in enumerate(self.expect):
-            found = expectation.complaints(known, self.timing) or expectation.complaints_about_thrusters(
-                known, equipped
-            )
+            found = expectation.complaints(set(whole), self.timing)
+            found = found or expectation.complaints_about_satellites(whole, self.consensus.announces)
+            if not (expectation.origin or recorded):
+                found.append(
+                    "nothing says where the figure comes from: give a source (paper, theory, another "
+                    "program), or say regression: true where it is what this software gave"
+                )
             complaints += [(("expect", index), sentence) for sentence in found]
         return complaints
 
