@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
+from satform.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.scenario.model import SatelliteFields, SatelliteSpec
 from satform.spec import Plugin, Spec, specs
 
@@ -31,7 +32,21 @@ _WIDEST = 1e15
 
 def type_words(field: FieldInfo) -> str:
     """What a field may hold."""
-    return _type_of(field.annotation, list(field.metadata))
+    metadata = _annotations(field.annotation, *field.metadata)
+    units = [words for validator, words in _ANGLES.items() if validator in metadata]
+    return " or ".join([_type_of(field.annotation, list(field.metadata)), *units])
+
+
+_ANGLES = {OR_DEGREES: '`"45 deg"`', OR_DEGREES_PER_SECOND: '`"0.06 deg/s"`'}
+
+
+def _annotations(*parts: Any) -> list[Any]:
+    """All that a type is annotated with, also within it."""
+    found: list[Any] = []
+    for part in parts:
+        inner = (*get_args(part), *getattr(part, "__metadata__", ()))
+        found += [part, *_annotations(*inner)]
+    return found
 
 
 def _type_of(annotation: Any, metadata: list[Any]) -> str:
@@ -64,7 +79,7 @@ def _tuple_type(annotation: Any, parts: tuple[Any, ...], metadata: list[Any]) ->
     if parts[-1] is ...:
         return f"list of {_type_of(parts[0], []).removeprefix('one of the ')}"
     count = numbers(annotation)
-    if any(isinstance(item, BeforeValidator) for item in metadata):
+    if any(isinstance(item, BeforeValidator) and item not in _ANGLES for item in metadata):
         return "number for all axes, or [x, y, z]"
     if count:
         return "[x, y, z]" if count == 3 else f"{count} numbers"

@@ -6,6 +6,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from satform.angle_text import PATTERNS
 from satform.scenario import Scenario
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -22,10 +23,13 @@ def text() -> str:
 
 
 class _InputSchema(GenerateJsonSchema):
-    """Also allows what a validator turns into three components: one number for all axes."""
+    """Also allows what validators take besides: one number for all axes, text in degrees for an angle."""
 
     def function_before_schema(self, schema: core_schema.BeforeValidatorFunctionSchema) -> JsonSchemaValue:
         inner = super().function_before_schema(schema)
+        pattern = PATTERNS.get(schema["function"]["function"])
+        if pattern is not None:
+            return {"anyOf": [*inner.get("anyOf", [inner]), {"type": "string", "pattern": pattern}]}
         components = inner.get("prefixItems", [])
         if len(components) == 3 and all(component == components[0] for component in components):
             return {"anyOf": [components[0], inner]}

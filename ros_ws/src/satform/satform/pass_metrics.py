@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from satform.angle_text import OR_DEGREES
 from satform.control.sunlight import days_at, sun_in_lvlh
 from satform.elementwise import Array
 from satform.expectation import OverWindow
@@ -99,7 +100,7 @@ class PassLightAngle(_OfPair):
     kind: Literal["pass_light_angle"] = "pass_light_angle"
     epoch: datetime
     """Date and time of time zero; without a time zone it is UTC."""
-    chief_longitude: Number
+    chief_longitude: Annotated[Number, OR_DEGREES]
     """Of the geostationary chief, east of Greenwich, rad."""
 
     def measure(self, record: FlightRecord) -> float:

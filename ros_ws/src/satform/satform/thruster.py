@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from satform.angle_text import OR_DEGREES
 from satform.elementwise import Array, cross, dot, norm
 from satform.spec import NonNegative, Positive, Spec
 
@@ -230,7 +231,7 @@ class ThrusterSpec(Spec):
     """Specific impulse [s]; nothing is consumed when left out."""
     magnitude_error: Annotated[float, Field(ge=0.0, le=0.3)] = 0.0
     """Standard deviation of the thrust relative to itself, drawn anew each step."""
-    pointing_error: Annotated[float, Field(ge=0.0, le=0.3)] = 0.0
+    pointing_error: Annotated[float, Field(ge=0.0, le=0.3), OR_DEGREES] = 0.0
     """Standard deviation of the rotation of the thrust about each axis, drawn anew each step [rad]."""
 
     @model_validator(mode="after")

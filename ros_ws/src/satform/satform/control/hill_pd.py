@@ -1,10 +1,11 @@
 """Proportional-derivative control about cancelled Hill dynamics: the plainest baseline."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
+from satform.angle_text import OR_DEGREES_PER_SECOND
 from satform.control.protocol import (
     Action,
     ControllerSpec,
@@ -62,7 +63,7 @@ class HillPdSpec(ControllerSpec):
     """Proportional-derivative control about cancelled Hill dynamics."""
 
     kind: Literal["hill_pd"] = "hill_pd"
-    natural_frequency: PositivePerAxis = (0.01, 0.01, 0.01)
+    natural_frequency: Annotated[PositivePerAxis, OR_DEGREES_PER_SECOND] = (0.01, 0.01, 0.01)
     """Undamped angular frequency of the error, per axis, rad/s."""
     damping_ratio: PositivePerAxis = (1.0, 1.0, 1.0)
     """Damping of the error as a fraction of critical, per axis."""

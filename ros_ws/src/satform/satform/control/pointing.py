@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from satform.angle_text import OR_DEGREES
 from satform.control.jets import Jet
 from satform.control.yaw_steering import Mask, sight_triad, square_direction, yaw
 from satform.dynamics.attitude import (
@@ -19,7 +20,8 @@ from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, ROTATION_R
 from satform.elementwise import Array, cross, dot, joined
 from satform.spec import Number, Positive, Spec, Vector
 
-Latitude = Annotated[float, Field(ge=-math.pi / 2, le=math.pi / 2)]
+Latitude = Annotated[float, Field(ge=-math.pi / 2, le=math.pi / 2), OR_DEGREES]
+Longitude = Annotated[Number, OR_DEGREES]
 
 _LEAST_LENGTH = 1e-9
 """Length above which a vector of any length counts as a direction."""
@@ -341,13 +343,13 @@ class GroundPointingSpec(Spec):
     """Of the orbit above the spherical Earth, m."""
     start_latitude: Latitude
     """Of the point below the satellite at time zero, geocentric, rad."""
-    start_longitude: Number
+    start_longitude: Longitude
     """Of the point below the satellite at time zero, east of Greenwich, rad."""
-    heading: Number
+    heading: Longitude
     """Of the inertial velocity at time zero, from north towards east, rad."""
     target_latitude: Latitude
     """Of the place pointed at, geocentric, rad."""
-    target_longitude: Number
+    target_longitude: Longitude
     """Of the place pointed at, east of Greenwich, rad."""
     sun: Vector | None = None
     """Direction to the sun, inertial equatorial components, any length; when left out that of the truth

@@ -8,19 +8,20 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from satform.angle_text import OR_DEGREES
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.elementwise import Array
 from satform.frames import LvlhFrame, earth_rotation_angle
 from satform.spec import Spec
 
-Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi)]
+Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi), OR_DEGREES]
 J2000 = datetime(2000, 1, 1, 12, tzinfo=UTC)
 
 
 class ChiefOrbitSpec(Spec):
     """Osculating orbit of the chief at time zero; its size follows from the scenario's mean motion."""
 
-    inclination: Annotated[float, Field(ge=0.0, le=math.pi)] = 0.9
+    inclination: Annotated[float, Field(ge=0.0, le=math.pi), OR_DEGREES] = 0.9
     """Inclination to the inertial x-y plane [rad]."""
     right_ascension: Angle = 0.0
     """Right ascension of the ascending node [rad]."""

@@ -1,10 +1,11 @@
 """Disturbing accelerations of the relative motion, in LVLH, bounded on each axis."""
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Annotated, Literal, Protocol
 
 import numpy as np
 
+from satform.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.elementwise import Array
 from satform.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Spec
 
@@ -177,11 +178,11 @@ class HarmonicSpec(PerturbationSpec):
     kind: Literal["harmonic"] = "harmonic"
     amplitude: PerAxis
     """Amplitude in LVLH, m/s^2."""
-    angular_frequency: NonNegative | None = None
+    angular_frequency: Annotated[NonNegative, OR_DEGREES_PER_SECOND] | None = None
     """Angular frequency, rad/s; the chief's mean motion when omitted."""
-    phase: PerAxis = (0.0, 0.0, 0.0)
+    phase: Annotated[PerAxis, OR_DEGREES] = (0.0, 0.0, 0.0)
     """Phase at time zero of satellite 0, rad."""
-    phase_step: Number = 0.0
+    phase_step: Annotated[Number, OR_DEGREES] = 0.0
     """Phase added from each satellite to the next, rad."""
 
     def build(self, setting: PerturbationSetting) -> Harmonic:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
+from satform.angle_text import OR_DEGREES_PER_SECOND
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
 from satform.control.protocol import ControllerSpec, FlightSetting, require_protocol
@@ -47,7 +48,7 @@ class Orbit(Spec):
 
     period: Annotated[float, Field(ge=1e-3, le=1e12, strict=True)] | None = None
     """Time of one revolution, s."""
-    mean_motion: Annotated[float, Field(ge=1e-12, le=1e4, strict=True)] | None = None
+    mean_motion: Annotated[float, Field(ge=1e-12, le=1e4, strict=True), OR_DEGREES_PER_SECOND] | None = None
     """Angular rate, rad/s."""
     semi_major_axis: Annotated[float, Field(ge=1.0, le=1e12, strict=True)] | None = None
     """Radius of the orbit about the Earth's centre, m."""
@@ -60,7 +61,7 @@ class Orbit(Spec):
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                f"give exactly one of period [s], mean_motion [rad/s] or semi_major_axis [m]; found "
+                f"give exactly one of period [s], mean_motion [rad/s, or deg/s as text] or semi_major_axis [m]; found "
                 f"{' and '.join(given) if given else 'none'}"
             )
         if self.radius < EQUATORIAL_RADIUS and not self.allow_below_surface:

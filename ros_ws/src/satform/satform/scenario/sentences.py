@@ -7,6 +7,7 @@ from typing import Any, get_args
 
 from pydantic_core import ErrorDetails
 
+from satform.angle_text import is_angle
 from satform.scenario.errors import Problem
 from satform.scenario.model import Scenario
 from satform.scenario.yaml_reader import line_of
@@ -83,7 +84,7 @@ def _coerced(written: Any, taken: Any, path: Path) -> list[tuple[Path, str]]:
         # One number may stand for all axes.
         made = taken[0] if isinstance(taken, list | tuple) and taken else taken
         number = isinstance(made, int | float) and not isinstance(made, bool)
-        wrong = number and isinstance(written, bool | str)
+        wrong = number and isinstance(written, bool | str) and not is_angle(written)
         return [(path, f"found {shortened(written)}; it {A_NUMBER}")] if wrong else []
     return [found for key, old, new in parts for found in _coerced(old, new, (*path, key))]
 
