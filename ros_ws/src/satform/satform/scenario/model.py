@@ -61,8 +61,8 @@ class Orbit(Spec):
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                f"give exactly one of period [s], mean_motion [rad/s, or deg/s as text] or semi_major_axis [m]; found "
-                f"{' and '.join(given) if given else 'none'}"
+                "give exactly one of period [s], mean_motion [rad/s, or deg/s as text], semi_major_axis [m]; "
+                f"found {' and '.join(given) if given else 'none'}"
             )
         if self.radius < EQUATORIAL_RADIUS and not self.allow_below_surface:
             shortest = 2.0 * math.pi * math.sqrt(EQUATORIAL_RADIUS**3 / GRAVITATIONAL_PARAMETER)
