@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from multiprocessing import forkserver
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,10 @@ import pytest
 from flights import shortened
 from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of, repetitions
 from satform.exit_codes import EXIT_DONE, EXIT_LOST
+from satform_bringup import nursery
 from satform_bringup.flight import Policy
 from satform_bringup.supervise import fly
+from satform_bringup.watch import PROCESS_SERVER
 from satform_nodes.bag_reader import read_bag
 from satform_nodes.executor import MANY
 from satform_tools.benchmarks.scaling import ring
@@ -115,6 +118,14 @@ def test_when_all_are_killed_the_flight_ends_and_says_so(tmp_path: Path) -> None
     assert bag.record.steps > 200
 
 
+def test_a_restart_says_that_it_brings_back_nobody_when_all_are_lost(tmp_path: Path) -> None:
+    killer = Killer(tmp_path, 300, "sat1", "sat2", "sat3")
+    flight = fly(shortened(*SCENARIO), tmp_path, record=False, progress=killer, policy=Policy(restart=True))
+    if len(flight.lost) == 3:
+        # One that was killed last may have been waited for by one that had been started again.
+        assert "no satellite is left, and a satellite is started again only while another" in flight.reason
+
+
 def test_a_killed_process_of_a_group_takes_all_its_satellites_with_it(tmp_path: Path) -> None:
     scenario = shortened("ring_six", float(STEPS))
     flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 300, "group1"), group=2)
@@ -153,7 +164,8 @@ def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: st
 def test_with_restart_a_killed_satellite_comes_back_from_its_checkpoint(tmp_path: Path) -> None:
     scenario = shortened("triangle", 3000.0, "checkpoint_period=20.0")
     flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 300, "sat2"), restart=True)
-    assert flight.lost == ("sat2",)
+    # Back at the end it is not lost any more; both are on record.
+    assert flight.lost == ()
     (loss,), (back,) = flight.losses, flight.returns
     assert (loss.name, back.name) == ("sat2", "sat2")
     assert 0 < loss.step < back.step < scenario.timing.steps
@@ -183,6 +195,24 @@ def test_without_its_recorder_a_flight_goes_on_only_when_told_so(tmp_path: Path)
         assert not cut.complete
         assert cut.record.steps > 0
         assert_flies_again(cut)
+
+
+def test_a_killed_process_server_is_a_lost_process_and_no_stop(tmp_path: Path) -> None:
+    killed: list[int] = []
+
+    def kill(done: int, _all: int) -> None:
+        if done >= 300 and not killed:
+            killed.append(forkserver._forkserver._forkserver_pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    flight = fly(shortened("triangle", 6000.0), tmp_path, record=True, progress=kill)
+    nursery.close()
+    assert killed
+    assert flight.lost == (PROCESS_SERVER,)
+    assert not flight.stopped
+    assert flight.reason.startswith("the process server ended after step")
+    assert processes_of(tmp_path) == {}
+    assert read_bag(tmp_path / "bag").record.steps > 200
 
 
 def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tmp_path: Path) -> None:

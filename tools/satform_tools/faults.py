@@ -1,8 +1,10 @@
 """What goes wrong in a command, as sentences for the person who typed it."""
 
 import errno
+from pathlib import Path
 from typing import ClassVar
 
+from satform.durable_file import room_in_words
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_MISSED
 
 _NO_THREAD = "can't start new thread"
@@ -28,7 +30,10 @@ class InfeasibleError(CommandError):
 def sentence_of(error: OSError) -> str:
     """What the operating system refused, and where."""
     if error.errno == errno.ENOSPC:
-        reason = "the disk is full (no space, or no inodes)"
+        # Standard output has a name that is no path.
+        is_path = "/" in str(error.filename or "")
+        where = f": {room_in_words(Path(str(error.filename)))}" if is_path else ""
+        reason = f"the disk is full (no space, or no inodes){where}"
     elif error.errno in {errno.EMFILE, errno.ENFILE}:
         reason = "too many files are open (ulimit -n)"
     else:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from satform.durable_file import durable_file
 from satform.flight.early_end import EarlyEnd
 from satform.numpy_archive import read_archive
 from satform.record import ESTIMATES, QUANTITIES, FlightRecord, no_estimates
@@ -85,7 +86,7 @@ def save_record(record: FlightRecord, path: Path) -> None:
 
     Args:
         record: the flight.
-        path: of the archive, which has not to exist.
+        path: of the archive.
 
     Raises:
         OSError: it cannot be written.
@@ -93,7 +94,7 @@ def save_record(record: FlightRecord, path: Path) -> None:
     arrays = {name: getattr(record, name) for name in QUANTITIES}
     end = None if record.early_end is None else record.early_end.data()
     head = json.dumps({"satellites": record.satellites, "step": record.step, "early_end": end})
-    with path.open("xb") as file:
+    with durable_file(path) as file:
         np.savez(file, head=np.array(head), **arrays)
 
 

@@ -7,6 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
+from satform.durable_file import write_durably
 from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
 from satform.flight.early_end import EarlyEnd
 from satform.metrics import Verdict
@@ -80,7 +81,7 @@ class Outcome:
         verdicts: one for each expectation; empty when nothing could be judged.
         summary: the flight in figures; None when nothing could be judged.
         recorded: whether there is a record to judge by.
-        lost: names of the processes that were lost though the scenario does not say so.
+        lost: names of the processes that were lost though the scenario does not say so, and are not back.
         events: sentences about who was lost or came back, planned or not.
         reason: why the flight ended early or cannot be judged; empty when neither is so.
         stopped: whether the user stopped it.
@@ -182,7 +183,7 @@ class Outcome:
         Raises:
             OSError: it cannot be written.
         """
-        path.write_text(to_json(self.data()) + "\n", encoding="utf-8")
+        write_durably(path, f"{to_json(self.data())}\n".encode())
 
 
 def versions() -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from satform.metrics import Verdict, judge
@@ -77,11 +77,20 @@ def run(
             outcome = _over_dds(scenario, folder, record=record, manner=manner, host=part)
         if part is not None:
             outcome = hosting.told(outcome, part)
-        outcome.write(folder / folders.RESULT)
         if manner.profile:
             _join_trace(folder)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
+    return _kept(outcome)
+
+
+def _kept(outcome: Outcome) -> Outcome:
+    """Write the result; where that cannot be done the outcome says so, and is told all the same."""
+    try:
+        outcome.write(outcome.folder / folders.RESULT)
+    except OSError as error:
+        reason = f"the result cannot be kept: {sentence_of(error)}"
+        return replace(outcome, reason="; ".join(filter(None, (outcome.reason, reason))))
     return outcome
 
 
@@ -127,12 +136,13 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
         start = time.perf_counter()
         flight = simulate(scenario, progress=lambda steps: report(steps, total), stop=lambda: request.asked)
         speed = Speed(flight.steps, time.perf_counter() - start, scenario.timing.step)
-        if record:
-            # Asked to stop now, a run still keeps what it has flown.
-            folders.save_record(flight, folder / folders.RECORD)
+        # Asked to stop now, a run still keeps what it has flown.
+        unkept = _keep_record(flight, folder) if record else ""
     if flight.steps < total and flight.early_end is None:
-        reason = f"stopped by {request.name}"
+        reason = "; ".join(filter(None, (f"stopped by {request.name}", unkept)))
         return Outcome(scenario, "inprocess", folder, speed, recorded=record, reason=reason, stopped=True)
+    ended = "" if flight.early_end is None else flight.early_end.sentence
+    reason = "; ".join(filter(None, (ended, unkept)))
     verdicts, summary = _judged(scenario, flight)
     return Outcome(
         scenario,
@@ -141,10 +151,19 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
         speed,
         verdicts,
         summary,
-        reason="" if flight.early_end is None else flight.early_end.sentence,
+        reason=reason,
         state_hash=flight.digest() if flight.steps else "",
         early_end=flight.early_end,
     )
+
+
+def _keep_record(flight: FlightRecord, folder: Path) -> str:
+    """Keep a flight; a sentence where that cannot be done, since what was flown is told all the same."""
+    try:
+        folders.save_record(flight, folder / folders.RECORD)
+    except OSError as error:
+        return f"flown to step {flight.steps}, but the record cannot be kept: {sentence_of(error)}"
+    return ""
 
 
 def _tracing(folder: Path) -> dict[str, str]:
@@ -261,7 +280,8 @@ def _events(flight: "Flight") -> tuple[str, ...]:
         )
         for back in flight.returns
     ]
-    return tuple(sentence for _, sentence in sorted([*losses, *returns], key=lambda entry: entry[0]))
+    ordered = sorted([*losses, *returns], key=lambda entry: entry[0])
+    return (*(sentence for _, sentence in ordered), *flight.warnings)
 
 
 def _read(scenario: Scenario, path: Path) -> FlightRecord:

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from satform.scenario.model import Scenario
 
 
+NOBODY_LEFT = "no satellite is left"
+"""How the reason of a flight ends that has lost its last satellite."""
+
+
 @dataclass(frozen=True)
 class Change:
     """The formation is another one from the present step on, which everyone has to be told.
@@ -28,6 +32,10 @@ class Change:
 
     lost: tuple[int, ...]
     back: tuple[Back, ...]
+
+
+NOBODY_LEFT = "no satellite is left"
+"""How the reason of a flight ends that has lost its last satellite."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +220,7 @@ class Muster:
         if self.step == 0 and self._lockstep:
             return Loss(end=f"{reason}, before its first command")
         change = self._apply([Lost(satellite, reason)])
-        return Loss(change, "" if self._present else f"{reason}; no satellite is left")
+        return Loss(change, "" if self._present else f"{reason}; {NOBODY_LEFT}")
 
     def offer(self, satellite: int, checkpoint: int) -> None:
         """Note that a satellite, started anew, could take part from the next step on.

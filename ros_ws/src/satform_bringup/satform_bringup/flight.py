@@ -67,13 +67,14 @@ class Flight:
         memory: largest resident memory of each process with satellites, by its first satellite, bytes.
         domain: DDS domain in which it was flown.
         lost: names of the processes that ended too early or were silent for too long, though the scenario
-            does not say so.
+            does not say so, and are not back.
         losses: every satellite or recorder without which the flight went on, planned or not.
         returns: every satellite that came back.
         reason: why the flight ended early; empty when it did not.
         stopped: whether it was ended by a signal to the run or by the service for it.
         bag: folder of the bag; None when nothing was recorded.
         messages: in the bag.
+        warnings: sentences about what did not go well and ended nothing, such as checkpoints without room.
         missed: sentences about messages that did not reach the bag.
         punctuality: of a flight on the wall clock: the plant's figures, and each satellite's by its name.
         early_end: the quantity that was not finite or beyond its limit, with which the flight ended; None
@@ -97,3 +98,4 @@ class Flight:
     missed: tuple[str, ...]
     punctuality: dict[str, Any]
     early_end: EarlyEnd | None = None
+    warnings: tuple[str, ...] = ()

@@ -140,6 +140,18 @@ def start(
     return process, ours
 
 
+def watch_server() -> int:
+    """A descriptor that becomes readable when the server of processes ends; to be closed by the caller.
+
+    Raises:
+        OSError: there is no server.
+    """
+    process = getattr(forkserver._forkserver, "_forkserver_pid", None)
+    if process is None:
+        raise ProcessLookupError("there is no server of processes")
+    return os.pidfd_open(process)
+
+
 def is_stopped(process: BaseProcess) -> bool:
     """Whether a process that was started here has been stopped by a signal and not been continued."""
     try:

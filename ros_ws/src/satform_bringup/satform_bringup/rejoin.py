@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from satform.bounded_file import read_json
+from satform.exit_codes import EXIT_BAD_INPUT
 from satform_bringup import LOG_FOLDER, PROCESSES_FILE, leftovers, nursery
 from satform_bringup.processes import NodeProcess
 from satform_bringup.watch import FAREWELL
@@ -59,7 +60,7 @@ def rejoin(run: Path, name: str) -> int:
         The process's exit code.
 
     Raises:
-        RejoinError: there is no such process.
+        RejoinError: there is no such process, or the satellite is not lost.
         OSError: it cannot be started.
     """
     node, domain, environment = process_of(run, name)
@@ -83,7 +84,15 @@ def rejoin(run: Path, name: str) -> int:
     code = process.exitcode or 0
     pipe.close()
     process.close()
+    if code == EXIT_BAD_INPUT:
+        raise RejoinError(_last_words(log))
     return code
+
+
+def _last_words(log: Path) -> str:
+    """What a node said last, without what its logger puts in front."""
+    lines = log.read_text(errors="replace").strip().splitlines() or ["it printed nothing"]
+    return lines[-1].rpartition("]: ")[2]
 
 
 def _free(folder: Path, name: str) -> Path:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
+from satform.durable_file import write_durably
 from satform.scenario import Scenario, save_scenario
 from satform.scenario.hosts import HostSpec
 from satform_bringup import (
@@ -96,7 +97,7 @@ def fly(
         save_scenario(scenario, scenario_file)
         watch = Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, given)
         told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
-        (out / PROCESSES_FILE).write_text(json.dumps(told))
+        write_durably(out / PROCESSES_FILE, json.dumps(told).encode())
         try:
             watch.start(nodes)
             watch.until_over()

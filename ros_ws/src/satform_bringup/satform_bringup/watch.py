@@ -1,5 +1,7 @@
 """Who watches the processes of a flight: starts them, hears their reports, ends them by their own handles."""
 
+import os
+import select
 import selectors
 import time
 from collections import Counter
@@ -15,12 +17,16 @@ from satform.exit_codes import EXIT_BAD_INPUT
 from satform.faults import SatelliteLostSpec
 from satform.flight.early_end import EarlyEnd
 from satform.formation import Lost, planned
+from satform.muster import NOBODY_LEFT
 from satform.scenario import Scenario
 from satform_bringup import leftovers, nursery
 from satform_bringup.flight import Flight, Loss, Policy, Return
 from satform_bringup.peers import step_told
 from satform_bringup.processes import NodeProcess
 from satform_nodes.signals import StopRequest
+
+PROCESS_SERVER = "process server"
+"""How the server of processes is called among those who are lost."""
 
 _STANDSTILL = 2.0
 """Wall-clock time for which all that are left have to have been stopped before they are given up, s."""
@@ -129,6 +135,27 @@ class Watch:
 
     def until_over(self) -> None:
         """Watch until every process has ended, or those that do not end in time are to be ended."""
+        self._server = nursery.watch_server()
+        try:
+            self._until_over()
+            self._note_server()
+        finally:
+            os.close(self._server)
+
+    def _note_server(self) -> None:
+        """Note the death of the server of processes, at which the kernel asks all processes to end.
+
+        What they report of it is the consequence, so it is looked at before each report.
+        """
+        if PROCESS_SERVER not in self._lost and select.select([self._server], [], [], 0.0)[0]:
+            self._lost.insert(0, PROCESS_SERVER)
+            sentence = f"the process server ended after step {self._steps}, and with it all nodes"
+            if not self._signals.count and self._reason in ("", "stopped"):
+                # The plant may have reported the kernel's signal before the server was gone altogether.
+                self._stopped, self._reason = False, sentence
+            self._over_since = self._over_since or time.monotonic()
+
+    def _until_over(self) -> None:
         told, moved = False, time.monotonic()
         while any(not entry.node.optional for entry in self._running.values()):
             for key, _ in self._selector.select(_LOOK):
@@ -162,6 +189,7 @@ class Watch:
             entry.process.terminate()
 
     def _on_report(self, entry: _Running) -> None:
+        self._note_server()
         try:
             event = entry.pipe.recv()
         except (EOFError, OSError):
@@ -171,6 +199,8 @@ class Watch:
         if not self._sees_plant:
             self._steps = max(self._steps, step_told(event, self._scenario.timing.steps))
         if event["event"] == "lost" and entry.name == "plant":
+            # Those who are told of it end with an exit code of their own.
+            self._over_since = self._over_since or time.monotonic()
             # The flight is over because of it; others that end early may have been noted before.
             self._reason = self._reason or event["reason"]
 
@@ -227,13 +257,20 @@ class Watch:
                 self._killed.add(event["node"])
             case "loss":
                 self._note_absence(event["who"], event["step"], event["reason"])
+            case "aborted":
+                # A node was told by the plant, whose own report may come later, or to another host.
+                self._over_since = self._over_since or time.monotonic()
             case "ended_early" | "end_heard":
                 self._on_early_end(event)
             case "return":
                 away = time.monotonic() - self._lost_since.pop(event["who"], time.monotonic())
                 self._returns.append(Return(event["who"], event["step"], away))
+                if event["who"] in self._lost:
+                    # Its loss stays on record; what counts at the end is who is away.
+                    self._lost.remove(event["who"])
 
     def _on_exit(self, entry: _Running) -> None:
+        self._note_server()
         # What it reported last may still be in the pipe.
         while entry.pipe in self._selector.get_map():
             self._on_report(entry)
@@ -344,6 +381,21 @@ class Watch:
         own = {name: {key: event[key] for key in kept} for name, event in self._satellites.items()}
         return {**timing, "satellites": own}
 
+    def _reason_in_words(self) -> str:
+        """Why the flight ended early, and what became of a restart that was asked for."""
+        if self._policy.restart and self._reason.endswith(NOBODY_LEFT):
+            return f"{self._reason}, and a satellite is started again only while another one flies on"
+        return self._reason
+
+    def _warnings(self) -> tuple[str, ...]:
+        """What did not go well with satellites and ended nothing."""
+        found = []
+        for name, event in self._satellites.items():
+            if event.get("checkpoint_failures"):
+                last = event["checkpoint_problem"] or "the last one was written"
+                found.append(f"{name}: {event['checkpoint_failures']} checkpoints were not written; {last}")
+        return tuple(found)
+
     def flight(self, domain: int, bag: Path | None) -> Flight:
         """How it went."""
         now = time.monotonic()
@@ -360,11 +412,12 @@ class Watch:
             lost=tuple(self._lost),
             losses=tuple(self._losses),
             returns=tuple(self._returns),
-            reason=self._reason,
+            reason=self._reason_in_words(),
             stopped=self._stopped,
             bag=bag,
             messages=self._recorded.get("messages", 0),
             missed=tuple(self._recorded.get("missed", ())),
             punctuality=self._punctuality(done.get("timing", {})),
             early_end=self._early_end,
+            warnings=self._warnings(),
         )

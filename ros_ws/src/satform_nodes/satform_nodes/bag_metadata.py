@@ -15,6 +15,7 @@ import yaml
 from rclpy.qos import QoSProfile
 
 from satform.bounded_file import read_bounded
+from satform.durable_file import write_durably
 
 FILE_NAME = "metadata.yaml"
 RECORD = "rosbag2"
@@ -152,4 +153,4 @@ def write(folder: Path, described: dict[str, Any]) -> None:
         OSError: it cannot be written.
     """
     text = json.dumps({"rosbag2_bagfile_information": described}, indent=1)
-    (folder / FILE_NAME).write_text(text + "\n", encoding="utf-8")
+    write_durably(folder / FILE_NAME, f"{text}\n".encode())

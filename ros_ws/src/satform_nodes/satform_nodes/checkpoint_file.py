@@ -8,6 +8,7 @@ import numpy as np
 
 from satform.bounded_file import read_bounded
 from satform.checkpoint import restore, save
+from satform.durable_file import reason_in_words, write_durably
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.satellite import Satellite
 from satform_nodes.node_error import NodeError
@@ -27,6 +28,9 @@ class CheckpointFile:
 
     Attributes:
         step: of the checkpoint that was found at the start; -1 when there was none.
+        kept: step of the last checkpoint that is on the disk; -1 when there is none.
+        failures: how many could not be written.
+        problem: why the last one could not be written; empty when it is there.
     """
 
     def __init__(self, folder: str, name: str, every: int | None) -> None:
@@ -42,7 +46,9 @@ class CheckpointFile:
         """
         self._file = Path(folder) / f"{name}.checkpoint" if folder and every else None
         self._every = every or 0
-        self.step = -1
+        self.step = self.kept = -1
+        self.failures = 0
+        self.problem = ""
         self._data = b""
         self._neighbours: list[int] = []
         self.load()
@@ -60,7 +66,8 @@ class CheckpointFile:
             places = np.frombuffer(data, _PLACE, count, _HEAD.size)
         except (struct.error, ValueError):
             raise NodeError(f"{self._file}: is no checkpoint, or cut short", EXIT_BAD_INPUT) from None
-        self.step, self._neighbours = step, places.tolist()
+        self.step = self.kept = step
+        self._neighbours = places.tolist()
         self._data = data[_HEAD.size + places.nbytes :]
 
     def restore(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
@@ -86,7 +93,7 @@ class CheckpointFile:
         return self._file is not None and step % self._every == 0
 
     def keep(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
-        """Write a checkpoint if one is due at the satellite's step.
+        """Write a checkpoint if one is due at the satellite's step; the satellite flies on without it.
 
         Args:
             satellite: whose state is kept.
@@ -94,12 +101,17 @@ class CheckpointFile:
         """
         if self._file is None or not self.due(satellite.state.step):
             return
-        new = self._file.with_suffix(".new")
+        step = satellite.state.step
+        head = _HEAD.pack(step, len(neighbours))
         try:
             self._file.parent.mkdir(exist_ok=True)
-            head = _HEAD.pack(satellite.state.step, len(neighbours))
-            new.write_bytes(head + np.array(neighbours, dtype=_PLACE).tobytes() + save(satellite))
-            new.replace(self._file)
+            write_durably(self._file, head + np.array(neighbours, dtype=_PLACE).tobytes() + save(satellite))
         except OSError as error:
-            sentence = f"{self._file}: the checkpoint cannot be written: {error.strerror}"
-            raise NodeError(sentence, EXIT_LOST) from None
+            self.failures += 1
+            kept = f"the last one is of step {self.kept}" if self.kept >= 0 else "there is none"
+            self.problem = (
+                f"{self._file}: the checkpoint of step {step} cannot be written, {kept}: "
+                f"{reason_in_words(error, self._file)}"
+            )
+        else:
+            self.kept, self.problem = step, ""

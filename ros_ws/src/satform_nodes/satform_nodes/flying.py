@@ -4,10 +4,12 @@ import resource
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from satform_msgs.msg import FormationStatus
+
 from satform.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.wording import listed
 from satform_nodes.executor import StepExecutor
-from satform_nodes.formation_view import early_end_of
+from satform_nodes.formation_view import STOPPED, early_end_of
 from satform_nodes.lifetime import patience, plant_timeout
 from satform_nodes.node_error import NodeError
 from satform_nodes.signals import StopRequest
@@ -63,7 +65,24 @@ def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop:
     in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
     in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
     _say_farewell(satellites, in_time=in_time)
-    return EXIT_STOPPED if stop.asked else EXIT_DONE
+    return exit_code_of(stop, satellites[0].view.ended)
+
+
+def exit_code_of(stop: StopRequest, ended: FormationStatus | None) -> int:
+    """How the process of a node ends that has heard the plant's last status.
+
+    Args:
+        stop: whether this process was asked to end.
+        ended: the last status; None when there was none.
+
+    Returns:
+        3 where the plant has aborted the flight because something was lost.
+    """
+    if stop.asked:
+        return EXIT_STOPPED
+    if ended is None or ended.phase != FormationStatus.ABORTED:
+        return EXIT_DONE
+    return EXIT_DONE if ended.reason == STOPPED or ended.early_end else EXIT_LOST
 
 
 def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> None:
@@ -80,6 +99,8 @@ def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> No
         satellite.say_how_it_went()
     first = satellites[0]
     ended = first.view.ended
+    if ended is not None and ended.phase == FormationStatus.ABORTED:
+        first.report.say("aborted", reason=ended.reason)
     end = None if ended is None else early_end_of(ended, first.scenario.timing.step)
     if end is not None:
         # On a host without the plant nobody else knows.

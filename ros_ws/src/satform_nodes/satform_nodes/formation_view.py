@@ -11,6 +11,9 @@ from satform.formation import Formation
 from satform.scenario import Scenario
 from satform_nodes.stamps import Stamps
 
+STOPPED = "asked to stop"
+"""Reason of a flight that was aborted because it was asked to be, by a signal or a service."""
+
 OVER = (FormationStatus.FINISHED, FormationStatus.ABORTED)
 """Phases after which nothing follows."""
 

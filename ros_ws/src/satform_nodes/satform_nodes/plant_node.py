@@ -15,14 +15,16 @@ from satform.flight.command_timeout import held_steps
 from satform.flight.early_end import EarlyEnd
 from satform.flight.limits import LimitCheck
 from satform.formation import Event
-from satform.muster import Change, Muster
+from satform.muster import NOBODY_LEFT, Change, Muster
 from satform.plant import Plant
 from satform.scenario import Scenario
 from satform.wording import listed
 from satform_nodes import topics
 from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.executor import StepExecutor
+from satform_nodes.formation_view import STOPPED
 from satform_nodes.lifetime import run, scenario_of, start_timeout
+from satform_nodes.missing_endpoints import in_words, shortcomings
 from satform_nodes.node_error import NodeError
 from satform_nodes.on_the_clock import fly_on_the_clock, processor_seconds
 from satform_nodes.parameters import FormationNode, declare_rate, declare_start
@@ -156,9 +158,12 @@ class PlantNode:
         """Whether all nodes have said that they are ready, and are there seen from this side."""
         return not self.muster.unready and self._company.complete()
 
-    def not_ready(self) -> list[str]:
-        """Who has not yet said that it can fly."""
-        return self.muster.unready or ["the plant, which does not see everyone"]
+    def not_ready(self) -> tuple[list[str], str]:
+        """Who keeps the flight from beginning, and what is wrong with them."""
+        unready = self.muster.unready
+        found = shortcomings(self.node, channels(self.scenario), recorded=self.recorded)
+        who = list(dict.fromkeys(each.node for each in found)) or unready or [PLANT]
+        return who, f"not ready within {self.start_timeout:g} s: {in_words(found, unready or [PLANT])}"
 
     @property
     def waits_for_return(self) -> bool:
@@ -261,7 +266,7 @@ class PlantNode:
         self._tell_change(change)
         if change is not None and change.lost and self.muster.deserted:
             names = [self.names[index] for index in change.lost]
-            self.aborted = (names, f"{self.muster.formation.reason}; no satellite is left")
+            self.aborted = (names, f"{self.muster.formation.reason}; {NOBODY_LEFT}")
             return
         self._voice.tell_states(self.muster.formation.number)
 
@@ -408,8 +413,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     if not executor.spin_until(
         lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, plant.start_timeout
     ):
-        late = plant.not_ready()
-        return _abort(plant, late, f"not ready within {plant.start_timeout:g} s: {listed(late)}")
+        return _abort(plant, *plant.not_ready())
     begin = time.perf_counter()
     plant.report.say("flying")
     node.get_logger().info(f"flying {_in_words(scenario, settings.rate)}")
@@ -427,7 +431,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     if stop.asked or plant.stop_asked:
         plant.report.say("stopped", step=plant.plant.step)
         node.get_logger().info(f"stopped at step {plant.plant.step}")
-        plant.say_status(FormationStatus.ABORTED, "asked to stop")
+        plant.say_status(FormationStatus.ABORTED, STOPPED)
         return EXIT_STOPPED
     seconds = time.perf_counter() - begin
     plant.report.say(

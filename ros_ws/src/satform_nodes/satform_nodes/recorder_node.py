@@ -13,7 +13,8 @@ from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
 
 from satform.channels import PLANT, RECORDER, Channel, channels, heard_by, relative
-from satform.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.durable_file import reason_in_words
+from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.scenario import Scenario
 from satform_nodes import topics
 from satform_nodes.absences import Absences
@@ -23,8 +24,10 @@ from satform_nodes.definitions import described
 from satform_nodes.diagnostics import Condition, Course, Health
 from satform_nodes.entry import CONTRADICTION, EARLIER_STAMPS, Entry
 from satform_nodes.executor import StepExecutor
+from satform_nodes.flying import exit_code_of
 from satform_nodes.formation_view import FormationView, early_end_of
 from satform_nodes.lifetime import patience, plant_timeout, run, scenario_of
+from satform_nodes.missing_endpoints import OPTIONAL
 from satform_nodes.node_error import NodeError
 from satform_nodes.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.readiness import Company
@@ -289,7 +292,8 @@ class RecorderNode:
         subscription = executor.subscribe(
             self.node, message_type, topic, _on_message, topics.LATCHED_READER, speakers
         )
-        self._company.speaks(subscription, speakers)
+        if kind not in OPTIONAL:
+            self._company.speaks(subscription, speakers)
 
     def _overhear(self, executor: StepExecutor, channel: Channel) -> None:
         """Write what the nodes say of their health, which nobody waits for.
@@ -306,7 +310,7 @@ class RecorderNode:
                 self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
 
         speakers = self._only(topic, channel.speakers)
-        subscription = executor.subscribe(
+        executor.subscribe(
             self.node,
             topics.TYPES[channel.kind],
             topic,
@@ -315,7 +319,6 @@ class RecorderNode:
             speakers,
             vital=False,
         )
-        self._company.speaks(subscription, speakers, [name for name in channel.speakers if name != RECORDER])
 
     def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
         stamp = message.header.stamp
@@ -363,9 +366,14 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     try:
         _record(recorder, executor, stop, scenario)
     except OSError as error:
-        raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_LOST) from None
+        step = max(0, recorder.recorded_step)
+        reason = reason_in_words(error, Path(folder))
+        sentence = f"{folder}: the bag cannot be written after step {step}: {reason}"
+        raise NodeError(sentence, EXIT_LOST) from None
     finally:
         end = None if recorder.ended is None else early_end_of(recorder.ended, scenario.timing.step)
+        if recorder.ended is not None and recorder.ended.phase == FormationStatus.ABORTED:
+            recorder.report.say("aborted", reason=recorder.ended.reason)
         if end is not None:
             # On a host without the plant nobody else knows.
             recorder.report.say("end_heard", end=end.data())
@@ -376,7 +384,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
             missed=recorder.missed[:20],
         )
         node.get_logger().info(recorder.told())
-    return EXIT_STOPPED if stop.asked else EXIT_DONE
+    return exit_code_of(stop, recorder.ended)
 
 
 def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, scenario: Scenario) -> None:

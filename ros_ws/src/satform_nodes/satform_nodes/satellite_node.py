@@ -5,7 +5,7 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from satform.scenario import Scenario
 from satform.wording import listed
 from satform_nodes import topics
 from satform_nodes.checkpoint_file import CheckpointFile
-from satform_nodes.diagnostics import Condition, Course, Health
+from satform_nodes.diagnostics import Condition, Course, Health, Level
 from satform_nodes.entry import Entry
 from satform_nodes.executor import StepExecutor
 from satform_nodes.flying import fly_all
@@ -44,6 +44,9 @@ from satform_nodes.stamps import Stamps
 
 if TYPE_CHECKING:
     from satform_nodes.abreast import Abreast
+
+_FOREIGN_STEPS = 3
+"""Steps that have to be taken without this process until another one flies its satellite for sure."""
 
 _ANY_STEP = 2**63
 """A step beyond every flight."""
@@ -116,6 +119,8 @@ class SatelliteNode:
         self._settings = settings
         self.clocked = settings.rate > 0.0
         self._skipped = 0
+        # First step that was taken without this process though its satellite flies, and when that was seen.
+        self._foreign: tuple[int, float] | None = None
         self._names = names
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._plan = planned(scenario)
@@ -172,6 +177,8 @@ class SatelliteNode:
             refused=self.refusals.total,
             skipped=self._skipped,
             processor=processor_seconds(),
+            checkpoint_failures=self.memory.failures,
+            checkpoint_problem=self.memory.problem,
             **self.hearsay.ages.data(),
         )
 
@@ -197,7 +204,10 @@ class SatelliteNode:
             for place in self.hearsay.neighbours
             if not formation.alive[place]
         }
-        return self._course.condition(self.step, silent)
+        condition = self._course.condition(self.step, silent)
+        if self.memory.problem and condition.level == Level.OK:
+            condition = replace(condition, level=Level.WARN, message=self.memory.problem)
+        return condition
 
     # Who takes part
 
@@ -335,6 +345,7 @@ class SatelliteNode:
             self._state = None
             return
         if not self.flying and not self.join(step):
+            self._require_lost(step)
             return
         if self.clocked:
             self._act_on_the_clock(step, state)
@@ -348,6 +359,30 @@ class SatelliteNode:
         if self.turns and (self._attitude is None or self._attitude[2] != step):
             return
         self._act(step, state, heard, speakers)
+
+    def _require_lost(self, step: int) -> None:
+        """End where another process flies this satellite: steps are taken, and it counts as flying.
+
+        In lockstep the plant takes a step only with the command of each satellite that flies; on the wall
+        clock one that does not command is lost after a while.
+
+        Args:
+            step: whose state has come, in which this process does not take part.
+
+        Raises:
+            NodeError: the satellite is not lost.
+        """
+        if not self.view.formation.alive[self.index] or step == 0:
+            self._foreign = None
+            return
+        self._foreign = first, since = self._foreign or (step, time.monotonic())
+        silence = 2.0 * self.scenario.tolerated_silence if self.clocked else 0.0
+        if step >= first + _FOREIGN_STEPS and time.monotonic() - since >= silence:
+            raise NodeError(
+                f"{self.name} is not lost: another process flies it, at step {step}; only a lost satellite "
+                "can rejoin",
+                EXIT_BAD_INPUT,
+            )
 
     def _act_on_the_clock(self, step: int, state: tuple[Any, ...]) -> None:
         """Act on a state with what has been heard by now, whether it is of this step or older."""

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from satform.bounded_file import read_bounded, too_large
+from satform.durable_file import write_durably
 from satform.named_file import FileSource
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
@@ -74,8 +75,8 @@ def save_scenario(scenario: Scenario, path: Path) -> None:
         OSError: it cannot be written.
     """
     for name, content in scenario.files().items():
-        (path.parent / name).write_bytes(content)
-    path.write_text(scenario.to_json(), encoding="utf-8")
+        write_durably(path.parent / name, content)
+    write_durably(path, scenario.to_json().encode())
 
 
 def parse_scenario(
