@@ -17,7 +17,7 @@ from satform.dynamics.protocol import DynamicsSetting
 from satform.named_file import FileSource, NamedFile
 from satform.scenario import ScenarioError, load_scenario, parse_scenario, save_scenario
 from satform.simulate import simulate
-from satform_tools import checking, running
+from satform_tools import check, checking, running
 
 EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
 SCENARIO = """\
@@ -119,6 +119,14 @@ def test_beyond_its_dates_a_file_does_not_cover_an_epoch():
     orientation = from_file(NamedFile("a", finals().encode()))
     assert orientation.covers(brahe_epoch(EPOCH))
     assert not orientation.covers(brahe_epoch(datetime(2025, 1, 1, tzinfo=UTC)))
+
+
+def test_check_warns_of_a_flight_that_the_file_does_not_reach(tmp_path):
+    covered = load_scenario(written(tmp_path, finals()))
+    assert not [said for said in check.warnings(covered) if "has no entry" in said]
+    late = load_scenario(tmp_path / "scenario.yaml", ["dynamics.epoch=2025-01-01T00:00:00Z"])
+    (said,) = [said for said in check.warnings(late) if "has no entry" in said]
+    assert "eop.txt has no entry for 2025-01-01T00:00:00+00:00" in said
 
 
 def test_the_path_counts_from_the_scenario_and_the_content_is_in_its_digest(tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ from satform.scenario import Scenario
 from satform_tools.check.consensus import consensus_warnings
 from satform_tools.check.controllers import controller_warnings
 from satform_tools.check.disturbances import disturbance_warnings
+from satform_tools.check.earth_orientation import earth_orientation_warnings
 from satform_tools.check.filters import filter_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
@@ -27,6 +28,7 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     controller_warnings,
     linearisation_warnings,
     integration_warnings,
+    earth_orientation_warnings,
     sampling_warnings,
     thrust_warnings,
     filter_warnings,
