@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
+from flights import shipped
 from satform.control.distance import AdaptiveDistanceSpec
 from satform.control.jets import Jet
 from satform.control.pointing import (
@@ -255,3 +256,16 @@ def test_two_satellites_at_one_place_have_no_light_angle() -> None:
         satellites=("a", "b"), epoch=datetime(2022, 10, 20, tzinfo=UTC), chief_longitude=0.0, below=1.0
     )
     assert math.isnan(angle.measure(record))
+
+
+def test_check_says_that_a_step_is_too_long_for_the_desired_attitude_s_own_motion() -> None:
+    # The satellite passes its target at 164 s, where its boresight turns about by a radian in seconds.
+    changes = ("timing.step=4.0", "timing.duration=200.0", "expect=[]")
+    (found,) = pointing_warnings(shipped("attitude_cape_canaveral", *changes))
+    assert "s the desired attitude turns so fast that a torque held for 4 s leaves a rate error of" in found
+    record = simulate(shipped("attitude_cape_canaveral", *changes))
+    said = float(found.split(" error of ")[1].split(" ")[0])
+    # Settled before, and thrown off by about that there.
+    assert record.attitude_rate_error[36:39, 0].max() < 0.01
+    assert 0.5 * said < record.attitude_rate_error[39:44, 0].max() < 3.0 * said
+    assert not pointing_warnings(shipped("attitude_cape_canaveral"))

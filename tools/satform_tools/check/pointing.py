@@ -1,10 +1,11 @@
-"""Warnings about pointing whose geometry is singular along the plan: into the sun, or at the own position."""
+"""Warnings about pointing that the plan makes singular, into the sun or at the own position, or too fast."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from satform.control.pointing import SHORTEST_SIGHT, GroundPointing
+from satform.control.pointing import SHORTEST_SIGHT, AttitudeReference, GroundPointing
 from satform.control.satellite_pointing import SatellitePointingSpec, inertial_line
 from satform.control.yaw_steering import SUN_CONE
 from satform.elementwise import Array
@@ -19,28 +20,70 @@ _SHORT = 1.0
 """Length of a line of sight below which its direction means little, m."""
 
 
+_RATE_LEFT = 0.02
+"""Rate error that a step may leave of the desired attitude's own motion, rad/s."""
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """Where a satellite points at some moments of the plan.
+
+    Attributes:
+        target: at which it points, for a sentence.
+        line: of sight, inertial, m, shape (m, 3).
+        wanted: desired attitude.
+    """
+
+    target: str
+    line: Array
+    wanted: AttitudeReference
+
+
 def pointing_warnings(scenario: Scenario) -> list[str]:
-    """Sentences about lines of sight that come near the sun's direction, or to nothing, by the plan."""
-    steps = scenario.timing.steps
-    time = np.unique(np.linspace(0, steps, min(_SAMPLES, steps) + 1).round()) * scenario.timing.step
+    """Sentences about lines of sight and desired attitudes that the plan makes singular, or too fast."""
+    steps, step = scenario.timing.steps, scenario.timing.step
+    time = np.unique(np.linspace(0, steps, min(_SAMPLES, steps) + 1).round()) * step
     found = []
     for index, own in enumerate(scenario.satellites):
-        spec = scenario.satellite(index).attitude
-        if spec is None:
+        orientation = flight_plan(scenario, index).orientation
+        if orientation is None:
             continue
-        plan = flight_plan(scenario, index)
-        assert plan.orientation is not None  # noqa: S101 - it has an attitude
-        pointing = plan.orientation.pointing
-        if isinstance(pointing, GroundPointing):
-            target, line = "the ground", pointing.line_of_sight(time).value
-        else:
-            assert isinstance(spec.pointing, SatellitePointingSpec)  # noqa: S101 - as it was built
-            target = spec.pointing.target
-            other = [satellite.name for satellite in scenario.satellites].index(target)
-            motions = (_planned(plan, time), _planned(flight_plan(scenario, other), time))
-            line = inertial_line(*motions, pointing.orbit, time).value
-        found += _sentences(f"attitude of {own.name}", target, line, (time, pointing.sun))
+        where, now = f"attitude of {own.name}", _sight(scenario, index, time)
+        found += _sentences(where, now.target, now.line, (time, orientation.pointing.sun))
+        found += _hurried(where, now.wanted, _sight(scenario, index, time + step).wanted, (time, step))
     return found
+
+
+def _sight(scenario: Scenario, index: int, time: Array) -> _Sight:
+    """What the plan has a satellite point at, at times in s of shape (m,)."""
+    plan, spec = flight_plan(scenario, index), scenario.satellite(index).attitude
+    assert plan.orientation is not None  # noqa: S101 - asked for those with attitude only
+    assert spec is not None  # noqa: S101
+    pointing = plan.orientation.pointing
+    if isinstance(pointing, GroundPointing):
+        return _Sight("the ground", pointing.line_of_sight(time).value, pointing.reference(time))
+    assert isinstance(spec.pointing, SatellitePointingSpec)  # noqa: S101 - as it was built
+    target = spec.pointing.target
+    other = [satellite.name for satellite in scenario.satellites].index(target)
+    here, there = _planned(plan, time), _planned(flight_plan(scenario, other), time)
+    line = inertial_line(here, there, pointing.orbit, time).value
+    return _Sight(target, line, pointing.reference(here, there, time))
+
+
+def _hurried(
+    where: str, now: AttitudeReference, later: AttitudeReference, of: tuple[Array, float]
+) -> list[str]:
+    """A sentence about a desired attitude that a torque held over a step cannot follow."""
+    time, step = of
+    left = later.angular_velocity - now.angular_velocity - step * now.angular_acceleration
+    rate = np.linalg.norm(left, axis=-1)
+    worst = int(np.argmax(rate))
+    if not rate[worst] > _RATE_LEFT:
+        return []
+    return [
+        f"{where}: at {time[worst]:g} s the desired attitude turns so fast that a torque held for {step:g} s "
+        f"leaves a rate error of {rate[worst]:.3g} rad/s; shorten the step"
+    ]
 
 
 def _planned(plan: FlightPlan, time: Array) -> Reference:
