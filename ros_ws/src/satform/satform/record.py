@@ -196,7 +196,7 @@ class FlightRecord:
         error: Array = np.linalg.norm(self.believed_position_error - self.position_error, axis=-1)
         return error
 
-    @property
+    @cached_property
     def estimation_error_squared(self) -> Array:
         """Normalised estimation error squared (NEES) of the filters, shape (K, N); no rows without a filter.
 

@@ -6,14 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from satform.angle_text import OR_DEGREES_PER_SECOND
-from satform.control.protocol import (
-    Action,
-    ControllerSpec,
-    ControlStep,
-    FlightSetting,
-    Memoryless,
-    Motion,
-)
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
 from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.elementwise import Array

@@ -5,14 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from satform.control.protocol import (
-    Action,
-    ControllerSpec,
-    ControlStep,
-    FlightSetting,
-    Memoryless,
-    Motion,
-)
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
 from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.dynamics.linear import coupling

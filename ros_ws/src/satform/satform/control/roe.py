@@ -17,14 +17,7 @@ from typing import Literal
 import numpy as np
 
 from satform.control.lqr import holding_acceleration
-from satform.control.protocol import (
-    Action,
-    ControllerSpec,
-    ControlStep,
-    FlightSetting,
-    Memoryless,
-    Motion,
-)
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
 from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS

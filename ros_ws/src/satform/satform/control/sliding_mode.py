@@ -5,14 +5,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from satform.control.protocol import (
-    Action,
-    ControllerSpec,
-    ControlStep,
-    FlightSetting,
-    Memoryless,
-    Motion,
-)
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
 from satform.dynamics.cw import NaturalAcceleration, natural_acceleration
 from satform.elementwise import Array
 from satform.reference import Reference

@@ -8,14 +8,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from satform.control.impulse import coast_to_point
-from satform.control.protocol import (
-    Action,
-    ControllerSpec,
-    ControlStep,
-    FlightSetting,
-    Memoryless,
-    Motion,
-)
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
 from satform.dynamics import cw
 from satform.dynamics.linear import multiply
 from satform.elementwise import Array
