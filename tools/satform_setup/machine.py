@@ -54,6 +54,12 @@ def check_folder(root: Path) -> None:
             f"the project's folder {str(root)!r} has {odd!r} in its path, which ROS's build tools cannot "
             "handle; move the project to a folder without it"
         )
+    foreign = next((sign for sign in str(root) if not sign.isascii()), None)
+    if foreign is not None:
+        raise SetupError(
+            f"the project's folder {str(root)!r} has {foreign!r} in its path, which ROS's build tools cannot "
+            "handle: they read and write ASCII; move the project to a folder without it"
+        )
     if not os.access(root, os.W_OK):
         raise SetupError(f'may not write in {root}; take ownership of it: sudo chown -R "$USER" {root}')
 

@@ -62,6 +62,23 @@ Changes = Annotated[
 ]
 
 
+def _look_at_environment(*, secured: bool) -> None:
+    """Name what cannot work before any process starts, and say which variables a flight does without.
+
+    Raises:
+        CommandError: a flight cannot work here.
+    """
+    from satform_bringup import preflight
+
+    try:
+        preflight.require(secured=secured)
+    except preflight.PreflightError as error:
+        raise CommandError(str(error)) from None
+    for name in preflight.set_in_vain():
+        say.note(f"{name} is set; the nodes of a flight do without it")
+    preflight.neutralise()
+
+
 @app.command(epilog=_EXIT_CODES)
 def run(
     scenario: ScenarioArgument,
@@ -138,6 +155,7 @@ def run(
         ros.require()
         from satform_bringup import nursery
 
+        _look_at_environment(secured=secure is not None)
         # It imports what nodes need while this process imports and checks the scenario.
         nursery.prepare()
     from satform_tools import catalogue, names, running, tables

@@ -55,6 +55,10 @@ def latched(depth: int) -> QoSProfile:
     )
 
 
+_NO_LOG_FILE = ["--ros-args", "--disable-external-lib-logs"]
+"""Whoever looks in leaves no file among the logs of ROS, for which there may be no home folder."""
+
+
 class Looker:
     """A node in the domain of a formation.
 
@@ -219,7 +223,9 @@ def looking(domain: int, patience: float, namespace: str | None = None) -> Itera
     stay_on_this_machine()
     context = Context()
     # Python's own handling of Ctrl-C ends every wait here within a moment.
-    rclpy.init(args=[], context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(
+        args=_NO_LOG_FILE, context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
+    )
     try:
         # One who vanishes without a word is spoken to for another 20 s by everyone it listened to.
         with interrupting():

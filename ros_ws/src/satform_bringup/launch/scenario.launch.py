@@ -17,7 +17,7 @@ from launch_ros.actions import Node
 from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
 from satform.faults import SatelliteLostSpec
 from satform.scenario import Scenario, load_scenario, save_scenario
-from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery, preflight
 from satform_bringup.launch_report import refuse_unknown_arguments, result
 from satform_bringup.processes import NodeProcess, processes
 from satform_bringup.under_way import hold_shell_domain
@@ -91,7 +91,11 @@ def _nodes(context: LaunchContext) -> list[Node]:
     started = processes(
         scenario, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
     )
+    preflight.require(len(started))
+    for name in preflight.NOT_NEEDED:
+        context.environment.pop(name, None)
     environment = discovery.variables(len(started), len(scenario.satellites), out)
+    environment |= preflight.log_variables(out)
     flight = _Flight(scenario, bag, environment)
     return [_node(process, flight) for process in started]
 

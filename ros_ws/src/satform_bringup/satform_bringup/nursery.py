@@ -24,7 +24,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
-from satform_bringup import PACKAGE
+from satform_bringup import PACKAGE, preflight
 from satform_bringup.domain import enter_domain
 
 _PRELOADED = f"{PACKAGE}.everything"
@@ -198,6 +198,7 @@ def _live(
     with log.open("wb") as output:
         os.dup2(output.fileno(), sys.stdout.fileno())
         os.dup2(output.fileno(), sys.stderr.fileno())
+    preflight.neutralise()
     os.environ.update(environment)
     enter_domain(domain)
     name = next(word.partition("__node:=")[2] for word in arguments if "__node:=" in word)

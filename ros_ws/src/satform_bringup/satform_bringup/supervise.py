@@ -15,6 +15,7 @@ from satform_bringup import (
     PROCESSES_FILE,
     SCENARIO_FILE,
     discovery,
+    preflight,
     security,
 )
 from satform_bringup.flight import Flight, Policy
@@ -85,6 +86,7 @@ def fly(
     )
     if keystore is not None:
         nodes = security.secured(nodes)
+    preflight.require(len(nodes), secured=keystore is not None)
     with (
         # Those who still run are given up at the second signal, and the run is told all the same.
         StopRequest(exit_at_second=False) as signals,
@@ -114,4 +116,5 @@ def _environment(
         told = discovery.variables(processes, len(scenario.satellites), out)
     else:
         told = variables(scenario, host, out)
+    told |= preflight.log_variables(out)
     return told if keystore is None else told | security.variables(keystore)
