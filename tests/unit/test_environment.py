@@ -127,7 +127,7 @@ def test_a_place_on_the_ground_is_where_the_truth_models_earth_has_turned_it():
 def test_a_second_epoch_or_longitude_of_the_chief_is_refused():
     light = (
         "expect=[{{kind: pass_light_angle, satellites: [sat1, sat2], epoch: {}, chief_longitude: {}, "
-        "below: 9.0}}]"
+        "below: 9.0, source: theory}}]"
     )
     axes = parse_scenario(TEXT).dynamics.chief.axes(0.3)[0]
     longitude = math.atan2(axes[1], axes[0]) - earth_angle_at(EPOCH)
