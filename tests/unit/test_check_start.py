@@ -87,7 +87,7 @@ def test_satellites_that_follow_each_other_from_one_place_cannot_fly() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ("satellites.1.curve={kind: circle, radius: 1.0e-200}", "curve of satellite b is too small"),
+        ("satellites.1.curve={kind: circle, radius: 1.0e-200}", "semi-axes of 1e-200 and 1e-200 m"),
         ("satellites.1.scale=1.0e-300", "is 6.28319e+303 m of generalised arc length"),
         ("every_satellite.scale=1.0e-13", "a period of satellite a"),
     ],

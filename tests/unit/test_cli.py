@@ -302,6 +302,7 @@ def fly_like(monkeypatch: pytest.MonkeyPatch, **outcome: Any) -> None:
         "bag": None,
         "messages": 0,
         "missed": (),
+        "warnings": (),
         "early_end": None,
         **outcome,
     }
