@@ -217,13 +217,16 @@ def ended(nodes: list[dict[str, Any]], name: str) -> list[str]:
 def test_the_launch_says_the_flights_result_when_the_bag_is_closed(
     launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set="timing.duration=100.0")
+    # Without blanks, which part one change from the next.
+    spread = '{"kind":"arc_length_spread","at":100.0,"value":48000.0,"relative":0.1,"regression":true}'
+    changes = f"timing.duration=100.0 expect=[{spread}]"
+    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set=changes)
     scenario = load_scenario(tmp_path / "scenario.json")
     flown = types.SimpleNamespace(record=simulate(scenario), complete=True)
     monkeypatch.setattr(bag_reader, "read_bag", lambda folder: flown if folder == tmp_path / "bag" else None)
     *verdicts, conclusion = ended(nodes, "recorder")
-    assert conclusion == f"result: as expected, {len(verdicts)} of {len(verdicts)} expectations met"
-    assert verdicts
+    assert conclusion == "result: as expected, 1 of 1 expectations met"
+    assert len(verdicts) == 1
     assert all(verdict.startswith("met: ") for verdict in verdicts)
     flown.complete = False
     assert ended(nodes, "recorder") == ["result: not judged: 200 of 200 steps are in the bag"]

@@ -12,6 +12,7 @@ from satform.channels import RECORDER, Channel, relative
 from satform.wording import listed
 from satform_nodes import topics
 from satform_nodes.definitions import type_name
+from satform_nodes.node_names import local_name
 
 OPTIONAL = ("diagnostics", "parameter_changes")
 """Kinds of topics that a flight does without: nobody waits for their publishers."""
@@ -83,7 +84,8 @@ def in_words(found: Sequence[Shortcoming], unready: Sequence[str]) -> str:
 def _publishers(node: Node, channel: Channel, names: Iterable[str]) -> list[Shortcoming]:
     topic = node.resolve_topic_name(relative(channel.topic))
     there = node.get_publishers_info_by_topic(topic)
-    count = Counter(other.node_name for other in there)
+    namespace = node.get_namespace()
+    count = Counter(local_name(other, namespace) for other in there)
     found = []
     for name in names:
         if not count[name]:
@@ -92,7 +94,7 @@ def _publishers(node: Node, channel: Channel, names: Iterable[str]) -> list[Shor
             sentence = f"{count[name]} nodes are called {name}, and all of them publish {topic}"
             found.append(Shortcoming(name, sentence))
         else:
-            (own,) = [other for other in there if other.node_name == name]
+            (own,) = [other for other in there if local_name(other, namespace) == name]
             found += _unfit(name, "publishes", topic, channel, own)
     return found
 
@@ -100,7 +102,7 @@ def _publishers(node: Node, channel: Channel, names: Iterable[str]) -> list[Shor
 def _subscribers(node: Node, channel: Channel, names: Iterable[str]) -> list[Shortcoming]:
     topic = node.resolve_topic_name(relative(channel.topic))
     there = node.get_subscriptions_info_by_topic(topic)
-    own = {other.node_name: other for other in there}
+    own = {local_name(other, node.get_namespace()): other for other in there}
     found = []
     for name in names:
         if name not in own:
