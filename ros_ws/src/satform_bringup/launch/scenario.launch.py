@@ -92,8 +92,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
         scenario, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
     )
     preflight.require(len(started))
-    for name in preflight.NOT_NEEDED:
-        context.environment.pop(name, None)
+    preflight.neutralise()
     environment = discovery.variables(len(started), len(scenario.satellites), out)
     environment |= preflight.log_variables(out)
     flight = _Flight(scenario, bag, environment)
