@@ -19,7 +19,7 @@ from satform.flight.limits import QUANTITIES, LimitCheck, Violation
 from satform.metrics import judge
 from satform.reference import Reference
 from satform.satellite import Decision, Satellite
-from satform.scenario import Scenario
+from satform.scenario import Scenario, ScenarioError
 from satform.simulate import simulate
 from satform_tools import cli, folders
 
@@ -113,6 +113,14 @@ def test_a_satellite_in_the_middle_of_the_earth_does_not_fly_at_all() -> None:
 
 def test_the_altitude_is_not_asked_for_on_a_printed_orbit_below_the_ground() -> None:
     assert simulate(shortened("triangle_printed", 1.0)).early_end is None
+
+
+def test_a_lowest_altitude_above_the_chief_s_orbit_is_refused_with_its_field() -> None:
+    with pytest.raises(
+        ScenarioError, match=r"limits\.altitude: no flight can stay above 900000 m"
+    ) as refused:
+        shortened("triangle", 10.0, "limits.altitude=9e5")
+    assert "758498 m high" in str(refused.value)
 
 
 class Broken:

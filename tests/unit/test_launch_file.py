@@ -234,6 +234,20 @@ def test_the_launch_says_the_flights_result_when_the_bag_is_closed(
         assert ended(nodes, name) == []
 
 
+def test_the_launch_says_why_a_flight_ended_early(
+    launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changes = "every_satellite.controller.reaching_gain=5.0 timing.duration=100.0 expect=[]"
+    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set=changes)
+    scenario = load_scenario(tmp_path / "scenario.json")
+    flown = types.SimpleNamespace(record=simulate(scenario), complete=True)
+    assert flown.record.early_end is not None
+    monkeypatch.setattr(bag_reader, "read_bag", lambda _folder: flown)
+    assert ended(nodes, "recorder")[-1] == (
+        f"result: ENDED EARLY after step 9 of 200: {flown.record.early_end.sentence}"
+    )
+
+
 def test_without_a_bag_the_launch_says_that_nothing_was_judged(launch_file: Any, tmp_path: Path) -> None:
     nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), record="false")
     assert ended(nodes, "plant") == ["result: not judged, since nothing was recorded"]

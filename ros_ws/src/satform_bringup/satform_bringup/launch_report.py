@@ -60,6 +60,11 @@ def result(scenario: Scenario, bag: Path | None) -> list[str]:
         f"expected {verdict.allowed}"
         for verdict in verdicts
     ]
+    end = flight.record.early_end
+    if end is not None:
+        missed = f"; {sum(not verdict.met for verdict in verdicts)} of {len(verdicts)} expectations missed"
+        flown = f"step {flight.record.steps} of {scenario.timing.steps}"
+        return [*lines, f"result: ENDED EARLY after {flown}: {end.sentence}{missed if verdicts else ''}"]
     if not verdicts:
         return ["result: not judged, since the scenario expects nothing in particular"]
     met = sum(verdict.met for verdict in verdicts)

@@ -17,3 +17,17 @@ class LimitsSpec(Spec):
     altitude: Number = 0.0
     """Lowest altitude of a satellite above the Earth's equatorial radius, m; the ground when left out. It is
     not looked at where the chief's own orbit lies below the ground, which no real one does."""
+
+    def complaints(self, altitude: float) -> list[tuple[tuple[str | int, ...], str]]:
+        """What is wrong with these limits, each with the path of its field.
+
+        Args:
+            altitude: of the chief's orbit, m.
+        """
+        if altitude < 0.0 or altitude > self.altitude:
+            return []
+        sentence = (
+            f"no flight can stay above {self.altitude:g} m: the chief's orbit is {altitude:.0f} m high; give "
+            "a lower altitude"
+        )
+        return [(("limits", "altitude"), sentence)]

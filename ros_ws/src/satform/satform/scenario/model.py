@@ -292,6 +292,7 @@ class Scenario(Spec):
             *self._link_complaints(),
             *self._schedule_complaints(),
             *self._fault_complaints(),
+            *self.limits.complaints(self.orbit.altitude),
             *host_complaints(self.hosts, [satellite.name for satellite in self.satellites]),
         ]
         if complaints:
