@@ -159,6 +159,20 @@ def test_a_command_that_is_not_finite_ends_the_flight_before_it_is_flown(
     assert "is not finite at step 7 (3.5 s)" in end.sentence
 
 
+def test_a_law_that_divides_by_zero_ends_the_flight_with_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    def spoil(decision: Decision) -> Decision:
+        raise ZeroDivisionError("float division by zero")
+
+    Broken(monkeypatch, 7, spoil)
+    record = simulate(shortened("triangle", 10.0))
+    assert record.steps == 7
+    assert record.early_end is not None
+    assert record.early_end.sentence == (
+        "commanded acceleration of sat1 is not finite at step 7 (3.5 s); likely cause: a control law that "
+        "divides by zero or overflows here"
+    )
+
+
 def decision(**spoilt: Any) -> tuple[Decision, Any]:
     """What two stacked satellites compute, and announce, of which something is replaced."""
     one = (

@@ -14,7 +14,7 @@ from satform.checkpoint import restore, save
 from satform.control.protocol import Motion
 from satform.faults import Faults
 from satform.flight.early_end import EarlyEnd
-from satform.flight.limits import LimitCheck, Violation
+from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.formation import (
     Adjusted,
     Back,
@@ -168,7 +168,11 @@ class _Flight:
             turned = None if attitude is None else _rows(attitude, group)
             told = log.told(group.ears, self.formation)
             applied = plant.given[place]
-            decision = group.satellite.act(own, told, measured_step, turned, applied)
+            try:
+                decision = group.satellite.act(own, told, measured_step, turned, applied)
+            except ArithmeticError:
+                violations[int(np.min(group.members))] = NO_COMMAND
+                continue
             found = self._limits.of_decision(decision, numbers(group.satellite.announce()))
             if found:
                 members = np.atleast_1d(group.members)

@@ -7,6 +7,7 @@ a parameter is changed.
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from satform_msgs.msg import Command, Tracking
 
 from satform.announcements import WIDTH, numbers
 from satform.control.protocol import Motion
-from satform.flight.limits import LimitCheck, Violation
+from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.orientation import Attitude
 from satform.post import Ears
 from satform.satellite import Decision, Satellite
@@ -208,14 +209,19 @@ class Abreast:
         step = self._step
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
-        decision = self._decide(step)
+        decision: Decision | None = None
+        with suppress(ArithmeticError):
+            decision = self._decide(step)
         busy = (time.thread_time() - begin) / len(self._nodes)
         self._heard[step & 1], self._missing[step & 1] = self._unheard(), self._edges
         self._step = step + 1
         self._begin_step()
         for node in self._nodes:
             node.has_acted(busy)
-        self._say(step, decision)
+        if decision is None:
+            self._report(step, {0: NO_COMMAND})
+        else:
+            self._say(step, decision)
 
     def _decide(self, step: int) -> Decision:
         count = len(self._nodes)

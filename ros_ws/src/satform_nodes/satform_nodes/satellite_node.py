@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
@@ -16,10 +17,10 @@ from satform.announcements import numbers
 from satform.channels import RECORDER
 from satform.control.protocol import Motion
 from satform.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
-from satform.flight.limits import LimitCheck
+from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.formation import falls, planned, returns
 from satform.orientation import Attitude
-from satform.satellite import Satellite, flight_plan
+from satform.satellite import Decision, Satellite, flight_plan
 from satform.scenario import Scenario
 from satform.wording import listed
 from satform_nodes import topics
@@ -412,26 +413,33 @@ class SatelliteNode:
         if self._attitude is not None:
             attitude = Attitude(*np.array(self._attitude[3:12]).reshape(3, 3))
         measured_step = self._stamps.step(state[0], state[1])
-        decision = self.satellite.act(motion, told, measured_step, attitude, applied)
-        announcement = self.satellite.announce()
-        violation = self._limits.of_decision(decision, numbers(announcement)).get(0)
+        decision: Decision | None = None
+        violation: Violation | None = NO_COMMAND
+        with suppress(ArithmeticError):
+            decision = self.satellite.act(motion, told, measured_step, attitude, applied)
+            violation = self._limits.of_decision(decision, numbers(self.satellite.announce())).get(0)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
         self._state = self._attitude = None
         self.hearsay.forget(step)
         self.step = step + 1
         voice = self.voice
-        if violation is not None:
+        if violation is not None or decision is None:
             # The plant ends the flight at this step.
-            voice.report_violation(step, violation)
+            voice.report_violation(step, violation or NO_COMMAND)
+            self._tell_changes(step)
             return
-        words = voice.words(announcement, self.step)
+        words = voice.words(self.satellite.announce(), self.step)
         voice.command(seconds, nanoseconds, step, decision, words)
         self.memory.keep(self.satellite, self.hearsay.neighbours)
         voice.announce(step + 1, words)
         voice.show(seconds, nanoseconds, step, decision)
+        self._tell_changes(step)
+
+    def _tell_changes(self, step: int) -> None:
+        """Publish the parameters that have changed at a step."""
         if self._changes:
-            voice.tell_changes(step, self._changes)
+            self.voice.tell_changes(step, self._changes)
             self._changes.clear()
 
     # Together with others of the process

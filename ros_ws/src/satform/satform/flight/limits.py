@@ -101,6 +101,12 @@ class Violation:
     value: float
 
 
+NO_COMMAND = Violation(
+    1 + [quantity.name for quantity in QUANTITIES].index("commanded acceleration"), math.nan
+)
+"""Of a satellite whose computation raised an ArithmeticError, as Python's own division by zero does."""
+
+
 class LimitCheck:
     """Checks a flight of one scenario."""
 
