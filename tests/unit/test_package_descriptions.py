@@ -2,6 +2,7 @@
 
 import ast
 import re
+import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -104,3 +105,15 @@ def test_exit_codes_are_defined_in_one_place() -> None:
         if re.search(r"^EXIT_\w+ *=", file.read_text(encoding="utf-8"), re.MULTILINE)
     }
     assert defined == {"exit_codes.py"}
+
+
+def test_colcon_in_the_environment_lists_the_packages_and_what_they_are(tmp_path: Path) -> None:
+    command = ["colcon", "--log-base", str(tmp_path), "list", "--base-paths", str(SOURCES)]
+    listed = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    found = {line.split()[0]: line.split()[-1] for line in listed.splitlines()}
+    assert found == {
+        "satform": "(ros.ament_python)",
+        "satform_bringup": "(ros.ament_python)",
+        "satform_msgs": "(ros.ament_cmake)",
+        "satform_nodes": "(ros.ament_python)",
+    }
