@@ -7,7 +7,9 @@ import pytest
 
 from flights import shortened
 from satform.consensus.arc_length import Heard
+from satform.consensus.graph import CompleteSpec
 from satform.dynamics.attitude import direction_cosines
+from satform.formation import Plan, Rewired
 from satform.inbox import Told
 from satform.record import FlightRecord
 from satform.satellite import Satellite, flight_plan
@@ -94,3 +96,34 @@ def test_a_satellite_without_a_word_of_the_one_it_follows_coasts_and_learns_noth
         assert np.array_equal(decision.reference.position, own.position)
     assert not np.any(satellite.state.memory.weights)
     assert not np.any(satellite.state.memory.disturbance)
+
+
+CYCLE = "graph={kind: matrix, rows: [[0, 1, 0], [0, 0, 1], [1, 0, 0]]}"
+"""Each receives the one that it points at, and nobody else."""
+
+
+@pytest.mark.parametrize("together", [True, False], ids=["stacked", "one by one"])
+def test_who_is_pointed_at_does_not_change_with_those_who_are_heard_besides(together: bool) -> None:
+    scenario = shortened("formation_pointing", 60.0, *STEADY, CYCLE)
+    more: Plan = {20: [Rewired(CompleteSpec().build(3), "a service call")]}
+    # sat1 comes before sat3, at which sat2 points, in the list of those whom sat2 may hear.
+    found = simulate(scenario, together=together, events=more).pointing_error
+    assert found == pytest.approx(simulate(scenario).pointing_error, abs=2e-6)
+
+
+def test_a_satellite_in_flight_finds_its_target_in_a_longer_list_of_neighbours() -> None:
+    satellite = Satellite(flight_plan(shortened("formation_pointing", 1.0, CYCLE), 1), 1)
+    satellite.rearrange([None, 0])
+    satellite.find_target([0, 2])
+    orientation = satellite.plan.orientation
+    assert orientation is not None
+    assert orientation.target is not None
+    assert int(orientation.target.place) == 1
+
+
+def test_a_flight_over_lossy_links_meets_new_neighbours_stacked_as_it_does_one_by_one() -> None:
+    scenario = shortened("ring_six", 15.0, "links={default: {loss: 0.3}}")
+    more: Plan = {10: [Rewired(CompleteSpec().build(6), "a service call")]}
+    stacked = simulate(scenario, events=more)
+    assert stacked.digest() == simulate(scenario, together=False, events=more).digest()
+    assert stacked.digest() != simulate(scenario).digest()

@@ -1,7 +1,8 @@
 """The flight software of a satellite's attitude: what it is told, where it points, what it commands."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -47,6 +48,7 @@ class Target:
     Attributes:
         path: on which it flies.
         phase_offset: generalised arc length by which it leads the agreement, m, shape (...).
+        satellite: index of the target in the scenario, shape (...).
         place: of the target among those that are heard, shape (...).
         planned_phase: of the target at time zero by its flight plan, its offset left out, m, shape (...).
         planned_rate: of its generalised arc length at time zero by its flight plan, m/s, shape (...).
@@ -54,9 +56,14 @@ class Target:
 
     path: Path
     phase_offset: Array
+    satellite: NDArray[np.int64]
     place: NDArray[np.int64]
     planned_phase: Array
     planned_rate: Array
+
+    def among(self, neighbours: Sequence[int]) -> "Target":
+        """The same target, of one satellite, in another list of those that are heard."""
+        return replace(self, place=np.asarray(neighbours.index(int(self.satellite)), dtype=np.int64))
 
     def reference(self, heard: Heard, time: float, drop_after: float) -> tuple[Reference, Mask]:
         """Where the target is to be, from its newest message that counts.

@@ -14,6 +14,7 @@ from satform import batch
 from satform.announcements import WIDTH, Announcement, AnyAnnouncement, AnyHeard
 from satform.announcements import heard as as_heard
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, Heard, propagate
+from satform.consensus.graph import Graph
 from satform.consensus.motion import HeardMotion, MotionAnnouncement, MotionSharing
 from satform.control.attitude import AttitudeTrackingSpec
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
@@ -137,15 +138,23 @@ class Satellite:
         return cls(flight_plan(scenario, index), len(scenario.possible_graph().neighbours(index)))
 
     @classmethod
-    def together(cls, scenario: Scenario, indices: Sequence[int]) -> "Satellite":
+    def together(
+        cls, scenario: Scenario, indices: Sequence[int], possible: Graph | None = None
+    ) -> "Satellite":
         """Several satellites of a scenario flown as one.
+
+        Args:
+            scenario: what is flown.
+            indices: of the satellites.
+            possible: every edge that the graph may have; the scenario's own when left out.
 
         Raises:
             ValueError: they differ in kind, so that they cannot be stacked.
         """
-        graph = scenario.possible_graph()
-        neighbours = max(len(graph.neighbours(index)) for index in indices)
-        return cls(batch.stack([flight_plan(scenario, index) for index in indices]), neighbours)
+        graph = scenario.possible_graph() if possible is None else possible
+        neighbours = [graph.neighbours(index) for index in indices]
+        plans = [flight_plan(scenario, index, own) for index, own in zip(indices, neighbours, strict=True)]
+        return cls(batch.stack(plans), max(len(own) for own in neighbours))
 
     def alone(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
         """One of several satellites flown as one, to go on by itself with the same bits.
@@ -264,6 +273,19 @@ class Satellite:
             places: for each of the new list, its place in the old one; None for one that was not in it.
         """
         self.state = replace(self.state, inbox=self.state.inbox.rearranged(places))
+
+    def find_target(self, neighbours: Sequence[int]) -> None:
+        """Go on pointing at the same satellite with another list of possible neighbours.
+
+        Args:
+            neighbours: indices of those whom the satellite may hear, ascending.
+        """
+        orientation = self.plan.orientation
+        if orientation is None or orientation.target is None:
+            return
+        orientation = replace(orientation, target=orientation.target.among(neighbours))
+        self.plan = replace(self.plan, orientation=orientation)
+        self._aim = Aim(orientation, self.plan.step, self.plan.consensus.drop_after)
 
     def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
         """Change the gains from the next step on, keeping what the control law remembers.
@@ -408,8 +430,14 @@ def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
     return FlightSetting(scenario.orbit.rate, step, thruster.resolution(step), thruster.largest_error)
 
 
-def flight_plan(scenario: Scenario, index: int) -> FlightPlan:
-    """What the satellite with the given place in a scenario's list is given before flight."""
+def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
+    """What the satellite with the given place in a scenario's list is given before flight.
+
+    Args:
+        scenario: what is flown.
+        index: place of the satellite.
+        neighbours: places of those whom it may hear, ascending; by the scenario's graph when left out.
+    """
     spec = scenario.satellite(index)
     assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
     path, nominal, desired = _departure(scenario, spec)
@@ -428,7 +456,7 @@ def flight_plan(scenario: Scenario, index: int) -> FlightPlan:
         ),
         step=scenario.timing.step,
         estimator=_estimator(scenario, spec),
-        orientation=_orientation(scenario, index, desired),
+        orientation=_orientation(scenario, index, desired, neighbours),
     )
 
 
@@ -444,7 +472,9 @@ def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Re
     return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
 
 
-def _orientation(scenario: Scenario, index: int, desired: Reference) -> Orientation | None:
+def _orientation(
+    scenario: Scenario, index: int, desired: Reference, neighbours: Sequence[int] | None
+) -> Orientation | None:
     spec = scenario.satellite(index).attitude
     if spec is None:
         return None
@@ -455,10 +485,12 @@ def _orientation(scenario: Scenario, index: int, desired: Reference) -> Orientat
         other = names.index(spec.pointing.target)
         aimed_at = scenario.satellite(other)
         path, nominal, begin = _departure(scenario, aimed_at)
+        heard = scenario.possible_graph().neighbours(index) if neighbours is None else neighbours
         known = Target(
             path=path,
             phase_offset=_scalar(aimed_at.phase_offset),
-            place=np.asarray(scenario.possible_graph().neighbours(index).index(other), dtype=np.int64),
+            satellite=np.asarray(other, dtype=np.int64),
+            place=np.asarray(heard.index(other), dtype=np.int64),
             planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
             planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
         )

@@ -248,7 +248,7 @@ class _Flight:
         count = len(self.scenario.satellites)
         if together:
             try:
-                satellite = Satellite.together(self.scenario, range(count))
+                satellite = Satellite.together(self.scenario, range(count), self._possible)
             except ValueError:
                 # Satellites of different kinds cannot be stacked; each is then flown by itself.
                 pass
@@ -260,7 +260,7 @@ class _Flight:
     def _single(self, index: int) -> _Group:
         heard = self._possible.neighbours(index)
         ears = Ears(self.scenario, np.asarray(index), [heard])
-        return _Group(Satellite(flight_plan(self.scenario, index), len(heard)), ears)
+        return _Group(Satellite(flight_plan(self.scenario, index, heard), len(heard)), ears)
 
 
 def _rows(attitude: Attitude, group: _Group) -> Attitude | None:

@@ -287,10 +287,12 @@ class SatelliteNode:
         for neighbour in new:
             self.ears.listen_to(neighbour)
         self.satellite.rearrange(places)
+        self.satellite.find_target(self.hearsay.neighbours)
 
     def _new_software(self) -> Satellite:
         """Flight software that is as at the start of the flight."""
-        return Satellite(flight_plan(self.scenario, self.index), len(self.hearsay.neighbours))
+        neighbours = self.hearsay.neighbours
+        return Satellite(flight_plan(self.scenario, self.index, neighbours), len(neighbours))
 
     # A step
 
