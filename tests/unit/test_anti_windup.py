@@ -194,6 +194,19 @@ def test_check_warns_of_commands_beyond_the_thrust_at_the_start_and_of_laws_that
     assert any("anti_windup: none" in one for one in warned(f"{{name: a, {limited}, {unguarded}}}"))
 
 
+def test_check_warns_of_a_burn_in_flight_that_is_beyond_the_thrust():
+    limited = "thruster: {dry_mass: 100.0, maximum_thrust: 5.0}"
+
+    def burning(change):
+        burns = f"[{{time: 502.5, velocity_change: [0.0, {change}, 0.0]}}]"
+        return warned(f"{{name: a, {limited}, controller: {{kind: timed_burns, burns: {burns}}}}}")
+
+    # 5 N on 100 kg over a step of 5 s are 0.25 m/s.
+    assert burning(0.25) == []
+    (found,) = burning(0.5)
+    assert found.startswith("satellite a: its burn at 500 s is 0.1 m/s^2 over a step, 2 times what")
+
+
 def filtering(size, dynamics, density):
     """A satellite with a filter, without a gate, on an ellipse of a size in m."""
     return parse_scenario(

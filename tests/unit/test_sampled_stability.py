@@ -26,6 +26,7 @@ from satform.navigation import FilterSpec, Measurement, NavigationSpec
 from satform.sampled_loops import sampled_loops
 from satform.scenario import Scenario, parse_scenario
 from satform.simulate import simulate
+from satform_tools.check.consensus import margin
 from satform_tools.check.sampling import sampling_warnings
 
 MOTION = 1e-3
@@ -231,6 +232,16 @@ def test_laws_without_feedback_and_switching_laws_are_said_not_to_be_analysed() 
     ):
         loop = sampled_loops(alone(1.0, 1, law))[0]
         assert (loop.radius, loop.words) == (None, words)
+
+
+def test_a_consensus_on_projected_arc_lengths_is_said_not_to_be_analysed() -> None:
+    # Of these gains the consensus on the reference's own arc length would multiply errors by 1.5.
+    changes = ("timing.step=1.0", "expect=[]", "consensus.tracking_gain=2.5")
+    scenario = shipped("triangle", *changes, "consensus.arc_length_source=projected")
+    (loop,) = [loop for loop in sampled_loops(scenario) if loop.kind == "consensus"]
+    assert loop.radius is None
+    assert loop.words.startswith("arc_length on projected arc lengths")
+    assert margin(scenario) is None
 
 
 def test_an_axis_without_integral_gain_is_no_part_of_the_loop() -> None:

@@ -24,11 +24,11 @@ def consensus_warnings(scenario: Scenario) -> list[str]:
 def margin(scenario: Scenario) -> float | None:
     """Delay in s of all messages up to which the consensus that flies is stable, infinite where any is.
 
-    None for satellites that agree on nothing and for more than are worked out. With a graph that changes it
-    is that of the first one.
+    None for satellites that agree on nothing, for projected arc lengths, which are not worked out, and for
+    more satellites than are. With a graph that changes it is that of the first one.
     """
     law = scenario.consensus
-    if not isinstance(law, ArcLengthGainsSpec):
+    if not isinstance(law, ArcLengthGainsSpec) or law.arc_length_source == "projected":
         return None
     gains = Gains(law.tracking_gain, law.coupling_gain, law.rate_gain)
     return delay_margin(scenario.communication_graph(), gains, law.neighbour_values)

@@ -8,7 +8,9 @@ from satform.control.distance import AdaptiveDistanceSpec
 from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControllerSpec
+from satform.control.waypoints import TimedBurnsSpec
 from satform.elementwise import Array
+from satform.satellite import flight_setting
 from satform.scenario import Scenario
 from satform.scenario.model import Timing
 from satform.simulate import simulate
@@ -20,7 +22,12 @@ _IMPULSIVE = frozenset({"impulse", "timed_burns"})
 
 def thrust_warnings(scenario: Scenario) -> list[str]:
     """Sentences about thrusters that cannot do what they will be asked for."""
-    return [*_winding_up(scenario), *_beyond_at_start(scenario), *_drifting(scenario)]
+    return [
+        *_winding_up(scenario),
+        *_beyond_at_start(scenario),
+        *_large_burns(scenario),
+        *_drifting(scenario),
+    ]
 
 
 def _winding_up(scenario: Scenario) -> list[str]:
@@ -67,6 +74,31 @@ def _beyond_at_start(scenario: Scenario) -> list[str]:
                 f"{asked / most:.3g} times what its thrusters give, {most:.3g} m/s^2; "
                 f"{_outcome(scenario, index)}"
             )
+    return found
+
+
+def _large_burns(scenario: Scenario) -> list[str]:
+    """A sentence for each satellite with a burn after the first step that its thrusters cannot give."""
+    found = []
+    for index, satellite in enumerate(scenario.satellites):
+        spec = scenario.satellite(index)
+        thruster = spec.thruster
+        if thruster is None or thruster.maximum_thrust is None:
+            continue
+        if not isinstance(spec.controller, TimedBurnsSpec):
+            continue
+        law = spec.controller.build(flight_setting(scenario, index))
+        most = thruster.maximum_thrust / (thruster.dry_mass + thruster.propellant)
+        for step in sorted({int(step) for step in law.steps if 0 < step < scenario.timing.steps}):
+            asked = _strength(thruster, law.accelerations[law.steps == step].sum(axis=0))
+            if asked > most * (1.0 + 1e-9):
+                found.append(
+                    f"satellite {satellite.name}: its burn at {step * scenario.timing.step:g} s is "
+                    f"{asked:.3g} m/s^2 over a step, {asked / most:.3g} times what its thrusters give with a "
+                    f"full tank, {most:.3g} m/s^2; the burn will be too small, and what follows misses its "
+                    "mark"
+                )
+                break
     return found
 
 

@@ -34,10 +34,6 @@ class Change:
     back: tuple[Back, ...]
 
 
-NOBODY_LEFT = "no satellite is left"
-"""How the reason of a flight ends that has lost its last satellite."""
-
-
 @dataclass(frozen=True)
 class Loss:
     """What the loss of a satellite comes to.

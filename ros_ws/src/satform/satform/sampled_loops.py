@@ -143,6 +143,9 @@ def _consensus(scenario: Scenario, names: list[str]) -> list[SampledLoop]:
     law = scenario.consensus
     if not isinstance(law, ArcLengthGainsSpec):
         return []
+    if law.arc_length_source == "projected":
+        words = f"{law.kind} on projected arc lengths, whose loop leads through the motion of the satellites"
+        return [SampledLoop("consensus", tuple(names), None, words)]
     gains = Gains(law.tracking_gain, law.coupling_gain, law.rate_gain)
     if len(names) > MAXIMUM_SPECTRUM:
         return [SampledLoop("consensus", tuple(names), None, f"{law.kind} of so many satellites")]
