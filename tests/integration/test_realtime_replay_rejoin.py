@@ -53,13 +53,14 @@ def test_a_satellite_that_is_silent_on_the_wall_clock_drifts_after_its_command_s
     assert flight.lost == ()
     record = bag.record
     off = np.flatnonzero((record.acceleration[:, 1] == 0.0).all(axis=-1))
-    off = off[off > 10]
-    assert off.size > 30
-    first, last = int(off[0]), int(off[-1])
-    assert off.tolist() == list(range(first, last + 1))
+    # A busy machine may hold any process for a moment, too: the long time is meant.
+    spells = np.split(off, np.flatnonzero(np.diff(off) > 1) + 1)
+    longest = max(spells, key=len)
+    assert longest.size > 30
+    first, last = int(longest[0]), int(longest[-1])
     # The last command before is held for ten steps after its own.
     assert len(np.unique(record.acceleration[first - 11 : first, 1], axis=0)) == 1
-    assert flight.punctuality["timed_out"]["sat2"] >= off.size - 1
+    assert flight.punctuality["timed_out"]["sat2"] >= longest.size - 1
     # Without thrust the relative motion is that of Clohessy and Wiltshire.
     coasted = coast(record.position[first, 1], record.velocity[first, 1], (last - first) * record.step)
     np.testing.assert_allclose(record.position[last, 1], coasted, rtol=1e-9)

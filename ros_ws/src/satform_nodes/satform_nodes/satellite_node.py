@@ -122,6 +122,8 @@ class SatelliteNode:
         self._skipped = 0
         # First step that was taken without this process though its satellite flies, and when that was seen.
         self._foreign: tuple[int, float] | None = None
+        # Wall-clock time at which the plant was told that this satellite can fly; before it no flight begins.
+        self._ready_at = float("inf")
         self._names = names
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._plan = planned(scenario)
@@ -156,6 +158,7 @@ class SatelliteNode:
 
     def say_ready(self) -> None:
         """Tell the plant that this satellite can fly, and from which checkpoint it would go on."""
+        self._ready_at = min(self._ready_at, time.monotonic())
         self.voice.say_ready(self.step, self.memory.step)
 
     def see_off(self) -> None:
@@ -236,7 +239,7 @@ class SatelliteNode:
         returned = self.view.returns.get(self.index)
         if returned is None:
             # On the wall clock the first states may have been skipped.
-            if step != 0 and not (self.clocked and self.view.formation.alive[self.index]):
+            if step != 0 and not (self.clocked and self._takes_part_from_the_start(step)):
                 return False
             self.satellite.join(step, skipped=True)
         else:
@@ -251,6 +254,16 @@ class SatelliteNode:
             # What it had announced for this step before it was lost in it stands.
             self.voice.announce(step, self.voice.words(self.satellite.announce(), step))
         return True
+
+    def _takes_part_from_the_start(self, step: int) -> bool:
+        """Whether a flight on the wall clock that has come to a step can have begun with this process.
+
+        It begins when all are ready, and no step comes early: a flight that has taken more steps than fit
+        into the time since this process was ready has begun without it.
+        """
+        since = time.monotonic() - self._ready_at
+        flown = step * self.scenario.timing.step / self._settings.rate
+        return self._foreign is None and bool(self.view.formation.alive[self.index]) and flown <= since
 
     def _fall(self) -> None:
         """The plant counts this satellite as lost."""
