@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from satform_setup import machine, workspace
-from satform_setup.command import finished
+from satform_setup.command import ensure, finished
 from satform_setup.faults import SetupError, pip_fault
 from satform_setup.installer import asks_for_pip, wanted_requirements
 from satform_setup.layout import Layout, folder_digest, read_stamp, write_stamp
@@ -286,6 +286,18 @@ def test_a_moved_project_makes_its_environment_again(finished_venv):
 
 def test_a_finished_environment_without_a_finished_build_is_not_started(finished_venv):
     assert finished(finished_venv, WHEELS) is None
+
+
+@pytest.mark.parametrize("runs", [True, False])
+def test_another_users_environment_that_cannot_be_used_is_left_alone_and_the_reason_is_given(
+    finished_venv, monkeypatch, runs
+):
+    may = {finished_venv.root: False, finished_venv.python: runs}
+    monkeypatch.setattr(os, "access", lambda path, _mode: may[path])
+    reason = "does not fit the sources" if runs else "this user may not run its Python"
+    with pytest.raises(SetupError, match=f"is another user's, and .*{reason}"):
+        ensure(finished_venv, WHEELS, {}, clean=False)
+    assert read_stamp(finished_venv.venv_stamp)
 
 
 def test_a_virtual_environment_of_the_users_own_is_not_removed(project):

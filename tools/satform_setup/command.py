@@ -119,6 +119,7 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
     """
     from satform_setup.processes import Job, end_leftovers  # noqa: PLC0415 - later starts do without
 
+    _require_own_folder(layout)
     with layout.launcher.open("rb") as lock:
         _take(lock)
         end_leftovers(layout)
@@ -135,6 +136,24 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
         stamp = build_workspace(job)
         _keep_bytecode(job, stamp, everything=anew)
         return stamp
+
+
+def _require_own_folder(layout: Layout) -> None:
+    """Refuse to make anew what another user has made, and say why it cannot be used as it is.
+
+    Raises:
+        SetupError: the folder has an environment and this user may not write in it.
+    """
+    if not read_stamp(layout.venv_stamp) or os.access(layout.root, os.W_OK):
+        return
+    why = "it does not fit the sources any more"
+    if not os.access(layout.python, os.X_OK):
+        why = f"this user may not run its Python, {os.path.realpath(layout.python)}"
+    raise SetupError(
+        f"the environment of {layout.root} is another user's, and {why}; have its owner run "
+        f"{layout.launcher} setup --clean, with a Python that all users may run first on the PATH, or take a "
+        "copy of the project of your own"
+    )
 
 
 _OFTEN_IMPORTED = (
