@@ -3,10 +3,12 @@
 import json
 import random
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 from rosbags.highlevel import AnyReader
 from satform_msgs.msg import Command, FormationStatus
 from test_bag import chunks, messages_of, write
@@ -127,6 +129,50 @@ def test_what_is_no_bag_is_refused_and_leaves_nothing(tmp_path: Path, content: b
     with pytest.raises(BagError, match="holds no message that can be read"):
         recover(bag, tmp_path / "new")
     assert not (tmp_path / "new").exists()
+
+
+ALIASES = "- &a [{}]\n" + "".join(
+    f"- &{name} [{', '.join(['*' + of] * 9)}]\n" for of, name in pairwise("abcdefghijk")
+)
+"""Less than a kilobyte that stands for 9 ** 10 lists."""
+
+
+def stranger(folder: Path, profiles: str, *, schema: bytes | None = b"int8 x\n", channel: int = 1) -> None:
+    """A bag of someone else: two messages, the second one on any channel."""
+    folder.mkdir()
+    with (folder / "bag_0.mcap").open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start("ros2", "stranger")
+        number = 0 if schema is None else writer.register_schema("a_msgs/msg/B", "ros2msg", schema)
+        own = writer.register_channel("/a", "cdr", number, {"offered_qos_profiles": profiles})
+        assert own == 1
+        for place in (own, channel):
+            writer.add_message(place, 0, b"\0\1\0\0\1", 0)
+        writer.finish()
+
+
+@pytest.mark.parametrize("profiles", [ALIASES, "5", "{ [ :", "- 2026-01-01", "- {1: 2}", "[" * 3000])
+def test_a_bag_with_any_text_for_quality_of_service_is_recovered_without_it(
+    tmp_path: Path, profiles: str
+) -> None:
+    stranger(tmp_path / "bag", profiles)
+    assert recover(tmp_path / "bag", tmp_path / "new").messages == 2
+    (entry,) = rosbag2_format.read(tmp_path / "new")["topics_with_message_count"]
+    assert entry["topic_metadata"]["offered_qos_profiles"] == []
+
+
+def test_a_bag_is_recovered_up_to_a_message_on_a_channel_that_is_not_described(tmp_path: Path) -> None:
+    stranger(tmp_path / "bag", "", channel=99)
+    found = recover(tmp_path / "bag", tmp_path / "new")
+    assert (found.messages, found.damage) == (1, "a message is on channel 99, which is not described")
+
+
+def test_a_bag_whose_types_are_not_described_or_no_text_holds_nothing_or_keeps_them(tmp_path: Path) -> None:
+    stranger(tmp_path / "bag", "", schema=None)
+    with pytest.raises(BagError, match="the type of the messages on /a is not described"):
+        recover(tmp_path / "bag", tmp_path / "new")
+    stranger(tmp_path / "other", "", schema=b"\xff\xfe")
+    assert recover(tmp_path / "other", tmp_path / "new").messages == 2
 
 
 def test_the_command_says_what_there_is_and_from_which_step_on_it_is_missing(

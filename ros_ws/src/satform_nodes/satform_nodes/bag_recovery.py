@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -55,9 +56,17 @@ class _Copy:
     channels: dict[int, int] = field(default_factory=dict)
 
     def take(self, record: Any) -> None:
-        """Write a record of the source; what describes the source as a whole is made anew."""
+        """Write a record of the source; what describes the source as a whole is made anew.
+
+        Raises:
+            McapError: the record needs another one that was not in the file before it.
+            OSError: it cannot be written.
+        """
         if isinstance(record, Message):
-            self.bag.write(self.channels[record.channel_id], record.log_time, record.data, record.sequence)
+            channel = self.channels.get(record.channel_id)
+            if channel is None:
+                raise McapError(f"a message is on channel {record.channel_id}, which is not described")
+            self.bag.write(channel, record.log_time, record.data, record.sequence)
         elif isinstance(record, Schema):
             self.schemas[record.id] = record
         elif isinstance(record, Channel):
@@ -69,10 +78,12 @@ class _Copy:
             self.bag.add_metadata(record.name, record.metadata)
 
     def _add(self, channel: Channel) -> int:
-        schema, facts = self.schemas[channel.schema_id], channel.metadata
-        text = schema.data.decode()
+        schema, facts = self.schemas.get(channel.schema_id), channel.metadata
+        if schema is None:
+            raise McapError(f"the type of the messages on {channel.topic} is not described")
+        text = schema.data.decode(errors="replace")
         digest = facts.get(bag_metadata.HASH_KEY) or type_hash_of(schema.name, text)
-        profiles = yaml.safe_load(facts.get(bag_metadata.QOS_KEY, "")) or []
+        profiles = profiles_in(facts.get(bag_metadata.QOS_KEY, ""))
         message_type = MessageType(schema.name, text, digest)
         return self.bag.add_topic(channel.topic, message_type, profiles, facts.get(ROLE, ""))
 
@@ -139,7 +150,39 @@ def _copied(file: Path, copy: _Copy) -> str:
             return str(error) or "it ends within a record"
         if record is None:
             return ""
-        copy.take(record)
+        try:
+            copy.take(record)
+        except McapError as error:
+            return str(error)
+
+
+def profiles_in(text: str) -> list[bag_metadata.Profile]:
+    """Qualities of service from the text that rosbag2 keeps of them with a topic.
+
+    Args:
+        text: from a bag, which may be any.
+
+    Returns:
+        One for each publisher; none where the text is of another form.
+    """
+    # Aliases, which rosbag2 does not write, can stand for more than fits into memory.
+    if "&" in text:
+        return []
+    try:
+        found = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return []
+    fits = isinstance(found, list) and all(isinstance(entry, dict) for entry in found)
+    return found if fits and _is_plain(found) else []
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether a value is made of texts, numbers, flags, lists and mappings by text alone."""
+    if isinstance(value, dict):
+        return all(isinstance(key, str) and _is_plain(entry) for key, entry in value.items())
+    if isinstance(value, list):
+        return all(map(_is_plain, value))
+    return isinstance(value, str | int | float)
 
 
 def type_hash_of(name: str, definition: str) -> str:
