@@ -56,7 +56,7 @@ class _Told:
         if recovered.damage:
             lines.append(f"{recovered.source} could not be read further: {recovered.damage}")
         if self.bag is None:
-            return [*lines, f"no step of the flight is complete: {self.why_none}"]
+            return [*lines, f"no flight can be read from it: {self.why_none}"]
         steps, timing = self.bag.record.steps, self.bag.scenario.timing
         if self.bag.complete:
             return [*lines, f"the flight is whole: {steps} of {timing.steps} steps"]

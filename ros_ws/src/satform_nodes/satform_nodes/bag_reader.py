@@ -213,7 +213,9 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
                 files=FileSource(file.parent, contents.files, recorded=True),
             )
         except (ScenarioError, UnicodeDecodeError) as error:
-            raise BagError(f"{file}: the scenario in it cannot be read: {error}") from None
+            raise BagError(
+                f"{file}: the scenario in it cannot be read, perhaps since another version recorded it: {error}"
+            ) from None
     elif isinstance(record, Metadata) and record.name == RUN_METADATA:
         contents.versions = dict(record.metadata)
     elif isinstance(record, Metadata) and record.name == TIME_METADATA:
