@@ -7,6 +7,7 @@ import pytest
 
 from flights import shipped
 from satform.scenario import Scenario, ScenarioError, parse_scenario
+from satform.simulate import simulate
 from satform_tools import check
 
 TWO_ON_A_CIRCLE = """
@@ -39,6 +40,25 @@ def warnings(scenario: Scenario, about: str) -> list[str]:
 def test_two_satellites_in_one_place_are_named_however_many_periods_their_phases_are_apart(laps: int) -> None:
     (said,) = warnings(two(laps * LAP), "start in the same place")
     assert said == "satellites: a and b start in the same place, (0, 1000, 0) m"
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            "satellites.1.velocity_error=[3.0e4, 0.0, 0.0]",
+            "velocity of b is 3e+04 m/s at step 0 (0 s)",
+        ),
+        ("satellites.1.position_error=[-1.0e6, 0.0, 0.0]", "altitude of b is -2."),
+    ],
+)
+def test_a_start_beyond_a_limit_is_said_to_end_the_flight_at_once(change: str, said: str) -> None:
+    beyond = two(0.5 * LAP, change)
+    (found,) = warnings(beyond, "limits: ")
+    assert said in found
+    assert found.endswith("the flight ends before its first command")
+    assert simulate(beyond).steps == 0
+    assert not warnings(two(0.5 * LAP), "limits: ")
 
 
 def test_satellites_that_exchange_nothing_may_share_a_place_to_be_compared() -> None:

@@ -7,6 +7,8 @@ import numpy as np
 from satform.consensus.graph import Graph
 from satform.control.distance import AdaptiveDistanceSpec
 from satform.elementwise import Array
+from satform.flight.limits import LimitCheck
+from satform.plant import Plant
 from satform.satellite import flight_plan, motion_at_start
 from satform.scenario import Scenario
 
@@ -23,11 +25,19 @@ _SAME_PLACE = 1e-9
 def start_warnings(scenario: Scenario) -> list[str]:
     """Sentences about a start from which the formation cannot fly as it is meant."""
     return [
+        *_beyond_limits(scenario),
         *_few(list(_coincident(scenario))),
         *_few(list(_far_phases(scenario))),
         *_few(list(_too_close(scenario))),
         *_few(list(_full_wheels(scenario))),
     ]
+
+
+def _beyond_limits(scenario: Scenario) -> list[str]:
+    """A sentence about the first satellite whose start ends the flight at once."""
+    with np.errstate(all="ignore"):
+        end = LimitCheck(scenario).of_plant(Plant(scenario))
+    return [] if end is None else [f"limits: {end.sentence}; the flight ends before its first command"]
 
 
 def _few(found: list[str]) -> list[str]:
