@@ -472,7 +472,7 @@ def test_a_scenario_that_cannot_be_read_any_more_is_told_by_its_own_problem(
     with pytest.raises(BagError) as refusal:
         read_bag(file)
     sentence = str(refusal.value)
-    assert sentence.startswith(f"{file}: the scenario in it cannot be read, perhaps since another version recorded it: ")
+    assert sentence.startswith(f"{file}: the scenario in it cannot be read, perhaps since another version")
     assert "duration 200.3 s" in sentence
     assert "MCAP" not in sentence
 

@@ -214,7 +214,8 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
             )
         except (ScenarioError, UnicodeDecodeError) as error:
             raise BagError(
-                f"{file}: the scenario in it cannot be read, perhaps since another version recorded it: {error}"
+                f"{file}: the scenario in it cannot be read, perhaps since another version recorded it: "
+                f"{error}"
             ) from None
     elif isinstance(record, Metadata) and record.name == RUN_METADATA:
         contents.versions = dict(record.metadata)
