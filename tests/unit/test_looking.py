@@ -184,6 +184,8 @@ def test_a_parameter_is_read_as_the_type_that_it_is_declared_with() -> None:
     assert (alone.type, alone.double_value) == (ParameterType.PARAMETER_DOUBLE, 0.1)
     triple = as_parameter(ParameterType.PARAMETER_DOUBLE_ARRAY, "gain", "[1, 2.5, 3]")
     assert list(triple.double_array_value) == [1.0, 2.5, 3.0]
+    # The node makes a number of it, if the parameter is an angle.
+    assert as_parameter(ParameterType.PARAMETER_DOUBLE, "angle", "45 deg").string_value == "45 deg"
     assert as_parameter(ParameterType.PARAMETER_STRING, "name", "on").string_value == "on"
 
 

@@ -1,6 +1,7 @@
 """ROS parameters made of a specification: type, default, bounds, description; changes and refusals."""
 
 import json
+import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
@@ -11,10 +12,11 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from satform.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.control.sliding_mode import SlidingModeSpec
 from satform.curves.specs import FixedPointSpec
 from satform.scenario.yaml_reader import read_value
-from satform.spec import NonNegative, NonNegativePerAxis, Number, Positive, Spec
+from satform.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Positive, Spec
 from satform_bringup.domain import own_domain
 from satform_nodes.parameters import (
     FormationNode,
@@ -258,6 +260,37 @@ def test_a_value_given_at_the_start_is_taken_in_the_same_forms(
     assert list(node.get_parameter("tuning.weights").value) == expected
     assert declare_rate(node) == 10.0
     node.destroy_node()
+
+
+class Turning(Spec):
+    """A specification with an angle and with rates."""
+
+    target: Annotated[float, OR_DEGREES] = 0.0
+    rates: Annotated[PerAxis, OR_DEGREES_PER_SECOND] = (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("target", "45 deg", math.pi / 4.0),
+        ("rates", "0.18 deg/s", [math.pi / 1000.0] * 3),
+    ],
+)
+def test_angles_and_rates_are_taken_in_degrees_in_flight_and_at_the_start(
+    ros: rclpy.Context, name: str, text: str, expected: float | list[float]
+) -> None:
+    node = QuietNode(ros)
+    declare_spec(node, "turning", Turning())
+    reply = node.set_parameters_atomically([Parameter(f"turning.{name}", value=text)])
+    assert reply.successful, reply.reason
+    assert node.get_parameter(f"turning.{name}").value == pytest.approx(expected, rel=1e-15)
+    reply = node.set_parameters_atomically([Parameter(f"turning.{name}", value="45 degrees")])
+    assert f'turning.{name}: found "45 degrees"' in reply.reason
+    node.destroy_node()
+    started = QuietNode(ros, "--ros-args", "-p", f"turning.{name}:={text}")
+    declare_spec(started, "turning", Turning())
+    assert started.get_parameter(f"turning.{name}").value == pytest.approx(expected, rel=1e-15)
+    started.destroy_node()
 
 
 def test_a_value_of_another_type_given_at_the_start_is_a_sentence(ros: rclpy.Context) -> None:

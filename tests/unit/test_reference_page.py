@@ -49,7 +49,7 @@ class Declared:
     """Stands for a node: keeps what is declared, and whether it is read-only."""
 
     found: dict[str, bool] = field(default_factory=dict)
-    one_for_all: set[str] = field(default_factory=set)
+    forms: dict[str, Any] = field(default_factory=dict)
     _parameter_overrides: dict[str, Any] = field(default_factory=dict)
 
     def declare_parameter(self, name: str, _value: Any, descriptor: Any) -> None:

@@ -8,6 +8,7 @@ from rcl_interfaces.msg import Parameter, ParameterDescriptor, ParameterType, Pa
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.parameter import parameter_value_to_python
 
+from satform.angle_text import is_angle
 from satform.scenario import ScenarioError
 from satform.scenario.yaml_reader import read_value
 from satform_tools import say
@@ -115,6 +116,9 @@ def as_parameter(kind: int, name: str, text: str) -> ParameterValue:
     except ScenarioError:
         typed = None
     many = title.endswith("array")
+    if python is float and is_angle(typed):
+        # The node knows which of its parameters are angles.
+        return ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=typed)
     if (
         kind == ParameterType.PARAMETER_DOUBLE_ARRAY
         and isinstance(typed, int | float)

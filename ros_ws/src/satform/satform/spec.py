@@ -34,14 +34,18 @@ def _three(value: Any) -> Any:
 
 def one_for_all(field: FieldInfo) -> bool:
     """Whether one number may stand for all components of a field."""
-    return _holds_three(field.annotation, *field.metadata)
+    return _three in validators(field)
 
 
-def _holds_three(*parts: Any) -> bool:
-    return any(
-        part.func is _three if isinstance(part, BeforeValidator) else _holds_three(*_within(part))
-        for part in parts
-    )
+def validators(field: FieldInfo) -> list[Any]:
+    """The functions that take a field's value before it is validated, also those of types within its type."""
+    parts = _with_parts(field.annotation, *field.metadata)
+    return [part.func for part in parts if isinstance(part, BeforeValidator)]
+
+
+def _with_parts(*parts: Any) -> list[Any]:
+    """Types and what they are annotated with, and all that they are made of."""
+    return [inner for part in parts for inner in (part, *_with_parts(*_within(part)))]
 
 
 def _within(annotation: Any) -> tuple[Any, ...]:

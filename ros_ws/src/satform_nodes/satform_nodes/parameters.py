@@ -15,11 +15,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from satform.adjustments import changed
+from satform.angle_text import PATTERNS
 from satform.scenario.sentences import field_sentence
-from satform.spec import Spec, one_for_all
+from satform.spec import Spec, one_for_all, validators
 from satform_nodes import LEAN
 from satform_nodes.entry import Refusals
-from satform_nodes.parameter_values import as_declared
+from satform_nodes.parameter_values import Forms, as_declared
 from satform_nodes.service_guard import guarded, in_words
 from satform_nodes.start_parameters import START_PARAMETERS
 
@@ -113,12 +114,12 @@ class FormationNode(Node):
         if not self.has_parameter(parameter.name):
             return parameter
         declared = self.get_parameter(parameter.name)
-        return as_declared(parameter, declared, one_for_all=parameter.name in self.one_for_all)
+        return as_declared(parameter, declared, self.forms.get(parameter.name, Forms()))
 
     @cached_property
-    def one_for_all(self) -> set[str]:
-        """Names of the parameters of several numbers for which one may stand."""
-        return set()
+    def forms(self) -> dict[str, Forms]:
+        """In which other forms parameters take numbers, by the parameters' names."""
+        return {}
 
 
 class ParameterError(ValueError):
@@ -145,7 +146,7 @@ def _keep_wall_clock(parameters: Sequence[Parameter]) -> SetParametersResult:
 
 def declare_fixed(node: Node, name: str, default: Any, description: str) -> Any:
     """Declare a parameter that is given at the start and never changes; returns its value."""
-    _prepare_override(node, Parameter(name, value=default), one_for_all=False)
+    _prepare_override(node, Parameter(name, value=default), Forms())
     descriptor = ParameterDescriptor(read_only=True, description=description)
     return node.declare_parameter(name, default, descriptor).value
 
@@ -181,9 +182,9 @@ def declare_spec(node: FormationNode, prefix: str, spec: Spec) -> None:
             continue
         bounds = _bounds(field)
         lone = one_for_all(field)
-        if lone:
-            node.one_for_all.add(f"{prefix}.{name}")
-        _prepare_override(node, Parameter(f"{prefix}.{name}", value=value), one_for_all=lone)
+        angle = next((function for function in validators(field) if function in PATTERNS), None)
+        forms = node.forms[f"{prefix}.{name}"] = Forms(lone, angle)
+        _prepare_override(node, Parameter(f"{prefix}.{name}", value=value), forms)
         _check_override(node, prefix, spec, name, value)
         descriptor = ParameterDescriptor(
             description=(field.description or f"{name} of {prefix}").strip(),
@@ -196,7 +197,7 @@ def declare_spec(node: FormationNode, prefix: str, spec: Spec) -> None:
         node.declare_parameter(f"{prefix}.{name}", value, descriptor)
 
 
-def _prepare_override(node: Node, declared: Parameter, *, one_for_all: bool) -> None:
+def _prepare_override(node: Node, declared: Parameter, forms: Forms) -> None:
     """Have the value that a parameter was given at the start in its declared type.
 
     Raises:
@@ -205,7 +206,7 @@ def _prepare_override(node: Node, declared: Parameter, *, one_for_all: bool) -> 
     overrides = node._parameter_overrides
     if declared.name in overrides:
         try:
-            given = as_declared(overrides[declared.name], declared, one_for_all=one_for_all)
+            given = as_declared(overrides[declared.name], declared, forms)
         except ValueError as error:
             raise ParameterError(str(error)) from None
         overrides[declared.name] = given
