@@ -1,5 +1,7 @@
 """Starting and ending a node's process: scenario, signals, exit codes, one sentence on failure."""
 
+import re
+import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -50,6 +52,10 @@ _EXIT_CODES = 256
 
 _ACKNOWLEDGED = Duration(seconds=0.1)
 """Wall-clock time between two looks at who is there, while it is waited for what they have heard."""
+
+
+_SOURCE_LINE = re.compile(r", at \S+:\d+")
+"""Where in its own sources rcl has met an error."""
 
 
 def refuse_sim_time(node: Node) -> None:
@@ -139,9 +145,16 @@ def run(
     np.seterr(all="ignore")
     code = EXIT_STOPPED
     # rclpy's own handlers would tear the context down in the middle of a step.
-    rclpy.init(
-        args=None if arguments is None else list(arguments), signal_handler_options=SignalHandlerOptions.NO
-    )
+    try:
+        rclpy.init(
+            args=None if arguments is None else list(arguments),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+    except RuntimeError as error:
+        # Arguments or a parameter file that ROS itself does not understand; there is no logger yet.
+        reason = _SOURCE_LINE.sub("", " ".join(str(error).split()))
+        sys.stderr.write(f"{name}: ROS cannot be started with these arguments: {reason}\n")
+        return EXIT_BAD_INPUT
     try:
         node = FormationNode(name)
         executor = StepExecutor()
