@@ -245,6 +245,30 @@ def test_the_covariance_of_a_filter_grows_over_a_gap_as_that_of_free_motion() ->
     assert after == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 
+def test_a_filter_from_an_old_checkpoint_does_not_trust_what_it_commanded_since_then() -> None:
+    record = simulate(
+        parse_scenario(
+            ALONE.replace("mean_motion: 7.292115865e-5", "period: 6000.0").replace("4000.0", "600.0")
+            + """
+checkpoint_period: 100.0
+faults: [{kind: satellite_lost, satellite: a, at: 120.0, back: 220.0}]
+every_satellite:
+  curve: {kind: fixed_point, position: [0.0, 100.0, 0.0]}
+  sensor: {position_noise: 1.0, velocity_noise: 0.01}
+  filter: {acceleration_density: 1.0e-8}
+  thruster: {dry_mass: 50.0, maximum_thrust: 0.5}
+satellites:
+  - {name: a, position_error: [0.0, -200.0, 0.0], controller: {kind: hill_pd}}
+"""
+        )
+    )
+    # Between checkpoint and loss it had accelerated. 22.5 and 38.3 are 99.9 and 99.9999 % of
+    # the chi-square distribution of 6 degrees, which a consistent filter's errors follow.
+    squared = record.estimation_error_squared[220:, 0]
+    assert np.max(squared) < 38.3
+    assert np.mean(squared > 22.5) < 0.01
+
+
 def test_timed_burns_have_no_memory_that_a_loss_could_make_wrong() -> None:
     law = TimedBurnsSpec(burns=[{"time": 10.0, "velocity_change": (1.0, 0.0, 0.0)}]).build(SETTING)
     assert law.start(Motion(np.zeros(3), np.zeros(3))) is None

@@ -126,6 +126,10 @@ def _whole_steps(name: str, duration: float, step: float) -> int:
     return round(ratio)
 
 
+DOUBTED = 22.457744
+"""Gate of an estimate of which one more rejected measurement decides: 99.9 % of chi-square of 6 degrees."""
+
+
 def _no_gate() -> Array:
     """For an estimator that works in every measurement."""
     return np.asarray(np.inf)
@@ -163,8 +167,8 @@ class Estimator:
     A measurement is worked in at the step at which it was taken; from there the estimate is carried
     to now with the accelerations applied since. A measurement whose normalised innovation squared lies beyond
     the gate is rejected as an outlier. When several in a row are rejected it is the estimate that is wrong,
-    and the filter starts anew from the last of them; the first measurement after a gap does so alone, since
-    nobody knows what was commanded in it.
+    and the filter starts anew from the last of them. The first measurement after a gap does so alone, and at
+    `DOUBTED`, since what was commanded between a checkpoint and a loss is in no covariance.
 
     Attributes:
         filter: on whose dynamics and noise it rests.
@@ -235,7 +239,9 @@ class Estimator:
         for past in commands[:elapsed]:
             predicted = self.filter.predict(predicted, past)
         updated, innovation = self.filter.update(predicted, measurement)
-        outlier = innovation > self.gate
+        doubted = (memory.in_a_row >= self.most_rejected - 1.0) & (memory.in_a_row > 0.0)
+        gate = np.where(doubted & np.isfinite(self.gate), np.minimum(self.gate, DOUBTED), self.gate)
+        outlier = innovation > gate
         in_a_row = np.where(outlier, memory.in_a_row + 1.0, 0.0)
         anew = outlier & (in_a_row >= self.most_rejected)
         anchor = select(outlier, select(anew, self.filter.start(measurement), predicted), updated)
