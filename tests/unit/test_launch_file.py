@@ -225,13 +225,27 @@ def test_the_launch_says_the_flights_result_when_the_bag_is_closed(
     flown = types.SimpleNamespace(record=simulate(scenario), complete=True)
     monkeypatch.setattr(bag_reader, "read_bag", lambda folder: flown if folder == tmp_path / "bag" else None)
     *verdicts, conclusion = ended(nodes, "recorder")
-    assert conclusion == "result: as expected, 1 of 1 expectations met"
+    assert conclusion == "result: As expected: 1 of 1 met"
     assert len(verdicts) == 1
     assert all(verdict.startswith("met: ") for verdict in verdicts)
     flown.complete = False
     assert ended(nodes, "recorder") == ["result: not judged: 200 of 200 steps are in the bag"]
     for name in ("plant", "sat1"):
         assert ended(nodes, name) == []
+
+
+def test_the_launch_counts_the_expectations_that_a_shorter_flight_is_not_judged_by(
+    launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set="timing.duration=1.0")
+    scenario = load_scenario(tmp_path / "scenario.json")
+    left_out = len(shipped("triangle").expect)
+    assert (len(scenario.expect), len(scenario.expectations_left_out)) == (0, left_out)
+    flown = types.SimpleNamespace(record=simulate(scenario), complete=True)
+    monkeypatch.setattr(bag_reader, "read_bag", lambda _folder: flown)
+    assert ended(nodes, "recorder") == [
+        f"result: Flown to the end and not judged: {left_out} expectations need a longer flight"
+    ]
 
 
 def test_the_launch_says_why_a_flight_ended_early(

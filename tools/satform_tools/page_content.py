@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 from ruamel.yaml import YAML
 
+from satform.evaluation.conclusion import conclusion_of
 from satform.metrics import Verdict
 from satform.scenario import Scenario
-from satform_tools import judgement
 from satform_tools.comparison import Comparison, Expected
 from satform_tools.drawing import time_unit
 from satform_tools.happenings import Happening
@@ -78,7 +78,7 @@ def status(kept: Kept, verdicts: list[Verdict]) -> Status:
         return Status("partial", f"Not complete: {kept.cut_short}; nothing is judged")
     if kept.ended_early:
         return Status("missed", f"Ended early after {kept.ended_early}")
-    text = judgement.conclusion(kept.scenario, verdicts)
+    text = conclusion_of(kept.scenario, verdicts)
     if not verdicts:
         return Status("plain", text)
     return Status("met" if all(verdict.met for verdict in verdicts) else "missed", text)

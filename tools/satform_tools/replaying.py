@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from satform.evaluation.conclusion import left_out
 from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
 from satform.formation import Lost, Plan, planned
 from satform.record import FlightRecord
 from satform.scenario import Scenario, Timing
 from satform.simulate import simulate
 from satform_bringup import BAG_FOLDER
-from satform_tools import judgement, ros, say
+from satform_tools import ros, say
 from satform_tools.faults import CommandError
 
 _SAID = (
@@ -163,5 +164,5 @@ def _print(found: Replay, scenario: Scenario) -> None:
         say.line("Flown once more in one process: the same to the last bit.", "green")
     if found.state_hash is not None:
         say.line(f"state hash {found.state_hash[:16]}")
-    if left := judgement.left_out(scenario):
+    if left := left_out(scenario):
         say.line(f"{left} than was flown.")

@@ -5,8 +5,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from satform.evaluation.conclusion import conclusion_of
 from satform.metrics import Verdict
-from satform_tools import exports, judgement, say, tables
+from satform_tools import exports, say, tables
 from satform_tools.comparison import Comparison, compare
 from satform_tools.faults import CommandError, sentence_of
 from satform_tools.formats import Format
@@ -68,7 +69,7 @@ def _report_one(kept: Kept, folder: Path, formats: Sequence[Format], *, as_json:
         say.line()
         tables.print_verdicts(verdicts)
     if kept.complete:
-        say.line(f"{judgement.conclusion(kept.scenario, verdicts)}.")
+        say.line(f"{conclusion_of(kept.scenario, verdicts)}.")
     say.line(f"state hash {kept.state_hash[:16] or kept.why_no_hash}")
     say.line()
     say.line(f"report: {written[0]}")

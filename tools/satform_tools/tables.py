@@ -4,8 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from satform.evaluation.conclusion import conclusion_of
 from satform.metrics import Verdict
-from satform_tools import judgement, progress, say
+from satform_tools import progress, say
 from satform_tools.outcome import Outcome, Speed
 from satform_tools.say import Table, number
 from satform_tools.summary import Summary
@@ -54,7 +55,7 @@ def conclusion(outcome: Outcome) -> str:
     if not outcome.recorded:
         return "Flown to the end. Nothing was recorded, so there is nothing to judge by."
     if outcome.tolerated:
-        return f"{judgement.conclusion(outcome.scenario, outcome.verdicts)}."
+        return f"{conclusion_of(outcome.scenario, outcome.verdicts)}."
     met = sum(verdict.met for verdict in outcome.verdicts)
     return (
         f"LOST {', '.join(outcome.lost)}, which the scenario does not allow; the others flew to the end "

@@ -4,6 +4,7 @@ import difflib
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from satform.evaluation.conclusion import conclusion_of
 from satform.metrics import judge
 from satform.scenario import Scenario
 from satform.wording import listed
@@ -65,8 +66,4 @@ def result(scenario: Scenario, bag: Path | None) -> list[str]:
         missed = f"; {sum(not verdict.met for verdict in verdicts)} of {len(verdicts)} expectations missed"
         flown = f"step {flight.record.steps} of {scenario.timing.steps}"
         return [*lines, f"result: ENDED EARLY after {flown}: {end.sentence}{missed if verdicts else ''}"]
-    if not verdicts:
-        return ["result: not judged, since the scenario expects nothing in particular"]
-    met = sum(verdict.met for verdict in verdicts)
-    conclusion = "as expected" if met == len(verdicts) else "NOT as expected"
-    return [*lines, f"result: {conclusion}, {met} of {len(verdicts)} expectations met"]
+    return [*lines, f"result: {conclusion_of(scenario, verdicts)}"]

@@ -6,7 +6,7 @@ from satform.metrics import Verdict
 from satform.scenario import Scenario
 
 
-def conclusion(scenario: Scenario, verdicts: Sequence[Verdict]) -> str:
+def conclusion_of(scenario: Scenario, verdicts: Sequence[Verdict]) -> str:
     """What came of a whole flight, without a full stop.
 
     Args:

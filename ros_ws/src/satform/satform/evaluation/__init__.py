@@ -1,0 +1,1 @@
+"""What a flight is judged by, and what came of it."""
