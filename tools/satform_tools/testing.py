@@ -21,6 +21,9 @@ _TYPED = (
     "tools/satform_setup",
 )
 
+_BESIDE = ("tests/whole_flights", "tests/commands", "tests/setup")
+"""Long flights in one process, commands that are started as processes, and the set-up."""
+
 _LEAST = ("nice", "-n", "19")
 """Gives a process what of the processor nobody else wants."""
 
@@ -51,7 +54,7 @@ PARTS = (
     Part("unit tests", ("pytest", *_PARALLEL, "tests/unit")),
     # Flights over DDS wait a good part of their time, for each other and for what is to be noticed late; only
     # what they leave of the processor is for the part beside them.
-    Part("whole flights, set-up", ("pytest", *_PARALLEL, "tests/whole_flights", "tests/setup"), beside=True),
+    Part("whole flights, commands, set-up", ("pytest", *_PARALLEL, *_BESIDE), beside=True),
     # One after another: two at a time take as long, since nodes that wait for each other want the cores.
     Part("flights over DDS", ("pytest", "tests/integration")),
 )
