@@ -43,7 +43,7 @@ def test_test_runs_every_part_and_fails_when_one_does(
     printed = capsys.readouterr().out
     assert "mypy --strict: failed" in printed
     assert "unit tests: passed" in printed
-    assert "whole flights, set-up: passed" in printed
+    assert "whole flights, commands, set-up: passed" in printed
 
 
 def test_a_part_that_runs_beside_others_counts_and_what_it_printed_comes_at_the_end(
