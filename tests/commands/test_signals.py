@@ -43,6 +43,22 @@ def test_the_first_signal_is_counted_and_the_second_ends_the_process() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (130, "1 SIGINT\n", "")
 
 
+REPEATED = """
+import os, signal, time
+from satform_nodes.signals import StopRequest
+with StopRequest() as stop:
+    for pause in (0.0, 0.5, 0.0):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(pause)
+        print(stop.count, flush=True)
+"""
+
+
+def test_a_signal_to_a_process_and_its_group_counts_once_and_a_later_one_is_the_second() -> None:
+    done = python(REPEATED)
+    assert (done.returncode, done.stdout) == (130, "1\n1\n")
+
+
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_command_ends_in_order_with_130_by_whatever_signal(name: str) -> None:
     for dispositions in ((), ("--ignore-signal=INT",)):

@@ -165,6 +165,24 @@ def test_a_signal_to_everyone_in_the_terminal_is_a_clean_end(
         assert read_bag(folder / "bag").record.steps > 100
 
 
+@pytest.mark.parametrize("numbers", [(signal.SIGINT, signal.SIGINT), (signal.SIGINT, signal.SIGTERM)])
+def test_two_signals_at_once_stop_a_flight_too(
+    numbers: tuple[signal.Signals, ...], start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    process = start_run("triangle")
+    wait_for_bytes(tmp_path / "run" / "bag" / "bag_0.mcap", 400_000)
+    for number in numbers:
+        process.send_signal(number)
+        # `timeout` sends its signal to its child, then to the group of its child.
+        time.sleep(0.005)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, output + errors
+    assert "Stopped at step" in output
+    assert processes_of(tmp_path / "run") == {}
+    if len(set(numbers)) == 1:
+        assert is_whole(tmp_path / "run" / "bag")
+
+
 def test_a_folder_for_temporary_files_whose_path_is_too_long_is_a_sentence(
     start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

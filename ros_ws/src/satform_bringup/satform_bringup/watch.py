@@ -163,12 +163,12 @@ class Watch:
                 # The one before may have done away with this one's process.
                 if self._running.get(entry.name) is entry:
                     handle(entry)
-            if self._signals.count >= 2:
-                return
-            if self._signals.count == 1 and not told:
+            if self._signals.asked and not told:
                 told = self._stopped = True
                 self._reason = self._reason or f"stopped by {self._signals.name}"
                 self._end_flight()
+            if self._signals.count >= 2:
+                return
             now = time.monotonic()
             moved = moved if self._over_since is not None and self._nobody_moves() else now
             if now - moved > _STANDSTILL or now - (self._over_since or now) > FAREWELL:

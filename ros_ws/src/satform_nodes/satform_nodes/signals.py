@@ -10,6 +10,7 @@ import os
 import select
 import signal
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType, TracebackType
@@ -20,9 +21,17 @@ from satform.exit_codes import EXIT_STOPPED
 STOPPING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """Signals that ask a process to stop."""
 
+_TOGETHER = 0.3
+"""Wall-clock time within which a signal that is repeated is still the first one, s.
+
+`timeout`, and a supervisor that ends a group of processes, send it to a process and to its group.
+"""
+
 
 class StopRequest:
     """Counts the signals that ask this process to stop, instead of ending it, until it is closed.
+
+    The first one, sent again at once, counts as one: so `timeout` sends it, to a process and to its group.
 
     Attributes:
         count: of signals so far.
@@ -37,6 +46,7 @@ class StopRequest:
         """
         self.count = 0
         self.name = ""
+        self._first: tuple[int, float] | None = None
         self._exit_at_second = exit_at_second
         self._reader, self._writer = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._wakeup_before = -1
@@ -74,6 +84,10 @@ class StopRequest:
         self.close()
 
     def _on_signal(self, number: int, _frame: FrameType | None) -> None:
+        now = time.monotonic()
+        self._first = self._first or (number, now)
+        if self.count == 1 and number == self._first[0] and now - self._first[1] < _TOGETHER:
+            return
         self.count += 1
         self.name = self.name or signal.Signals(number).name
         if self._exit_at_second and self.count > 1:
