@@ -74,7 +74,8 @@ def test_what_is_heard_is_what_was_flown_and_the_flight_stays_the_same(
     run = start_run("triangle", *LONG)
     state = json.loads(look("echo", "/sat2/state", "--once", "--json"))
     heading, row = csv.reader(look("echo", "/sat1/state", "--once", "--csv").splitlines())
-    assert heading[-6:] == [f"{kind}.{axis}" for kind in ("position", "velocity") for axis in "xyz"]
+    vectors = ("position", "velocity", "applied_acceleration")
+    assert heading[-9:] == [f"{vector}.{axis}" for vector in vectors for axis in "xyz"]
     assert (
         look("echo", "/formation/status", "--once", "--field", "satellites")
         == "- sat1\n- sat2\n- sat3\n---\n"
