@@ -145,6 +145,8 @@ def test_a_run_never_touches_what_is_there_already(
         (["--mode", "inprocess", "--group", "2"], "--group is for flights of several processes"),
         (["--mode", "inprocess", "--measure"], "--measure is for DDS"),
         (["--mode", "inprocess", "--without-recorder"], "--without-recorder is for DDS"),
+        (["--mode", "inprocess", "--rate", "10"], "--rate is for the wall clock"),
+        (["--rate", "1"], "--rate is for the wall clock: --mode lockstep has none, --mode realtime has"),
         (["--mode", "realtime", "--profile"], "--profile is for lockstep"),
         (["--display", "--secure", "keys"], "--display and --secure exclude each other"),
     ],

@@ -182,6 +182,7 @@ def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> Non
         ("satellites.².arc_length=3", "there is no satellites.² in the scenario"),
         ("satellites." + "9" * 5000 + ".arc_length=3", "in the scenario"),
         ("seed=0x" + "f" * 5000, "found Infinity"),
+        ("seed=" + "9" * 20, "it is too large for a whole number"),
         ("satellites.7.arc_length=3", "there is no satellites.7 in the scenario"),
         ("satellites.first.arc_length=3", "there is no satellites.first in the scenario"),
         ("name.first=3", "there is no name.first in the scenario"),

@@ -109,11 +109,13 @@ def run(
         typer.Option("--measure", help="Also measure a bare message there and back between two processes."),
     ] = False,
     rate: Annotated[
-        float,
+        float | None,
         typer.Option(
-            min=1e-3, max=1e6, help="With --mode realtime: simulated seconds in a second of the wall clock."
+            min=1e-3,
+            max=1e6,
+            help="With --mode realtime: simulated seconds in a second of the wall clock; by default 1.",
         ),
-    ] = 1.0,
+    ] = None,
     restart: Annotated[
         bool, typer.Option("--restart", help="Start satellites again that are lost, from their checkpoints.")
     ] = False,
@@ -149,6 +151,8 @@ def run(
     ] = False,
 ) -> None:
     """Fly a scenario, keep the flight and judge it by what the scenario expects."""
+    if rate is not None and mode is not RunMode.REALTIME:
+        raise CommandError(f"--rate is for the wall clock: --mode {mode.value} has none, --mode realtime has")
     if mode is not RunMode.INPROCESS:
         from satform_tools import ros
 
@@ -161,7 +165,7 @@ def run(
     from satform_tools import catalogue, names, running, tables
 
     flown = catalogue.load(scenario, changes or (), seed)
-    clock = rate if mode is RunMode.REALTIME else 0.0
+    clock = (rate or 1.0) if mode is RunMode.REALTIME else 0.0
     manner = running.Manner(
         measure=measure,
         group=group,

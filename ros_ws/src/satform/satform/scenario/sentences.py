@@ -183,6 +183,8 @@ def _rule(details: ErrorDetails, context: Mapping[str, Any]) -> str:
         return f"has more than the {context['max_length']} entries that are allowed"
     if kind == "string_pattern_mismatch":
         return f"should consist of {_NAME_RULE}"
+    if kind == "int_parsing_size":
+        return "is too large for a whole number"
     if kind in {"float_parsing", "int_parsing", "float_type", "int_type"}:
         return "should be a whole number" if kind.startswith("int") else A_NUMBER
     return details["msg"].removeprefix("Input ").removeprefix("String ")
