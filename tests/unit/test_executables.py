@@ -27,12 +27,14 @@ def started(program: str, *words: str, first_on_path: Path | None = None) -> sub
 def endless_import(tmp_path: Path) -> Path:
     """A folder whose `rclpy` says when its import begins, and never comes to its end."""
     module = tmp_path / "rclpy.py"
-    module.write_text("import signal, sys\nprint('importing', flush=True)\nwhile True:\n    signal.pause()\n")
+    # Not for ever in one call: a signal just before it would be handled only after the next one.
+    endless = "while True:\n    select.select([], [], [], 0.1)\n"
+    module.write_text(f"import select\nprint('importing', flush=True)\n{endless}")
     return tmp_path
 
 
-@pytest.mark.parametrize("program", ["plant_node", "satellite_node", "recorder_node"])
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("program", ["plant_node", "satellite_node"])
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize(("words", "code"), [((), 130), (("--ros-args", "-p", "stopped_exit_code:=0"), 0)])
 def test_a_node_that_is_stopped_while_it_imports_ends_without_a_traceback(
     program: str, stop: signal.Signals, words: tuple[str, ...], code: int, endless_import: Path

@@ -25,6 +25,7 @@ from satform.checkpoint import restore
 from satform.numpy_archive import ArchiveError, read_archive
 from satform.satellite import Satellite, flight_plan
 from satform.simulate import simulate
+from satform_nodes import bag_records
 from satform_nodes.bag_reader import BagError, read_bag
 from satform_nodes.bag_records import LEAST_EXPANDED
 from satform_tools import cli, folders
@@ -180,8 +181,19 @@ def test_a_few_bytes_that_expand_to_gigabytes_are_refused(
     with bounded():
         assert cli.main(["report", str(file)]) == 2
     said = capsys.readouterr().err
-    assert "expand to more than" in said or "than the" in said
+    assert any(words in said for words in ("expand to more than", "than the", "a chunk of it holds"))
     assert said.count("\n") == 1
+
+
+def test_a_chunk_too_large_for_memory_is_refused_however_large_its_file_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bag_records, "LEAST_EXPANDED", 2**40)
+    file = bag(tmp_path / "large.mcap", bytes(1000), "zstd", 2**29)
+    assert cli.main(["report", str(file)]) == 2
+    assert (
+        "a chunk of it holds 536870912 bytes; 268435456 is the most that is read" in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("compression", ["zstd", "lz4", "none"])

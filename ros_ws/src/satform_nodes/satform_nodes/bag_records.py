@@ -24,6 +24,9 @@ LEAST_EXPANDED = 64 * 2**20
 MOST_EXPANSION = 100
 """By how much a larger file may expand."""
 
+LARGEST_CHUNK = 256 * 2**20
+"""Bytes of one chunk, which is held in memory as a whole; recorders make chunks of some megabytes at most."""
+
 _PIECE = 2**20
 """Bytes that are expanded at a time."""
 
@@ -55,6 +58,11 @@ def records(file: Path) -> Iterator[Any]:
             if not isinstance(record, Chunk):
                 yield record
                 continue
+            if record.uncompressed_size > LARGEST_CHUNK:
+                raise ExpansionError(
+                    f"a chunk of it holds {record.uncompressed_size} bytes; "
+                    f"{LARGEST_CHUNK} is the most that is read"
+                )
             data = _expanded(record, left)
             if data is None:
                 raise ExpansionError(

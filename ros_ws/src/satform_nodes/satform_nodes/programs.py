@@ -44,8 +44,10 @@ def _leave(_number: int, _frame: object) -> None:
 
 def _start(program: str) -> int:
     # Until the node itself handles them.
-    for number in (_signal.SIGINT, _signal.SIGTERM):
-        _signal.signal(number, _leave)
+    for number in (_signal.SIGINT, _signal.SIGTERM, _signal.SIGHUP):
+        # A SIGHUP that the parent ignores, as nohup does, stays ignored.
+        if number != _signal.SIGHUP or _signal.getsignal(number) != _signal.SIG_IGN:
+            _signal.signal(number, _leave)
     if sys.flags.no_site:
         import site  # noqa: PLC0415
 
