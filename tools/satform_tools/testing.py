@@ -21,8 +21,8 @@ _TYPED = (
     "tools/satform_setup",
 )
 
-_BESIDE = ("tests/whole_flights", "tests/commands", "tests/setup")
-"""Long flights in one process, commands that are started as processes, and the set-up."""
+_BESIDE = ("tests/whole_flights", "tests/commands", "tests/fuzz", "tests/setup")
+"""Long flights in one process, commands as a whole, damaged input by the thousand, and the set-up."""
 
 _LEAST = ("nice", "-n", "19")
 """Gives a process what of the processor nobody else wants."""

@@ -2,7 +2,7 @@
 
 What it accepts is then shown and advised on, which has to succeed too. Some two hundred examples, always
 the same, are tried with the other tests, so that what is mended stays so; ten thousand others, in a
-quarter of an hour, by `SATFORM_FUZZ=10000 ./tools/satform test tests/unit/test_scenario_fuzz.py`.
+quarter of an hour, by `SATFORM_FUZZ=10000 ./tools/satform test tests/fuzz/test_scenario_fuzz.py`.
 """
 
 import copy
