@@ -43,7 +43,10 @@ def test_a_node_that_is_stopped_while_it_imports_ends_without_a_traceback(
     assert process.stdout is not None
     assert process.stdout.readline() == "importing\n"
     process.send_signal(stop)
-    _, err = process.communicate(timeout=60)
+    try:
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert err == ""
     assert process.returncode == code
 

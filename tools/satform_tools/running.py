@@ -85,7 +85,7 @@ def run(
 
 
 def _kept(outcome: Outcome) -> Outcome:
-    """Write the result; where that cannot be done the outcome says so, and is told all the same."""
+    """Write the result; where that cannot be done the outcome says so, and is printed all the same."""
     try:
         outcome.write(outcome.folder / folders.RESULT)
     except OSError as error:
@@ -158,7 +158,7 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
 
 
 def _keep_record(flight: FlightRecord, folder: Path) -> str:
-    """Keep a flight; a sentence where that cannot be done, since what was flown is told all the same."""
+    """Keep a flight; a sentence where that cannot be done, since the flight is judged all the same."""
     try:
         folders.save_record(flight, folder / folders.RECORD)
     except OSError as error:

@@ -132,7 +132,7 @@ def hold(number: int, namespace: str = "") -> int | None:
     held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         held.bind(f"{ABSTRACT}{number}{namespace.rstrip('/')}")
-        # Whoever wants to know who has it connects, and is told by the kernel.
+        # A process that connects learns from the kernel who holds it.
         held.listen(_BACKLOG)
     except OSError as error:
         held.close()

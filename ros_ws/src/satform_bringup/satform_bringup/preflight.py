@@ -43,7 +43,7 @@ RANGES = ("LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
 """Values of `ROS_AUTOMATIC_DISCOVERY_RANGE` with which nodes find each other."""
 
 _FILES_OF_A_PROCESS, _FILES_OF_A_RUN = 6, 64
-"""Open files that whoever starts a run has for each process, and for itself."""
+"""Open files that the process that starts a run needs for each node process, and for itself."""
 
 _FEWEST_FILES = 256
 """Open files that a node may have at least: its sockets, libraries and threads."""

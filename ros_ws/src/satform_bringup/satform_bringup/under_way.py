@@ -59,7 +59,7 @@ def describe(domain: int, scenario: str, folder: Path) -> None:
         RuntimeFolderError: the user's folder for it is another user's, or open to others.
     """
     run = RunUnderWay(domain, scenario, str(folder.absolute()), os.getpid(), _started(os.getpid()) or 0)
-    # Without room for the description the run flies all the same; whoever looks in then names the domain.
+    # Without room for the description the run flies all the same; observers then name the domain.
     with suppress(OSError):
         for name in set(runtime_folder.names()) - {_name_of(other) for other in runs_under_way()}:
             # What killed runs have left.
