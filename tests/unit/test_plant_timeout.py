@@ -31,5 +31,5 @@ def test_the_pages_say_so() -> None:
     described = Scenario.model_fields["tolerated_silence"].description
     assert described is not None
     assert "a silent plant after twice that" in " ".join(described.split())
-    for page in ("architecture.md", "trust.md", "hosts.md"):
+    for page in ("architecture.md", "verification.md", "multi_host.md"):
         assert "twice that" in (DOCS / page).read_text(encoding="utf-8")
