@@ -1,4 +1,4 @@
-"""The table and the figure of docs/scaling.md: what grows with the number of satellites."""
+"""The table and the figure of docs/scaling.md: cost by number of satellites."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from satform_tools.benchmarks.scaling import OverDds, over_dds, ring
 from satform_tools.faults import CommandError
 
 COUNTS = (3, 8, 16, 32, 64, 128, 256, 1000)
-"""Satellites of the flights."""
+"""Numbers of satellites that are flown."""
 
 GRAPHS = {"ring": "ring", "random, degree 4": "random_regular, degree: 4"}
 
 MOST_PROCESSES = 64
-"""Satellites up to which each is flown as a process of its own, too."""
+"""Largest number of satellites that is also flown with one process each."""
 
 PROCESSES_OF_GROUPS = 2
-"""Processes that the satellites of a grouped flight share, at least."""
+"""Smallest number of satellite processes of a grouped flight."""
 
 LARGEST_GROUP = 100
-"""Satellites of a process at most: the time that a node takes to be made grows with those made before it."""
+"""Largest number of satellites per process: creating a node takes longer the more nodes the process has."""
 
 _DOCS = Path(__file__).resolve().parents[2] / "docs"
 _PAGE, _FIGURE = _DOCS / "scaling.md", _DOCS / "scaling.png"
@@ -30,26 +30,26 @@ _BEGIN, _END = "<!-- measured: begin -->", "<!-- measured: end -->"
 _HEADINGS = (
     "satellites",
     "graph",
-    "processes of satellites",
+    "satellite processes",
     "steps/s",
-    "processor time of a step",
-    "start",
-    "memory of a process",
-    "of a satellite",
+    "CPU time per step",
+    "start-up",
+    "memory per process",
+    "memory per satellite",
 )
 
 
 @dataclass(frozen=True)
 class Row:
-    """A flight of the table.
+    """One flight of the table.
 
     Attributes:
-        satellites: how many.
-        graph: in words.
-        group: satellites to a process.
-        flown: what was measured; None when it did not fly.
-        reason: why it did not.
-        load: of the machine right after, processes.
+        satellites: number of satellites.
+        graph: its name in the table.
+        group: satellites per process.
+        flown: the measurement; None if the flight failed.
+        reason: why the flight failed.
+        load: load average of the machine after the flight, processes.
     """
 
     satellites: int
@@ -60,11 +60,11 @@ class Row:
     load: float
 
     def cells(self) -> tuple[str, ...]:
-        """As text, by the headings."""
+        """The row as text, one cell per heading."""
         processes = -(-self.satellites // self.group)
         words = (str(self.satellites), self.graph, str(processes))
         if self.flown is None:
-            return (*words, f"did not fly: {self.reason[:120]}", "", "", "", "")
+            return (*words, f"not flown: {self.reason[:120]}", "", "", "", "")
         memory = self.flown.memory_per_process / 1e6
         return (
             *words,
@@ -77,11 +77,11 @@ class Row:
 
 
 def measure(counts: Sequence[int], steps: int) -> Iterator[Row]:
-    """Fly formations of each size on each graph, as processes and as groups, and print each as it is done.
+    """Fly formations of each size on each graph, grouped and one process each, and print each result.
 
     Args:
-        counts: satellites of each.
-        steps: of each flight; those of many satellites fly fewer, so that it ends.
+        counts: numbers of satellites.
+        steps: steps of each flight; from 100 satellites on 20, to bound the duration.
     """
     for count in counts:
         together = min(-(-count // PROCESSES_OF_GROUPS), LARGEST_GROUP)
@@ -108,10 +108,10 @@ def _load() -> float:
 
 
 def write(rows: Sequence[Row]) -> None:
-    """Put the rows into docs/scaling.md, between its marks, and draw them beside it.
+    """Write the rows into docs/scaling.md, between its marks, and draw the figure beside it.
 
     Raises:
-        CommandError: the page is not there, or has no marks.
+        CommandError: the page cannot be read, or has no marks.
     """
     try:
         text = _PAGE.read_text(encoding="utf-8")
@@ -131,7 +131,7 @@ def write(rows: Sequence[Row]) -> None:
         "|" + "---|" * len(_HEADINGS),
         *("| " + " | ".join(row.cells()) + " |" for row in rows),
     ]
-    picture = "![Processor time of a step and start by number of satellites](scaling.png)"
+    picture = "![CPU time per step and start-up by number of satellites](scaling.png)"
     _PAGE.write_text(f"{before}{begin}\n{chr(10).join(table)}\n\n{picture}\n{end}{after}", encoding="utf-8")
     _draw(rows)
 
@@ -146,12 +146,12 @@ def _draw(rows: Sequence[Row]) -> None:
             own = [row for row in rows if row.flown and row.graph == words and (row.group > 1) == grouped]
             if not own:
                 continue
-            label = f"{words}, {'in groups' if grouped else 'a process each'}"
+            label = f"{words}, {'grouped' if grouped else 'one process each'}"
             counts = [row.satellites for row in own]
             style = "o--" if grouped else "o-"
             left.plot(counts, [1e3 * r.flown.processor_per_step for r in own if r.flown], style, label=label)
             right.plot(counts, [r.flown.start_seconds for r in own if r.flown], style, label=label)
-    for axes, title in ((left, "processor time of a step, ms"), (right, "start, s")):
+    for axes, title in ((left, "CPU time per step, ms"), (right, "start-up, s")):
         axes.set(xscale="log", yscale="log", xlabel="satellites", title=title)
         axes.grid(visible=True, alpha=0.3)
     left.legend(fontsize=8)
