@@ -1,4 +1,4 @@
-"""A spring and a damper between the satellite and its reference."""
+"""A control law with a spring and a damper between the satellite and its reference."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -13,10 +13,10 @@ from satform.spec import PositivePerAxis
 
 @dataclass(frozen=True)
 class SpringDamper(Memoryless):
-    """The control law; arrays of shape (..., 3), so that many satellites can fly as one."""
+    """The control law; arrays of shape (..., 3), with satellites on the leading axes."""
 
-    stiffness: Array
-    damping: Array
+    stiffness: Array  # 1/s^2
+    damping: Array  # 1/s
 
     def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         spring = self.stiffness * (motion.position - reference.position)
