@@ -1,8 +1,7 @@
-"""Whether a formation's part in this container is alive: some process listens for DDS discovery.
+"""Health check of a container: healthy while a process in it listens for DDS discovery.
 
-Every DDS participant holds a UDP port that follows from its domain and its number, for as long as it
-is there, also while it waits for the others. A container has a network of its own, so that a port of
-that kind is one of ours.
+Every DDS participant binds a UDP port that follows from its domain and participant number, also while it
+waits for the other nodes. A container has its own network, so such a port belongs to the flight.
 """
 
 import os
@@ -11,18 +10,18 @@ from pathlib import Path
 
 FIRST_PORT, PORTS_OF_A_DOMAIN, DISCOVERY = 7400, 250, 10
 PARTICIPANTS = 120
-"""As many as have ports in a domain."""
+"""Participants of a domain that have ports."""
 
 
 def discovery_ports(table: str, domain: int | None = None) -> list[int]:
-    """Ports in a table of UDP sockets on which a DDS participant waits to be found.
+    """Find the DDS discovery ports in a table of UDP sockets.
 
     Args:
-        table: as in `/proc/net/udp`.
-        domain: DDS domain; any when None.
+        table: text in the form of `/proc/net/udp`.
+        domain: DDS domain; None for any.
 
     Returns:
-        The ports, in order.
+        The bound discovery ports, ascending.
     """
     bound = {int(row.split()[1].rpartition(":")[2], 16) for row in table.splitlines()[1:] if row.strip()}
     return sorted(port for port in bound if _is_discovery(port, domain))

@@ -12,7 +12,7 @@ COPY requirements.txt ./
 COPY tools tools
 COPY ros_ws ros_ws
 COPY scenarios scenarios
-# The check also compiles what every start loads; the build folder is for those who go on developing.
+# The check also compiles the modules that every start imports. The build folder is needed for development only.
 RUN ./tools/satform setup \
  && ./tools/satform check triangle \
  && rm -rf ros_ws/build ros_ws/log .venv/setup.log
@@ -21,7 +21,7 @@ FROM python:3.12-slim-bookworm
 RUN useradd --create-home --uid 10001 satform
 COPY --from=build /satform /satform
 COPY docker/health.py /satform/docker/health.py
-# Only flights are written, and only there.
+# The only writable folder beside /tmp.
 RUN install --directory --owner satform --group satform /satform/runs
 WORKDIR /satform
 USER 10001

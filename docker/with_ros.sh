@@ -1,4 +1,4 @@
 #!/bin/bash
-# Runs its arguments with ROS 2 sourced.
+# Run the arguments in an environment with ROS 2 sourced.
 source /opt/ros/jazzy/setup.bash
 exec "$@"
