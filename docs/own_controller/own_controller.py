@@ -5,10 +5,10 @@ from typing import Literal
 
 import numpy as np
 
+from satform.common.spec import PositivePerAxis
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
-from satform.elementwise import Array
-from satform.reference import Reference
-from satform.spec import PositivePerAxis
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Reference
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,11 @@ from hypothesis import strategies as st
 
 from flights import SCENARIOS
 from satform.scenario import Scenario, ScenarioError, load_scenario, parse_scenario
-from satform.scenario.load import MAXIMUM_PROBLEMS
+from satform.scenario.loader import MAXIMUM_PROBLEMS
 from satform.scenario.yaml_reader import plain, read_tree
-from satform_tools import say, showing
+from satform_tools import console
 from satform_tools.check import warnings
+from satform_tools.describe import scenario as describe_scenario
 
 ASKED = int(os.environ.get("SATFORM_FUZZ", "0"))
 FILES = sorted(SCENARIOS.glob("*.yaml"))
@@ -86,7 +87,7 @@ def judge(read: Any) -> None:
             refused = error
         else:
             warnings(scenario)
-            json.loads(say.to_json(showing.describe(scenario)))
+            json.loads(console.to_json(describe_scenario.describe(scenario)))
             assert parse_scenario(scenario.to_json()).digest() == scenario.digest()
     if refused is not None:
         assert 0 < len(refused.problems) <= MAXIMUM_PROBLEMS + 1

@@ -157,10 +157,15 @@ def _require_own_folder(layout: Layout) -> None:
 
 
 _OFTEN_IMPORTED = (
-    *("satform_nodes.everything", "satform_nodes.bag_reader", "satform_bringup.supervise"),
-    *("satform_tools.cli", "satform_tools.running", "satform_tools.reporting", "satform_tools.gallery"),
-    *("satform_tools.replaying", "satform_tools.security.keystore"),
-    *("satform.dynamics.inertial", "satform.dynamics.cw_perturbed", "satform.attitude_metrics"),
+    *("satform_nodes.runtime.preload", "satform_nodes.bag.reader", "satform_bringup.supervisor.run"),
+    *(
+        "satform_tools.cli.main",
+        "satform_tools.run.command",
+        "satform_tools.report.command",
+        "satform_tools.report.gallery",
+    ),
+    *("satform_tools.run.replay", "satform_tools.security.keystore"),
+    *("satform.dynamics.inertial", "satform.dynamics.cw_perturbed", "satform.evaluation.attitude"),
     *("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.signal", "scipy.stats"),
     *(
         "scipy.spatial.transform",

@@ -3,7 +3,8 @@
 import sys
 
 try:
-    from satform_tools import output_streams, resource_limits
+    from satform_tools import output_streams
+    from satform_tools.run import resource_limits
 
     # Before anything is opened.
     output_streams.prepare()
@@ -11,7 +12,7 @@ try:
     if too_low:
         sys.stderr.write(f"satform: {too_low}\n")
         sys.exit(2)
-    from satform_tools.cli import main
+    from satform_tools.cli.main import main
 
     sys.exit(main())
 except KeyboardInterrupt:
@@ -19,7 +20,7 @@ except KeyboardInterrupt:
     sys.exit(130)
 except (ImportError, MemoryError, OSError, RuntimeError) as error:
     # The program itself cannot be loaded, as where memory is limited.
-    from satform_tools.faults import fault_sentences
+    from satform_tools.errors import fault_sentences
 
     sentences = fault_sentences(error)
     if not sentences:

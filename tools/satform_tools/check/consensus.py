@@ -1,11 +1,11 @@
 """Warnings about the communication graph and the agreement on it: connection, periods, faulty neighbours."""
 
 from satform.consensus.arc_length import ArcLengthGainsSpec
+from satform.consensus.byzantine_robustness import promise
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec
-from satform.consensus.robustness import promise
 from satform.consensus.stability import Gains, delay_margin
-from satform.formation import planned, rewirings
-from satform.satellite import flight_plan
+from satform.flight.satellite import flight_plan
+from satform.membership.state import planned, rewirings
 from satform.scenario import Scenario
 
 _SAME_PERIOD = 1e-9

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from satform.communication.channel_model import LinkSpec
 from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.graph import Graph
 from satform.consensus.stability import Gains, delay_margin
-from satform.faults import SatelliteLostSpec
-from satform.formation import Back, Formation, planned, rewirings
-from satform.links import LinkSpec
+from satform.membership.faults import SatelliteLostSpec
+from satform.membership.state import Back, Formation, planned, rewirings
 from satform.scenario import Scenario
 
 _LONG = 0.25

@@ -5,9 +5,9 @@ import numpy as np
 from satform.control.protocol import Motion
 from satform.dynamics import cw
 from satform.dynamics.protocol import DynamicsSetting
-from satform.elementwise import Array
-from satform.navigation import Estimator
-from satform.satellite import flight_plan
+from satform.equipment.navigation import Estimator
+from satform.flight.satellite import flight_plan
+from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 
 _PLACES = 8

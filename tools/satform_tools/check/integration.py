@@ -6,7 +6,7 @@ import numpy as np
 
 from satform.dynamics.integration_error import IntegrationError, integration_error
 from satform.dynamics.models import CwPerturbedDynamicsSpec, FixedStepSpec, InertialDynamicsSpec
-from satform.satellite import motion_at_start
+from satform.flight.satellite import motion_at_start
 from satform.scenario import Scenario
 from satform_tools.check.linearisation import chief_orbit
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.control.pointing import SHORTEST_SIGHT, AttitudeReference, GroundPointing
-from satform.control.satellite_pointing import SatellitePointingSpec, inertial_line
-from satform.control.yaw_steering import SUN_CONE
-from satform.elementwise import Array
-from satform.reference import Path, Reference
-from satform.satellite import FlightPlan, flight_plan
+from satform.attitude.ground_pointing import SHORTEST_SIGHT, AttitudeReference, GroundPointing
+from satform.attitude.satellite_pointing import SatellitePointingSpec, inertial_line
+from satform.attitude.yaw_steering import SUN_CONE
+from satform.flight.satellite import FlightPlan, flight_plan
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Path, Reference
 from satform.scenario import Scenario
 
 _SAMPLES = 4000

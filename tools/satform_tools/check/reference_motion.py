@@ -1,7 +1,7 @@
 """What steady motion along its path asks of each satellite of a scenario."""
 
-from satform.reference import SteadyMotion, steady_motion
-from satform.satellite import flight_plan
+from satform.flight.satellite import flight_plan
+from satform.orbits.path_reference import SteadyMotion, steady_motion
 from satform.scenario import Scenario
 
 

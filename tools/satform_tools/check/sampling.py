@@ -1,6 +1,6 @@
 """Warnings about loops that are closed once a step and do not decay at that step."""
 
-from satform.sampled_loops import SampledLoop, sampled_loops
+from satform.evaluation.sampled_loops import SampledLoop, sampled_loops
 from satform.scenario import Scenario
 from satform_tools.check.wording import listed
 

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from satform.consensus.graph import Graph
-from satform.control.distance import AdaptiveDistanceSpec
-from satform.elementwise import Array
+from satform.control.artificial_potential import AdaptiveDistanceSpec
 from satform.flight.limits import LimitCheck
-from satform.plant import Plant
-from satform.satellite import flight_plan, motion_at_start
+from satform.flight.plant import Plant
+from satform.flight.satellite import flight_plan, motion_at_start
+from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 
 _MOST_PAIRS = 20_000

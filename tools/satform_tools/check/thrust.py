@@ -4,17 +4,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from satform.control.distance import AdaptiveDistanceSpec
+from satform.control.artificial_potential import AdaptiveDistanceSpec
 from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControllerSpec
-from satform.control.waypoints import TimedBurnsSpec
-from satform.elementwise import Array
-from satform.satellite import flight_setting
+from satform.equipment.thruster import ThrusterSpec
+from satform.flight.satellite import flight_setting
+from satform.flight.simulate import simulate
+from satform.numeric.elementwise import Array
+from satform.planning.impulsive_guidance import TimedBurnsSpec
 from satform.scenario import Scenario
 from satform.scenario.model import Timing
-from satform.simulate import simulate
-from satform.thruster import ThrusterSpec
 
 _IMPULSIVE = frozenset({"impulse", "timed_burns"})
 """Laws whose commands are burns: one that is clipped is a burn of the wrong size."""

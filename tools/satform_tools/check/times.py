@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from typing import TypeAlias
 
+from satform.communication.channel_model import LinkSpec
 from satform.control.protocol import ControllerSpec
-from satform.control.waypoints import ImpulseSpec, TimedBurnsSpec
-from satform.expectation import AtTime
-from satform.faults import step_at
-from satform.links import LinkSpec
+from satform.evaluation.expectation import AtTime
+from satform.membership.faults import step_at
+from satform.planning.impulsive_guidance import ImpulseSpec, TimedBurnsSpec
 from satform.scenario import Scenario
 
 _SLACK = 1e-6

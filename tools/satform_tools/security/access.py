@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from satform.channels import PLANT, RECORDER, channels
+from satform.communication.topic_graph import PLANT, RECORDER, channels
 from satform.scenario import Scenario
-from satform_bringup.security import ENCLAVES
+from satform_bringup.deployment.security import ENCLAVES
 
 OPERATOR = "operator"
 """Enclave of the person who looks in and changes gains: hears everything, says nothing to the flight."""
@@ -57,7 +57,7 @@ def accesses(scenario: Scenario) -> list[Access]:
     Returns:
         Plant, satellites in their order, recorder, operator.
     """
-    from satform_nodes import services  # noqa: PLC0415 - needs ROS
+    from satform_nodes.plant import services  # noqa: PLC0415 - needs ROS
 
     offers = (services.PAUSE, services.RESUME, services.STEP, services.STOP, services.SET_GRAPH)
     names = [PLANT, *(satellite.name for satellite in scenario.satellites), RECORDER]

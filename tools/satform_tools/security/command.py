@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from satform.scenario import Scenario
-from satform_tools import ros, say
-from satform_tools.say import Table
+from satform_tools import console
+from satform_tools.console import Table
+from satform_tools.run import ros
 from satform_tools.security.access import OPERATOR
 from satform_tools.security.documents import ANY_DOMAIN
 from satform_tools.security.keystore import POLICIES, make
@@ -27,7 +28,7 @@ def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, 
     folder = (out or Path("keystores") / scenario.name).absolute()
     granted = make(scenario, folder, days, ANY_DOMAIN if domain is None else (domain, domain))
     if as_json:
-        say.as_json(
+        console.as_json(
             {
                 "keystore": str(folder),
                 "enclaves": {
@@ -42,9 +43,11 @@ def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, 
         for access in granted
         if access.node not in {OPERATOR, "recorder"}
     ]
-    say.table(Table(("enclave", "says", "hears"), rows, frozenset({1})))
-    say.line(f"{granted[-1].enclave} hears everything and may call the services of all nodes")
-    say.line(
+    console.table(Table(("enclave", "says", "hears"), rows, frozenset({1})))
+    console.line(f"{granted[-1].enclave} hears everything and may call the services of all nodes")
+    console.line(
         f"kept in {folder}: {POLICIES}, and for each enclave its key, certificate and signed permissions"
     )
-    say.line("whoever has private/ca.key.pem can let others in; it is not needed to fly: keep it elsewhere")
+    console.line(
+        "whoever has private/ca.key.pem can let others in; it is not needed to fly: keep it elsewhere"
+    )

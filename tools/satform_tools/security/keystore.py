@@ -12,7 +12,7 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 from cryptography.x509.oid import NameOID
 
 from satform.scenario import Scenario
-from satform_tools.faults import CommandError, sentence_of
+from satform_tools.errors import CommandError, sentence_of
 from satform_tools.security import documents
 from satform_tools.security.access import Access, accesses
 

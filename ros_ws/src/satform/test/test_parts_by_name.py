@@ -2,7 +2,7 @@
 
 from importlib.metadata import distribution
 
-from satform.spec import Spec
+from satform.common.spec import Spec
 
 PARTS = [entry for entry in distribution("satform").entry_points if entry.group.startswith("satform.")]
 

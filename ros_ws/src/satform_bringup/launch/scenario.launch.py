@@ -14,15 +14,16 @@ from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutd
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from satform.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
-from satform.faults import SatelliteLostSpec
+from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
+from satform.membership.faults import SatelliteLostSpec
 from satform.scenario import Scenario, load_scenario, save_scenario
-from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE, discovery, preflight
-from satform_bringup.launch_report import refuse_unknown_arguments, result
-from satform_bringup.processes import NodeProcess, processes
-from satform_bringup.under_way import hold_shell_domain
-from satform_bringup.watch import FAREWELL
-from satform_nodes.start_parameters import STOPPED_EXIT_CODE
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
+from satform_bringup.deployment import local_discovery, preflight
+from satform_bringup.supervisor.launch_report import refuse_unknown_arguments, result
+from satform_bringup.supervisor.node_processes import NodeProcess, processes
+from satform_bringup.supervisor.run_registry import hold_shell_domain
+from satform_bringup.supervisor.supervisor import FAREWELL
+from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE
 
 ARGUMENTS = ("scenario", "mode", "rate", "set", "record", "out", "group", "display")
 
@@ -93,7 +94,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
     )
     preflight.require(len(started))
     preflight.neutralise()
-    environment = discovery.variables(len(started), len(scenario.satellites), out)
+    environment = local_discovery.variables(len(started), len(scenario.satellites), out)
     environment |= preflight.log_variables(out)
     flight = _Flight(scenario, bag, environment)
     return [_node(process, flight) for process in started]

@@ -9,7 +9,16 @@ import os
 import sys
 
 _DONE, _STOPPED = 0, 130
-"""As in `satform.exit_codes`."""
+"""As in `satform.common.exit_codes`."""
+
+MODULES = {
+    "plant_node": "satform_nodes.plant.node",
+    "satellite_node": "satform_nodes.satellite.node",
+    "group_node": "satform_nodes.satellite.group_node",
+    "recorder_node": "satform_nodes.recorder.node",
+    "display_node": "satform_nodes.display.node",
+}
+"""Module of each executable; its function `main` runs the node."""
 
 
 def plant_node() -> int:
@@ -56,6 +65,6 @@ def _start(program: str) -> int:
 
     own = sys.argv[1 : sys.argv.index("--ros-args")] if "--ros-args" in sys.argv else sys.argv[1:]
     if {"-h", "--help"}.intersection(own):
-        sys.stdout.write(importlib.import_module("satform_nodes.start_parameters").help_of(program))
+        sys.stdout.write(importlib.import_module("satform_nodes.runtime.start_parameters").help_of(program))
         return _DONE
-    return int(importlib.import_module(f"satform_nodes.{program}").main())
+    return int(importlib.import_module(MODULES[program]).main())

@@ -7,7 +7,7 @@ import pytest
 from ament_index_python.packages import get_package_prefix
 
 from satform_nodes import programs
-from satform_nodes.start_parameters import PROGRAMS
+from satform_nodes.runtime.start_parameters import PROGRAMS
 
 
 @pytest.mark.parametrize("name", sorted(PROGRAMS))

@@ -1,1 +1,1 @@
-"""What satellites agree on, and with whom: communication graphs and consensus laws."""
+"""Communication graphs and consensus laws on the generalised arc length. Imports `control` and below."""

@@ -12,8 +12,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.elementwise import Array, column
-from satform.spec import Positive, Spec
+from satform.common.spec import Positive, Spec
+from satform.numeric.elementwise import Array, column
 
 NeighbourValues = Literal["hold", "extrapolate"]
 ArcLengthSource = Literal["reference", "projected"]

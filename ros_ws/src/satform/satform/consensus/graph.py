@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
-from satform.elementwise import Array
-from satform.spec import Spec
+from satform.common.spec import Spec
+from satform.numeric.elementwise import Array
 
 MAXIMUM_SPECTRUM = 1_500
 """Satellites up to which eigenvalues are worth their time, which grows with the third power."""

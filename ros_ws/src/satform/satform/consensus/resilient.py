@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from satform.consensus.arc_length import ArcLengthConsensus, ArcLengthGainsSpec, Heard
-from satform.elementwise import Array
+from satform.numeric.elementwise import Array
 
 _SLACK = 1e-9
 """Relative, for gains whose product is meant to be the bound itself."""

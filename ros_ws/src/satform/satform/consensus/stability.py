@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from satform.consensus.arc_length import NeighbourValues
 from satform.consensus.graph import Graph
-from satform.elementwise import Array
+from satform.numeric.elementwise import Array
 
 Complex = NDArray[np.complex128]
 

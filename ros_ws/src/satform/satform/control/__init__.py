@@ -1,1 +1,4 @@
-"""Control laws of a single satellite."""
+"""Control laws of a single satellite, and the protocol that they implement.
+
+Imports `dynamics` and below.
+"""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.control.protocol import ControlStep, FlightSetting, Motion
-from satform.elementwise import Array, norm
+from satform.numeric.elementwise import Array, norm
 
 
 @dataclass(frozen=True)

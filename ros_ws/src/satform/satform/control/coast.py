@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
-from satform.reference import Reference
+from satform.orbits.path_reference import Reference
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from satform.common.spec import NonNegativePerAxis, PositivePerAxis
 from satform.control.anti_windup import Saturation
-from satform.control.hill_pd import HillPdSpec
+from satform.control.feedback_linearisation import HillPdSpec
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import (
@@ -19,12 +20,11 @@ from satform.control.protocol import (
     Gap,
     Motion,
 )
-from satform.control.roe import ElementControlSpec
+from satform.control.relative_elements import ElementControlSpec
 from satform.control.sampled_stability import closed_loop, require_stable_hold
 from satform.control.sliding_mode import SlidingModeSpec
-from satform.elementwise import Array
-from satform.reference import Reference
-from satform.spec import NonNegativePerAxis, PositivePerAxis
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Reference
 
 
 @dataclass(frozen=True)

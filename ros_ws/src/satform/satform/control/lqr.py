@@ -5,13 +5,13 @@ from typing import Literal
 
 import numpy as np
 
+from satform.common.spec import NonNegativePerAxis, PositivePerAxis
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
 from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.dynamics.linear import coupling
-from satform.elementwise import Array
-from satform.reference import Reference
-from satform.spec import NonNegativePerAxis, PositivePerAxis
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Reference
 
 
 def linear_quadratic_gain(state: Array, command: Array, state_weight: Array, command_weight: Array) -> Array:

@@ -7,8 +7,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from satform.control.hill_pd import HillPdSpec
-from satform.control.integral import LqiSpec
+from satform.common.spec import Positive, Vector
+from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.lqi import LqiSpec
 from satform.control.lqr import LqrSpec
 from satform.control.protocol import (
     Action,
@@ -21,9 +22,8 @@ from satform.control.protocol import (
 )
 from satform.dynamics import cw
 from satform.dynamics.linear import multiply, position_matrix
-from satform.elementwise import Array
-from satform.reference import Reference
-from satform.spec import Positive, Vector
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Reference
 
 DecayRates = tuple[Positive, Positive, Positive, Positive, Positive, Positive]
 

@@ -4,9 +4,9 @@ import inspect
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
-from satform.elementwise import Array
-from satform.reference import Reference
-from satform.spec import Spec
+from satform.common.spec import Spec
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Reference
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from satform.control.attitude import AttitudeTracking
+from satform.attitude.tracking import AttitudeTracking
 from satform.control.protocol import (
     Controller,
     ControlStep,
@@ -22,9 +22,9 @@ from satform.control.protocol import (
     RelativeNeighbour,
 )
 from satform.dynamics import cw
-from satform.elementwise import Array
-from satform.navigation import Estimator
-from satform.reference import Reference
+from satform.equipment.navigation import Estimator
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Reference
 
 _PROBE = 1e-9
 """Size of a trial in SI units: within any boundary layer, and above what doubles resolve."""

@@ -5,11 +5,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from satform.common.spec import NonNegativePerAxis, PerAxis, PositivePerAxis
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Memoryless, Motion
 from satform.dynamics.cw import NaturalAcceleration, natural_acceleration
-from satform.elementwise import Array
-from satform.reference import Reference
-from satform.spec import NonNegativePerAxis, PerAxis, PositivePerAxis
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Reference
 
 _SMALLEST_NORMAL = float(np.finfo(np.float64).tiny)
 _AXES = ("x", "y", "z")

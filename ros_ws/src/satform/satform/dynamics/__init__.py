@@ -1,1 +1,4 @@
-"""How satellites move: orbital models and the accelerations that disturb them."""
+"""Truth dynamics models of relative motion: CW, perturbed CW, J2, inertial; forces and integrators.
+
+Imports `orbits` and below.
+"""

@@ -13,9 +13,9 @@ import brahe
 import numpy as np
 
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
-from satform.dynamics.earth_orientation import EarthOrientation
-from satform.elementwise import Array
-from satform.frames import EarthRotation, rotation_about_z
+from satform.numeric.elementwise import Array
+from satform.orbits.earth_orientation import EarthOrientation
+from satform.orbits.frames import EarthRotation, rotation_about_z
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from satform.spec import Spec
+from satform.common.spec import Spec
 
 
 class HarrisPriesterSpec(Spec):

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from satform.elementwise import Array
+from satform.numeric.elementwise import Array
 
 _SERIES_LIMIT = 2.0
 _SERIES_TERMS = 11

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.dynamics.cw import propagate
-from satform.earth import GRAVITATIONAL_PARAMETER
-from satform.elementwise import Array
-from satform.frames import chief_frame, lvlh_frame
+from satform.numeric.elementwise import Array
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER
+from satform.orbits.frames import chief_frame, lvlh_frame
 
 _SAMPLES = 48
 _CLOSED = 0.1

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from satform.dynamics.chief import CircularChief, semi_major_axis_of
 from satform.dynamics.forces import Gravity, gravitational_parameter, gravity_of
 from satform.dynamics.integrators import ExponentialStep, FixedStep, exponential_step, substeps
 from satform.dynamics.perturbations import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
-from satform.elementwise import Array, cross, dot
-from satform.frames import LvlhFrame, chief_frame
+from satform.numeric.elementwise import Array, cross, dot
+from satform.orbits.chief import CircularChief, semi_major_axis_of
+from satform.orbits.frames import LvlhFrame, chief_frame
 
 if TYPE_CHECKING:
     from satform.dynamics.models import CwPerturbedDynamicsSpec

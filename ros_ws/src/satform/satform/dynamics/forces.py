@@ -16,10 +16,10 @@ import brahe
 import numpy as np
 
 from satform.dynamics.atmosphere import Atmosphere, atmosphere_of
-from satform.dynamics.chief import as_utc, earth_angle_at
-from satform.dynamics.earth_orientation import EarthOrientation, from_file, without_file
-from satform.elementwise import Array, dot
-from satform.frames import ClosedEarthRotation, EarthRotation
+from satform.numeric.elementwise import Array, dot
+from satform.orbits.chief import as_utc, earth_angle_at
+from satform.orbits.earth_orientation import EarthOrientation, from_file, without_file
+from satform.orbits.frames import ClosedEarthRotation, EarthRotation
 
 if TYPE_CHECKING:
     from satform.dynamics.models import BodySpec, GravitySpec, InertialDynamicsSpec

@@ -17,8 +17,8 @@ from satform.dynamics.forces import (
 from satform.dynamics.integrators import Adaptive, FixedStep
 from satform.dynamics.perturbations import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
-from satform.elementwise import Array, norm
-from satform.frames import LvlhFrame, chief_axes, chief_frame
+from satform.numeric.elementwise import Array, norm
+from satform.orbits.frames import LvlhFrame, chief_axes, chief_frame
 
 if TYPE_CHECKING:
     from satform.dynamics.models import InertialDynamicsSpec
@@ -45,7 +45,7 @@ class InertialDynamics:
 
     Commands and perturbations are given in the chief's LVLH axes and turn with them inside the
     step. The LVLH velocity is taken in the frame that turns at the orbit rate (0, 0, h/r^2) or, with
-    `exact_rate`, as the frame truly turns; see `satform.frames`.
+    `exact_rate`, as the frame truly turns; see `satform.orbits.frames`.
 
     Attributes:
         period: control period, s.

@@ -7,9 +7,9 @@ import numpy as np
 
 from satform.dynamics.cw_error import ChiefOrbit, two_body
 from satform.dynamics.integrators import Adaptive, FixedStep, substeps
-from satform.earth import GRAVITATIONAL_PARAMETER
-from satform.elementwise import Array, dot
-from satform.frames import chief_frame
+from satform.numeric.elementwise import Array, dot
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER
+from satform.orbits.frames import chief_frame
 
 _MOST_STEPS = 400
 """Steps that are integrated; the error of shorter ones follows from the method's order."""

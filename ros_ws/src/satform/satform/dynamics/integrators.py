@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from satform.dynamics.cw import input_matrix, transition_matrix
-from satform.elementwise import Array
+from satform.numeric.elementwise import Array
 
 Derivative = Callable[[float, Array], Array]
 """Time in s and state of any shape, to the state's rate of change of the same shape."""

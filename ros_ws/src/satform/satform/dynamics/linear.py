@@ -3,7 +3,7 @@
 import numpy as np
 
 from satform.dynamics.cw import InPlaneCoupling
-from satform.elementwise import Array
+from satform.numeric.elementwise import Array
 
 
 def position_matrix() -> Array:

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from satform.dynamics.chief import semi_major_axis_of
 from satform.dynamics.cw import InPlaneCoupling, sinc, sine_remainder
 from satform.dynamics.perturbations import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
-from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
-from satform.elementwise import Array
+from satform.numeric.elementwise import Array
+from satform.orbits.chief import semi_major_axis_of
+from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
 
 if TYPE_CHECKING:
     from satform.dynamics.models import LinearJ2DynamicsSpec

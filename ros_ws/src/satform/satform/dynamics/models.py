@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from satform.common.spec import NonNegative, Plugin, Positive, Spec
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
-from satform.dynamics.chief import Angle, ChiefOrbitSpec
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
 from satform.dynamics.linear_j2 import LinearJ2Dynamics
 from satform.dynamics.linear_j2 import build as build_linear_j2
 from satform.dynamics.perturbations import Perturbation, PerturbationSetting, PerturbationSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec, total_perturbation
-from satform.elementwise import Array
-from satform.named_file import NamedFile
-from satform.spec import NonNegative, Plugin, Positive, Spec
+from satform.files.named_file import NamedFile
+from satform.numeric.elementwise import Array
+from satform.orbits.chief import Angle, ChiefOrbitSpec
 
 if TYPE_CHECKING:
     from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
@@ -131,7 +131,7 @@ class GravitySpec(Spec):
     @classmethod
     def _readable(cls, file: NamedFile | None) -> NamedFile | None:
         if file is not None:
-            from satform.dynamics.earth_orientation import from_file  # noqa: PLC0415  brahe is slow to import
+            from satform.orbits.earth_orientation import from_file  # noqa: PLC0415  brahe is slow to import
 
             from_file(file)
         return file

@@ -5,9 +5,9 @@ from typing import Annotated, Literal, Protocol
 
 import numpy as np
 
-from satform.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
-from satform.elementwise import Array
-from satform.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Spec
+from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
+from satform.common.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Spec
+from satform.numeric.elementwise import Array
 
 _BLOCK = 256
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from satform.common.spec import Spec
 from satform.dynamics.perturbations import Perturbation
-from satform.elementwise import Array
-from satform.spec import Spec
+from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from typing import Literal
 
 import numpy as np
 
+from satform.common.spec import NonNegative, Number, Positive
 from satform.dynamics.models import CwState, PerturbedDynamicsSpec
 from satform.dynamics.perturbations import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
-from satform.elementwise import Array
-from satform.spec import NonNegative, Number, Positive
+from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)

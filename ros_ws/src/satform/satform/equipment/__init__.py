@@ -1,1 +1,1 @@
-"""Equipment of a satellite and what the flight software makes of it."""
+"""Thrusters, sensors, filters and the noise that they draw. Imports `control` and below."""

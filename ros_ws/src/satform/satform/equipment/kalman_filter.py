@@ -6,7 +6,7 @@ import numpy as np
 
 from satform.dynamics.cw import input_matrix, transition_matrix
 from satform.dynamics.linear import multiply
-from satform.elementwise import Array
+from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""What a flight is judged by, and what came of it."""
+"""Figures of a flight by subject, and the expectations that judge it. Imports `flight` and below."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from satform.metrics import Verdict
+from satform.evaluation.tracking import Verdict
 from satform.scenario import Scenario
 
 

@@ -1,1 +1,4 @@
-"""The flight itself: what it is checked for at each step, and how it may end early."""
+"""The flight: plant, flight software of a satellite, in-process simulation, record, checkpoints.
+
+Imports `scenario` and below.
+"""

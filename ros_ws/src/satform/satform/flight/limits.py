@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from satform.earth import EQUATORIAL_RADIUS
-from satform.elementwise import Array
 from satform.flight.early_end import EarlyEnd
+from satform.numeric.elementwise import Array
+from satform.orbits.earth import EQUATORIAL_RADIUS
 
 if TYPE_CHECKING:
-    from satform.plant import Plant
-    from satform.satellite import Decision
+    from satform.flight.plant import Plant
+    from satform.flight.satellite import Decision
     from satform.scenario.model import Scenario
 
 LARGEST = 1e15

@@ -1,7 +1,7 @@
 """A scenario: the one file from which a run follows, as a typed model, its loader and its errors."""
 
 from satform.scenario.errors import Problem, ScenarioError
-from satform.scenario.load import load_scenario, parse_scenario, save_scenario
+from satform.scenario.loader import load_scenario, parse_scenario, save_scenario
 from satform.scenario.model import Orbit, SatelliteSpec, Scenario, Timing
 
 __all__ = [

@@ -1,6 +1,6 @@
 """What no quantity of a flight may exceed: beyond it a flight has diverged, and ends."""
 
-from satform.spec import Number, Positive, Spec
+from satform.common.spec import Number, Positive, Spec
 
 
 class LimitsSpec(Spec):

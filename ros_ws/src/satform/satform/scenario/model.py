@@ -9,27 +9,27 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
-from satform.angle_text import OR_DEGREES_PER_SECOND
+from satform.attitude.guidance import AttitudeSpec
+from satform.attitude.satellite_pointing import SatellitePointingSpec
+from satform.common.angle_text import OR_DEGREES_PER_SECOND
+from satform.common.spec import Number, PerAxis, Plugin, Positive, Spec
+from satform.communication.channel_model import LinksSpec
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
 from satform.control.protocol import ControllerSpec, FlightSetting, require_protocol
-from satform.control.satellite_pointing import SatellitePointingSpec
-from satform.curves import CurveSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
-from satform.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
-from satform.environment import environment_complaints
-from satform.expectation import Expectation
-from satform.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
-from satform.formation import GraphChangeSpec, planned, possible_graph
-from satform.links import LinksSpec
-from satform.named_file import BY_CONTENT, with_copies
-from satform.navigation import FilterSpec, NavigationSpec
-from satform.orientation import AttitudeSpec
-from satform.scenario.hosts import HostSpec, host_complaints
+from satform.equipment.navigation import FilterSpec, NavigationSpec
+from satform.equipment.thruster import ThrusterSpec
+from satform.evaluation.expectation import Expectation
+from satform.files.named_file import BY_CONTENT, with_copies
+from satform.membership.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
+from satform.membership.state import GraphChangeSpec, planned, possible_graph
+from satform.orbits.curve_specs import CurveSpec
+from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
+from satform.scenario.deployment import HostSpec, host_complaints
+from satform.scenario.environment import environment_complaints
 from satform.scenario.limits import LimitsSpec
 from satform.scenario.start import coincident_with_followed, singular_references
-from satform.spec import Number, PerAxis, Plugin, Positive, Spec
-from satform.thruster import ThrusterSpec
 
 _NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 """Characters that stand in JSON as they are, but not in YAML, which reads it otherwise as its own."""

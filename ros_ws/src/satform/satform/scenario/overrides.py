@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+from satform.scenario.error_messages import Path as FieldPath
 from satform.scenario.errors import Problem, ScenarioError
-from satform.scenario.sentences import Path as FieldPath
 from satform.scenario.yaml_reader import found, read_value
 
 _IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]")

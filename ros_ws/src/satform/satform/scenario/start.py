@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from satform.consensus.graph import Graph
-from satform.elementwise import Array
-from satform.reference import Path
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Path
 
 if TYPE_CHECKING:
     from satform.scenario.model import SatelliteSpec

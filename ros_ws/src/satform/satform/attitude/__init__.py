@@ -1,0 +1,4 @@
+"""Attitude kinematics, gyrostat and wheels, pointing references and the tracking law.
+
+Imports `control` and below.
+"""

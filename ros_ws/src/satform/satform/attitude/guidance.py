@@ -1,0 +1,285 @@
+"""The flight software of a satellite's attitude: what it is told, where it points, what it commands."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from satform.attitude.ground_pointing import (
+    AttitudeReference,
+    CircularOrbit,
+    GroundPointing,
+    GroundPointingSpec,
+)
+from satform.attitude.gyrostat import AttitudeState, direction_cosines, gravity_gradient_torque
+from satform.attitude.satellite_pointing import SatellitePointing, SatellitePointingSpec
+from satform.attitude.tracking import AttitudeTracking, AttitudeTrackingSpec
+from satform.attitude.yaw_steering import Mask
+from satform.common.spec import Positive, Spec, Vector
+from satform.communication.messages import AnyHeard
+from satform.consensus.arc_length import Heard
+from satform.dynamics.linear import multiply
+from satform.numeric.elementwise import Array
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER
+from satform.orbits.path_reference import Path, Reference
+
+_BLOCK = 256
+"""Steps whose references are worked out at once, where they depend on time alone."""
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """What a satellite is told of its attitude.
+
+    Attributes:
+        mrp: inertial to body, modified Rodrigues parameters, shape (..., 3).
+        angular_velocity: of the body, body components, rad/s, shape (..., 3).
+        wheel_momentum: absolute, of each wheel about its spin axis, N m s, shape (..., 3).
+    """
+
+    mrp: Array
+    angular_velocity: Array
+    wheel_momentum: Array
+
+
+@dataclass(frozen=True)
+class Target:
+    """The satellite that is pointed at, as the one that points knows it.
+
+    Attributes:
+        path: on which it flies.
+        phase_offset: generalised arc length by which it leads the agreement, m, shape (...).
+        satellite: index of the target in the scenario, shape (...).
+        place: of the target among those that are heard, shape (...).
+        planned_phase: of the target at time zero by its flight plan, its offset left out, m, shape (...).
+        planned_rate: of its generalised arc length at time zero by its flight plan, m/s, shape (...).
+    """
+
+    path: Path
+    phase_offset: Array
+    satellite: NDArray[np.int64]
+    place: NDArray[np.int64]
+    planned_phase: Array
+    planned_rate: Array
+
+    def among(self, neighbours: Sequence[int]) -> "Target":
+        """The same target, of one satellite, in another list of those that are heard."""
+        return replace(self, place=np.asarray(neighbours.index(int(self.satellite)), dtype=np.int64))
+
+    def reference(self, heard: Heard, time: float, drop_after: float) -> tuple[Reference, Mask]:
+        """Where the target is to be, from its newest message that counts.
+
+        The phase is extrapolated by its stamp and rate, as the consensus law does. While no message
+        counts, the flight plan stands for one that was sent at time zero.
+
+        Args:
+            heard: from the neighbours, with weight zero for those whose newest message is too old.
+            time: simulated, s.
+            drop_after: age of a message from which on it no longer counts, s.
+
+        Returns:
+            Desired motion of the target, and whether it is known: any finite one where it is not.
+        """
+        place = self.place[..., None]
+        phase, rate, stamp, weight = (
+            np.take_along_axis(values, place, axis=-1)[..., 0]
+            for values in (heard.arc_length, heard.rate, heard.stamp, heard.weight)
+        )
+        counts = weight > 0.0
+        if not np.all(counts):
+            phase = np.where(counts, phase, self.planned_phase)
+            rate = np.where(counts, rate, self.planned_rate)
+            stamp = np.where(counts, stamp, 0.0)
+        phase = phase + (time - stamp) * rate
+        known: Mask = counts | (time <= drop_after)
+        return self.path.reference(phase + self.phase_offset, rate, np.zeros_like(rate)), known
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """Pointing and the law that keeps to it; arrays carry a leading axis when many fly as one.
+
+    Attributes:
+        law: with the body that it flies.
+        pointing: at a place on the ground or at another satellite.
+        target: the other satellite; None for a place on the ground.
+        gravity_gradient: whether the Earth's torque acts and is compensated.
+        start: attitude and momenta at the first step.
+    """
+
+    law: AttitudeTracking
+    pointing: GroundPointing | SatellitePointing
+    target: Target | None
+    gravity_gradient: bool
+    start: AttitudeState
+
+    @property
+    def orbit(self) -> CircularOrbit:
+        """The orbit from which the Earth pulls."""
+        return self.pointing.orbit
+
+    def external(self, mrp: Array, time: Array) -> Array:
+        """Torque of gravity on the satellite, taken at the chief.
+
+        Args:
+            mrp: attitude, shape (..., 3).
+            time: s, shape (...).
+
+        Returns:
+            Body components, N m, shape (..., 3).
+        """
+        if not self.gravity_gradient:
+            return np.zeros_like(mrp)
+        radius = np.asarray(self.orbit.radius)
+        down = multiply(direction_cosines(mrp), -self.orbit.position(time).value / radius[..., None])
+        return gravity_gradient_torque(self.law.body.inertia, down, radius, GRAVITATIONAL_PARAMETER)
+
+    def wheel_torque(self, told: Attitude, reference: AttitudeReference, time: Array) -> Array:
+        """Torque that the motors on the wheels are to give.
+
+        Args:
+            told: the own attitude.
+            reference: desired attitude.
+            time: s, shape (...).
+
+        Returns:
+            N m, shape (..., 3).
+        """
+        momentum = multiply(self.law.body.platform_inertia, told.angular_velocity) + told.wheel_momentum
+        state = AttitudeState(told.mrp, momentum, told.wheel_momentum)
+        return self.law.wheel_torque(state, reference, self.external(told.mrp, time))
+
+
+class Aim:
+    """The desired attitude of each step, worked out ahead where it depends on time alone."""
+
+    def __init__(self, orientation: Orientation, step: float, drop_after: float) -> None:
+        """A guidance before its first step.
+
+        Args:
+            orientation: where to point, and the other satellite that is pointed at.
+            step: control period, s.
+            drop_after: age of a neighbour's message from which on it no longer counts, s.
+        """
+        self._orientation = orientation
+        self._step = step
+        self._drop_after = drop_after
+        self._number = -1
+        self._block: AttitudeReference | None = None
+
+    def at(self, step: int, own: Reference, heard: AnyHeard) -> AttitudeReference:
+        """The desired attitude at a step.
+
+        Args:
+            step: number of the step.
+            own: desired motion of the satellite at the step, LVLH.
+            heard: from its neighbours.
+        """
+        pointing, target = self._orientation.pointing, self._orientation.target
+        if isinstance(pointing, SatellitePointing):
+            assert target is not None  # noqa: S101 - built together
+            assert isinstance(heard, Heard)  # noqa: S101 - the scenario's validator has seen to it
+            moment = step * self._step
+            wanted, known = target.reference(heard, moment, self._drop_after)
+            aimed = pointing.reference(own, wanted, np.full(own.position.shape[:-1], moment))
+            return aimed if np.all(known) else _either(known, aimed, pointing.safe_reference())
+        number, row = divmod(step, _BLOCK)
+        if self._block is None or number != self._number:
+            times: Array = (number * _BLOCK + np.arange(_BLOCK, dtype=np.float64)) * self._step
+            axes = (1,) * (own.position.ndim - 1)
+            self._block = pointing.reference(times.reshape(_BLOCK, *axes))
+            self._number = number
+        block = self._block
+        return AttitudeReference(
+            block.mrp[row], block.angular_velocity[row], block.angular_acceleration[row], block.feasible[row]
+        )
+
+
+def _either(known: Mask, first: AttitudeReference, second: AttitudeReference) -> AttitudeReference:
+    """The first attitude where the target is known, else the second."""
+    axes = known[..., None]
+    return AttitudeReference(
+        np.where(axes, first.mrp, second.mrp),
+        np.where(axes, first.angular_velocity, second.angular_velocity),
+        np.where(axes, first.angular_acceleration, second.angular_acceleration),
+        np.where(known, first.feasible, second.feasible),
+    )
+
+
+class AttitudeSpec(Spec):
+    """A satellite's attitude: its body and wheels, where it points, and the law that keeps it there."""
+
+    controller: AttitudeTrackingSpec = AttitudeTrackingSpec()
+    """The control law, with the inertias of the satellite and of its wheels."""
+    pointing: Annotated[GroundPointingSpec | SatellitePointingSpec, Field(discriminator="kind")]
+    """What the sensor points at."""
+    wheel_torque_limit: Positive | None = None
+    """Largest torque of each wheel's motor, N m; none when left out."""
+    wheel_momentum_limit: Positive | None = None
+    """Largest momentum of each wheel, N m s; none when left out."""
+    gravity_gradient: bool = True
+    """Whether the Earth's gravity turns the satellite."""
+    mrp: Vector | None = None
+    """Attitude at the start, inertial to body; that of the pointing when left out."""
+    angular_velocity: Vector | None = None
+    """Of the body at the start, body components, rad/s; that of the pointing when left out."""
+    wheel_speed: Vector = (0.0, 0.0, 0.0)
+    """Of the wheels at the start, relative to the body, rad/s."""
+    maximum_step: Positive = 0.05
+    """Longest sub-step of the integration of the true attitude, s."""
+
+    def faults(self, mean_motion: float) -> list[str]:
+        """What of this cannot be flown about a chief of a mean motion in rad/s."""
+        try:
+            self.controller.build()
+            if isinstance(self.pointing, GroundPointingSpec):
+                own = float(self.pointing.build().orbit.mean_motion)
+                if not math.isclose(own, mean_motion, rel_tol=1e-6):
+                    return [
+                        f"an orbit at the altitude of the pointing has a mean motion of {own:.9g} rad/s, "
+                        f"the chief's is {mean_motion:.9g} rad/s"
+                    ]
+            else:
+                self.pointing.build(mean_motion, 1.0)
+        except ValueError as error:
+            return [str(error)]
+        return []
+
+
+def orientation(
+    spec: AttitudeSpec,
+    orbit: tuple[float, float],
+    own: Reference,
+    target: tuple[Target, Reference] | None,
+) -> Orientation:
+    """Pointing and law of one satellite, with its attitude at the start.
+
+    Args:
+        spec: from the scenario.
+        orbit: mean motion (rad/s) and radius (m) of the chief.
+        own: desired motion at the start, LVLH, shape (3,).
+        target: the other satellite, and its desired motion at the start; None for a place on the ground.
+
+    Returns:
+        What flies.
+
+    Raises:
+        ValueError: it cannot be flown.
+    """
+    law = spec.controller.build()
+    pointing: GroundPointing | SatellitePointing
+    if isinstance(spec.pointing, GroundPointingSpec):
+        pointing = spec.pointing.build()
+        wanted = pointing.reference(np.zeros(()))
+    else:
+        assert target is not None  # noqa: S101 - the scenario's validator has seen to it
+        pointing = spec.pointing.build(*orbit)
+        wanted = pointing.reference(own, target[1], np.zeros(()))
+    mrp = wanted.mrp if spec.mrp is None else np.array(spec.mrp)
+    rate = wanted.angular_velocity if spec.angular_velocity is None else np.array(spec.angular_velocity)
+    start = law.body.at_rate(mrp, rate, np.array(spec.wheel_speed))
+    return Orientation(law, pointing, None if target is None else target[0], spec.gravity_gradient, start)

@@ -1,0 +1,111 @@
+"""Specifications: typed, bounded data from which the parts of a formation are built.
+
+A part that a scenario chooses by name (a controller, a curve, a perturbation, a consensus law, a
+topology) is declared once, as a `Spec`: a pydantic model with a literal `kind`, bounded fields
+with units in their descriptions, and a `build` method that returns the part itself. The scenario's
+JSON Schema, the ROS parameters and the documentation all come from that one declaration.
+Specs are found through Python entry points, so that a package outside this one adds its own.
+"""
+
+import functools
+from importlib.metadata import entry_points
+from typing import Annotated, Any, Union, get_args
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, GetCoreSchemaHandler
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema
+
+
+class Spec(BaseModel):
+    """Base of all data in a scenario: immutable, nothing unknown accepted, no infinities."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+
+    def model_post_init(self, _context: Any) -> None:
+        """Count `kind` as given: without it what was built in Python could not be read again."""
+        if "kind" in type(self).model_fields:
+            self.model_fields_set.add("kind")
+
+
+def _three(value: Any) -> Any:
+    """A lone number stands for the same value on each axis."""
+    return (value, value, value) if isinstance(value, int | float) else value
+
+
+def one_for_all(field: FieldInfo) -> bool:
+    """Whether one number may stand for all components of a field."""
+    return _three in validators(field)
+
+
+def validators(field: FieldInfo) -> list[Any]:
+    """The functions that take a field's value before it is validated, also those of types within its type."""
+    parts = _with_parts(field.annotation, *field.metadata)
+    return [part.func for part in parts if isinstance(part, BeforeValidator)]
+
+
+def _with_parts(*parts: Any) -> list[Any]:
+    """Types and what they are annotated with, and all that they are made of."""
+    return [inner for part in parts for inner in (part, *_with_parts(*_within(part)))]
+
+
+def _within(annotation: Any) -> tuple[Any, ...]:
+    """What a type is made of, and what it is annotated with."""
+    return (*get_args(annotation), *getattr(annotation, "__metadata__", ()))
+
+
+Number = Annotated[float, Field(ge=-1e15, le=1e15)]
+NonNegative = Annotated[float, Field(ge=0.0, le=1e15)]
+Positive = Annotated[float, Field(gt=0.0, le=1e15)]
+Vector = tuple[Number, Number, Number]
+PerAxis = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
+PositivePerAxis = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_three)]
+NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(_three)]
+
+
+@functools.cache
+def specs(group: str) -> dict[str, type[Spec]]:
+    """The registered specifications of one group.
+
+    Args:
+        group: entry point group, for example `satform.controllers`.
+
+    Returns:
+        Specification classes by the name under which a scenario chooses them.
+
+    Raises:
+        TypeError: an entry point is not a `Spec`, its `kind` differs from its registered name, or two
+            packages register the same name.
+    """
+    found: dict[str, type[Spec]] = {}
+    for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
+        spec = entry.load()
+        if not (isinstance(spec, type) and issubclass(spec, Spec)):
+            raise TypeError(
+                f"entry point {group}:{entry.name} ({entry.value}) is not a satform.common.spec.Spec"
+            )
+        kind = spec.model_fields["kind"].default if "kind" in spec.model_fields else None
+        if kind != entry.name:
+            raise TypeError(f"entry point {group}:{entry.name} ({entry.value}) declares kind {kind!r}")
+        if found.get(entry.name, spec) is not spec:
+            raise TypeError(f"entry point {group}:{entry.name} is registered twice, by {entry.value} too")
+        found[entry.name] = spec
+    return found
+
+
+class Plugin:
+    """Annotation of a field that holds any registered specification of one entry point group."""
+
+    def __init__(self, group: str) -> None:
+        self.group = group
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        choices = tuple(specs(self.group).values())
+        if not choices:
+            raise TypeError(f"no entry point is registered in the group {self.group}")
+        for choice in choices:
+            if not issubclass(choice, source):
+                name = f"{choice.__module__}:{choice.__qualname__}"
+                raise TypeError(f"{name} is registered in {self.group} but is not a {source.__name__}")
+        if len(choices) == 1:
+            return handler.generate_schema(choices[0])
+        return handler.generate_schema(Annotated[Union[choices], Discriminator("kind")])  # noqa: UP007

@@ -1,0 +1,222 @@
+"""Links that lose, delay, repeat and reorder what satellites tell each other, in simulated time.
+
+Every directed edge of the communication graph is a link of its own. What happens to a message is a
+pure function of the run's seed, the edge and the step in which the message was said, and it is applied
+where the message is received: so the same run has the same losses in one process and over DDS.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from satform.common.spec import NonNegative, Spec
+from satform.communication.neighbour_buffer import Told
+from satform.equipment.noise import LINK_STREAM, SeededUniforms
+from satform.numeric.elementwise import Array
+
+LONGEST_WAY = 10_000
+"""Steps that a message may take at most."""
+
+_DRAWS = 4
+"""Random numbers for each message: lost, late, repeated, overtaken."""
+
+_SLACK = 1e-9
+"""Of a step, by which a delay may exceed whole steps and still count as whole."""
+
+Probability = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class Window(Spec):
+    """A stretch of simulated time."""
+
+    begin: NonNegative
+    """First moment of it, s."""
+    end: NonNegative
+    """First moment after it, s."""
+
+    @model_validator(mode="after")
+    def _forward(self) -> "Window":
+        if self.end <= self.begin:
+            raise ValueError(f"end {self.end:g} s is not later than begin {self.begin:g} s")
+        return self
+
+
+class LinkSpec(Spec):
+    """What one directed link does to the messages on it."""
+
+    loss: Probability = 0.0
+    """Probability that a message never arrives."""
+    delay: NonNegative = 0.0
+    """Time that every message takes, s; a message is heard at the first step after it."""
+    jitter: NonNegative = 0.0
+    """Largest additional time, evenly spread between nothing and this, s."""
+    duplication: Probability = 0.0
+    """Probability that a message arrives a second time, a step after the first."""
+    reordering: Probability = 0.0
+    """Probability that a message takes two steps longer, so that later ones overtake it."""
+    period: NonNegative = 0.0
+    """Time between two messages that are sent at all, s; every step when zero."""
+    outages: tuple[Window, ...] = ()
+    """Stretches of time in which whatever is sent is lost."""
+
+
+class EdgeSpec(LinkSpec):
+    """One directed link; what it leaves out is taken from the default."""
+
+    speaker: str
+    """Name of the satellite that is heard over this link."""
+    listener: str
+    """Name of the satellite that hears."""
+
+
+class LinksSpec(Spec):
+    """What links do to messages: all alike, or some of them in their own way."""
+
+    default: LinkSpec = LinkSpec()
+    """Of every link that is not named."""
+    edges: tuple[EdgeSpec, ...] = ()
+    """Links with something of their own."""
+
+    def of(self, speaker: str, listener: str) -> LinkSpec:
+        """The link between two satellites, with what it left out filled in."""
+        for edge in self.edges:
+            if (edge.speaker, edge.listener) == (speaker, listener):
+                own = {
+                    name: getattr(edge, name) for name in edge.model_fields_set & set(LinkSpec.model_fields)
+                }
+                return self.default.model_copy(update=own)
+        return self.default
+
+    def complaints(self, satellites: Sequence[str], step: float) -> list[tuple[tuple[str | int, ...], str]]:
+        """What of this cannot be, in a formation with these satellites and this control period in s."""
+        found: list[tuple[tuple[str | int, ...], str]] = []
+        seen: set[tuple[str, str]] = set()
+        every: list[tuple[tuple[str | int, ...], LinkSpec]] = [(("default",), self.default)]
+        every += [(("edges", i), self.of(edge.speaker, edge.listener)) for i, edge in enumerate(self.edges)]
+        for place, link in every:
+            if (link.delay + link.jitter) / step > LONGEST_WAY:
+                sentence = (
+                    f"delay and jitter make {link.delay + link.jitter:g} s, which is more than {LONGEST_WAY} "
+                    f"steps of {step:g} s"
+                )
+                found.append((place, sentence))
+        for index, edge in enumerate(self.edges):
+            for name in (edge.speaker, edge.listener):
+                if name not in satellites:
+                    sentence = f"there is no satellite {name}; there are {', '.join(sorted(satellites))}"
+                    found.append((("edges", index), sentence))
+            if edge.speaker == edge.listener:
+                found.append((("edges", index), f"{edge.speaker} has no link to itself"))
+            if (edge.speaker, edge.listener) in seen:
+                sentence = f"the link from {edge.speaker} to {edge.listener} is described twice"
+                found.append((("edges", index), sentence))
+            seen.add((edge.speaker, edge.listener))
+        return found
+
+
+class Links:
+    """The links over which one satellite hears, or many satellites do that fly as one."""
+
+    def __init__(
+        self,
+        spec: LinksSpec,
+        edges: Sequence[tuple[int, int]],
+        names: Sequence[str],
+        setting: tuple[float, int],
+        shape: tuple[int, ...],
+    ) -> None:
+        """Links with nothing on its way.
+
+        Args:
+            spec: from the scenario.
+            edges: places of speaker and listener of each link, row by row.
+            names: of all satellites.
+            setting: control period in s, and seed of the run.
+            shape: of the satellites and their possible neighbours, (..., K), with one edge for each.
+        """
+        step, seed = setting
+        own = [spec.of(names[speaker], names[listener]) for speaker, listener in edges]
+        self._shape = shape
+        self._step = step
+        self._loss = np.array([link.loss for link in own])
+        self._delay = np.array([link.delay for link in own]) / step
+        self._jitter = np.array([link.jitter for link in own]) / step
+        self._duplication = np.array([link.duplication for link in own])
+        self._reordering = np.array([link.reordering for link in own])
+        self._every = np.array([max(1, round(link.period / step)) for link in own], dtype=np.int64)
+        self._outages = [
+            (index, window.begin, window.end) for index, link in enumerate(own) for window in link.outages
+        ]
+        count = len(names)
+        numbers = [listener * count + speaker for speaker, listener in edges]
+        self._draws = SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS) if edges else None
+        longest = float(np.max(self._delay + self._jitter, initial=0.0))
+        self._depth = math.ceil(longest) + 4
+        self.forget()
+
+    def forget(self) -> None:
+        """Lose all that is on its way, as a satellite does that is lost itself."""
+        edges = len(self._loss)
+        self._said = np.full((self._depth, edges), -1, dtype=np.int64)
+        self._newest = np.full(edges, -1, dtype=np.int64)
+        self._stamps = np.zeros((self._depth, edges))
+        self._values = np.zeros((self._depth, edges, 0))
+
+    def carry(self, step: int, told: Told) -> Told:
+        """What arrives in a step.
+
+        Args:
+            step: its number.
+            told: what neighbours say for this step.
+
+        Returns:
+            What comes out of the links: in this step and of this or earlier steps, the newest where
+            several arrive at once, and nothing that is older than what has arrived before.
+        """
+        if self._draws is None:
+            return told
+        values = told.values.reshape(len(self._loss), -1)
+        if self._values.shape[-1] != values.shape[-1]:
+            self._values = np.zeros((*self._said.shape, values.shape[-1]))
+        self._send(step, told, values)
+        slot = step % self._depth
+        arrived = self._said[slot] > self._newest
+        self._newest = np.where(arrived, self._said[slot], self._newest)
+        self._said[slot] = -1
+        return Told(
+            values=self._values[slot].reshape(told.values.shape).copy(),
+            stamp=self._stamps[slot].reshape(self._shape).copy(),
+            fresh=arrived.astype(np.float64).reshape(self._shape) * told.linked,
+            linked=told.linked,
+            complete=False,
+        )
+
+    def _send(self, step: int, told: Told, values: Array) -> None:
+        assert self._draws is not None  # noqa: S101 - only called where there are links
+        lost, late, repeated, overtaken = self._draws.at(step).T
+        sent = (told.fresh.reshape(-1) > 0.0) & (lost >= self._loss) & (step % self._every == 0)
+        time = step * self._step
+        for edge, begin, end in self._outages:
+            if begin * (1.0 - _SLACK) <= time < end * (1.0 - _SLACK):
+                sent[edge] = False
+        way = np.ceil(self._delay + late * self._jitter - _SLACK).astype(np.int64)
+        way += np.where(overtaken < self._reordering, 2, 0)
+        stamps = told.stamp.reshape(-1)
+        self._put(step, sent, way, values, stamps)
+        again = sent & (repeated < self._duplication)
+        if again.any():
+            self._put(step, again, way + 1, values, stamps)
+
+    def _put(
+        self, step: int, sent: NDArray[np.bool_], way: NDArray[np.int64], values: Array, stamps: Array
+    ) -> None:
+        """Lay messages where they will be found when they arrive, in place of earlier ones."""
+        edges = np.flatnonzero(sent)
+        slots = (step + way[edges]) % self._depth
+        self._said[slots, edges] = step
+        self._values[slots, edges] = values[edges]
+        self._stamps[slots, edges] = stamps[edges]

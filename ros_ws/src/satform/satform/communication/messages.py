@@ -1,0 +1,56 @@
+"""What satellites tell each other, as data and as the plain numbers that travel."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from satform.consensus.arc_length import Announces, Heard
+from satform.consensus.motion_sharing import HeardMotion, MotionAnnouncement
+from satform.numeric.elementwise import Array, joined
+
+
+@dataclass(frozen=True)
+class Announcement:
+    """How far a satellite tells its neighbours that it has come along its orbit.
+
+    Attributes:
+        time: simulated moment at which the values hold, s, shape (...).
+        arc_length: generalised arc length less the satellite's phase offset, m, shape (...).
+        rate: of the generalised arc length, m/s, shape (...).
+    """
+
+    time: Array
+    arc_length: Array
+    rate: Array
+
+
+AnyAnnouncement: TypeAlias = Announcement | MotionAnnouncement
+AnyHeard: TypeAlias = Heard | HeardMotion
+
+WIDTH: dict[Announces, int] = {"arc_length": 2, "motion": 6}
+"""How many numbers an announcement has beside its time."""
+
+
+def numbers(said: AnyAnnouncement) -> Array:
+    """The numbers of an announcement beside its time, shape (..., width)."""
+    if isinstance(said, Announcement):
+        return joined(said.arc_length, said.rate)
+    return np.concatenate((said.position, said.velocity), axis=-1)
+
+
+def heard(announces: Announces, values: Array, stamp: Array, weight: Array) -> AnyHeard:
+    """What a satellite hears, from the numbers that its neighbours said.
+
+    Args:
+        announces: what they tell.
+        values: numbers of each neighbour, shape (..., K, width).
+        stamp: simulated time to which they belong, s, shape (..., K).
+        weight: 1 for a neighbour that counts, 0 for padding, shape (..., K).
+
+    Returns:
+        All neighbours' phases; or the motion of the one neighbour that is heard.
+    """
+    if announces == "arc_length":
+        return Heard(values[..., 0], values[..., 1], stamp, weight)
+    return HeardMotion(values[..., 0, :3], values[..., 0, 3:], stamp[..., 0], weight[..., 0])

@@ -1,0 +1,104 @@
+"""What a satellite knows of its neighbours: the newest that it was told, kept until something newer comes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from satform.numeric.elementwise import Array
+
+
+@dataclass(frozen=True)
+class Told:
+    """What arrives at a satellite in one step, from each of its K possible neighbours.
+
+    Attributes:
+        values: numbers of each announcement, shape (..., K, width); any finite number where none came.
+        stamp: simulated time to which they belong, s, shape (..., K).
+        fresh: 1 where an announcement arrived in this step, else 0, shape (..., K).
+        linked: 1 where the communication graph has the edge in this step, else 0, shape (..., K).
+        complete: whether something fresh, said for this very step, came over every edge.
+    """
+
+    values: Array
+    stamp: Array
+    fresh: Array
+    linked: Array
+    complete: bool
+
+    @classmethod
+    def whole(cls, values: Array, stamp: Array, linked: Array | None = None) -> "Told":
+        """What arrives when everyone who is linked is heard at once; everyone when that is left out."""
+        everyone = np.ones_like(stamp) if linked is None else linked
+        return cls(values, stamp, everyone, everyone, complete=True)
+
+    def shifted(self, offset: Array) -> "Told":
+        """The same with stamps moved by an offset in s, shape (..., K)."""
+        # Whose clock is wrong may seem to have said it so long ago that it no longer counts.
+        return Told(self.values, self.stamp + offset, self.fresh, self.linked, complete=False)
+
+
+@dataclass(frozen=True)
+class Inbox:
+    """The newest word of each possible neighbour.
+
+    Attributes:
+        values: numbers of the announcements, shape (..., K, width).
+        stamp: simulated time to which they belong, s, shape (..., K).
+        known: 1 where there is such a word, else 0, shape (..., K).
+    """
+
+    values: Array
+    stamp: Array
+    known: Array
+
+    @classmethod
+    def empty(cls, shape: tuple[int, ...], width: int) -> "Inbox":
+        """An inbox in which nothing has arrived yet.
+
+        Args:
+            shape: of the satellites and their possible neighbours, (..., K).
+            width: numbers of an announcement.
+        """
+        return cls(np.zeros((*shape, width)), np.zeros(shape), np.zeros(shape))
+
+    def after(self, told: Told) -> "Inbox":
+        """The inbox once this step's post has been taken in; who is no longer linked is forgotten."""
+        if told.complete:
+            return Inbox(told.values, told.stamp, told.linked)
+        fresh = told.fresh > 0.0
+        return Inbox(
+            values=np.where(fresh[..., None], told.values, self.values),
+            stamp=np.where(fresh, told.stamp, self.stamp),
+            known=np.where(fresh, 1.0, self.known) * told.linked,
+        )
+
+    def counted(self, time: float, drop_after: float) -> Array:
+        """Whose word still counts, as weights of 1 and 0, shape (..., K).
+
+        Args:
+            time: simulated, s.
+            drop_after: age of a word from which on it no longer counts, s.
+        """
+        # A stamp on the grid of steps may be off by a rounding, which is not to decide.
+        old = time - self.stamp > drop_after * (1.0 + 1e-12)
+        weight: Array = np.where(old, 0.0, self.known)
+        return weight
+
+    def first(self, count: int) -> "Inbox":
+        """The inbox for the first so many possible neighbours alone."""
+        return Inbox(self.values[..., :count, :], self.stamp[..., :count], self.known[..., :count])
+
+    def rearranged(self, places: list[int | None]) -> "Inbox":
+        """The inbox of one satellite for another list of possible neighbours.
+
+        Args:
+            places: for each of the new list, its place in the old one; None for one that was not in it.
+        """
+        count = len(places)
+        whole = Inbox.empty((count,), self.values.shape[-1])
+        for new, old in enumerate(places):
+            if old is not None:
+                whole.values[new] = self.values[old]
+                whole.stamp[new] = self.stamp[old]
+                whole.known[new] = self.known[old]
+        return whole

@@ -1,0 +1,93 @@
+"""What passes between satellites: what each says, and what of it arrives at whom."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.communication.channel_model import Links
+from satform.communication.neighbour_buffer import Told
+from satform.membership.faults import Faults
+from satform.membership.state import Formation
+from satform.numeric.elementwise import Array
+from satform.scenario.model import Scenario
+
+Index = NDArray[np.int64]
+
+
+class Ears:
+    """What one satellite can hear, or what many can that fly as one: possible neighbours, links, clocks.
+
+    Attributes:
+        members: place of each satellite in the formation, shape (); or (n,) for many.
+        neighbours: places of those whom they may hear, ascending, padded with the own place, shape (..., K).
+    """
+
+    def __init__(self, scenario: Scenario, members: Index, neighbours: Sequence[Sequence[int]]) -> None:
+        """Ears that have heard nothing yet.
+
+        Args:
+            scenario: what is flown.
+            members: places of the satellites, shape () or (n,).
+            neighbours: for each of them the places of those whom it may hear, ascending.
+        """
+        rows = np.atleast_1d(members)
+        width = max(len(row) for row in neighbours)
+        places = np.empty((len(rows), width), dtype=np.int64)
+        real = np.zeros((len(rows), width))
+        for index, (member, own) in enumerate(zip(rows, neighbours, strict=True)):
+            places[index] = [*own, *([member] * (width - len(own)))]
+            real[index, : len(own)] = 1.0
+        shape = (*members.shape, width)
+        self.members = members
+        self.neighbours = places.reshape(shape)
+        self._real = real.reshape(shape)
+        self._faults = Faults(
+            scenario.faults, [own.name for own in scenario.satellites], scenario.timing.step
+        )
+        self._links: Links | None = None
+        if scenario.links is not None:
+            edges = [
+                (int(speaker), int(member))
+                for member, row in zip(rows, places, strict=True)
+                for speaker in row
+            ]
+            names = [satellite.name for satellite in scenario.satellites]
+            self._links = Links(scenario.links, edges, names, (scenario.timing.step, scenario.seed), shape)
+        self._number = -1
+        self._linked = self._real
+
+    def linked(self, formation: Formation) -> Array:
+        """1 for each possible neighbour whom the graph lets a satellite hear at present, shape (..., K)."""
+        if formation.number != self._number:
+            self._number = formation.number
+            listeners = self.members if self.members.ndim == 0 else self.members[:, None]
+            self._linked = formation.graph.adjacency[listeners, self.neighbours] * self._real
+        return self._linked
+
+    def told(self, step: int, values: Array, stamp: Array, fresh: Array | None, formation: Formation) -> Told:
+        """What arrives in a step.
+
+        Args:
+            step: its number.
+            values: numbers that each possible neighbour says for this step, shape (..., K, width).
+            stamp: simulated time to which they belong, s, shape (..., K).
+            fresh: 1 for those that say something for this step, else 0, shape (..., K); None when all do.
+            formation: who hears whom in this step.
+        """
+        linked = self.linked(formation)
+        if fresh is None:
+            told = Told(values, stamp, linked, linked, complete=True)
+        else:
+            arriving = fresh * linked
+            told = Told(values, stamp, arriving, linked, complete=bool((arriving == linked).all()))
+        if self._faults.any_clock:
+            told = told.shifted(self._clocks(step))
+        return told if self._links is None else self._links.carry(step, told)
+
+    def _clocks(self, step: int) -> Array:
+        """By how much each neighbour's clock is ahead of the own one, s, shape (..., K)."""
+        own = np.broadcast_to(self.members[..., None], self.neighbours.shape)
+        pairs = zip(self.neighbours.ravel().tolist(), own.ravel().tolist(), strict=True)
+        ahead = [self._faults.clock(other, step) - self._faults.clock(me, step) for other, me in pairs]
+        return np.array(ahead).reshape(self.neighbours.shape)

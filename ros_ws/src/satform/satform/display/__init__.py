@@ -1,0 +1,1 @@
+"""What a visualisation of a formation in flight shows. Imports `flight` and below."""

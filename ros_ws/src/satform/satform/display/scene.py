@@ -1,0 +1,265 @@
+"""What a picture of a formation in flight shows, put together from what passes on its topics.
+
+Nothing here is needed to fly. A picture may be late and may miss messages: each satellite is shown
+where it was last seen, with the step at which that was.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.attitude.ground_pointing import CircularOrbit
+from satform.attitude.satellite_pointing import SatellitePointingSpec
+from satform.consensus.graph import Graph
+from satform.display.shapes import (
+    GREY,
+    Colour,
+    attitude_in_lvlh,
+    desired_orbit,
+    heading,
+    link_colour,
+    satellite_colour,
+)
+from satform.numeric.elementwise import Array, norm
+from satform.orbits.path_reference import Path
+from satform.scenario import SatelliteSpec, Scenario
+from satform.scenario.environment import pointing_in
+
+ORBIT_SAMPLES = 96
+"""Pieces of the polyline that shows a desired orbit."""
+
+TRAIL_POINTS = 3000
+"""Points of all trails together, at most, unless there are so many satellites that each has the fewest."""
+FEWEST_TRAIL_POINTS = 20
+"""Points that a trail may always have."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a satellite was seen, and how it was turned.
+
+    Attributes:
+        step: at which it was there.
+        position: m, LVLH, shape (3,).
+        orientation: x, y, z, w, from body to LVLH components, shape (4,); along the velocity for a
+            satellite without attitude.
+    """
+
+    step: int
+    position: Array
+    orientation: Array
+
+
+@dataclass(frozen=True)
+class SatelliteView:
+    """One satellite in a picture.
+
+    Attributes:
+        name: of the satellite.
+        trail: where it was in the pictures so far, the oldest first, the last one now.
+        colour: its own, or grey when it is lost.
+        orbit: desired, closed polyline, m, LVLH, shape (points, 3).
+    """
+
+    name: str
+    trail: tuple[Pose, ...]
+    colour: Colour
+    orbit: Array
+
+    @property
+    def pose(self) -> Pose:
+        """Where it is now."""
+        return self.trail[-1]
+
+
+@dataclass(frozen=True)
+class LinkView:
+    """What one satellite hears of another: the half of the line between them that is at the listener.
+
+    Attributes:
+        start: where the listener is, m, LVLH, shape (3,).
+        end: half-way to the speaker, m, LVLH, shape (3,).
+        colour: by the age of what was said last, and by who is lost.
+    """
+
+    start: Array
+    end: Array
+    colour: Colour
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A formation at one moment.
+
+    Attributes:
+        step: the newest step at which any satellite was seen.
+        satellites: those that have been seen, in the scenario's order.
+        links: between those that have been seen.
+    """
+
+    step: int
+    satellites: tuple[SatelliteView, ...]
+    links: tuple[LinkView, ...]
+
+
+class Scene:
+    """Takes in what is seen of a formation, and says when a picture is due and what is in it."""
+
+    def __init__(self, scenario: Scenario, pictures_per_lap: int, trail_points: int) -> None:
+        """A scene in which nothing has been seen yet.
+
+        Args:
+            scenario: what is flown.
+            pictures_per_lap: how many pictures are wanted of a lap, or of a flight shorter than that.
+            trail_points: how many pictures a trail reaches back, unless there are very many satellites.
+        """
+        count = len(scenario.satellites)
+        specs = [scenario.satellite(index) for index in range(count)]
+        share = max(TRAIL_POINTS // count, FEWEST_TRAIL_POINTS)
+        self.names = tuple(spec.name for spec in specs)
+        self.interval = picture_interval(scenario, pictures_per_lap)
+        self._step_length = scenario.timing.step
+        self._orbits = [_orbit(spec) for spec in specs]
+        self._attitude_orbits = [_attitude_orbit(scenario, index) for index in range(count)]
+        self._alive = [True] * count
+        self._hears = scenario.communication_graph().adjacency.astype(bool)
+        self._positions: dict[int, tuple[int, Array, Array]] = {}
+        self._turned: dict[int, tuple[float, Array]] = {}
+        self._spoken: dict[int, float] = {}
+        self._trails: list[deque[Pose]] = [deque(maxlen=min(trail_points, share)) for _ in specs]
+        self._last_picture: int | None = None
+
+    @property
+    def extent(self) -> float:
+        """Distance of the farthest point of any desired orbit from the chief, m; 1 km if there is none."""
+        return max(float(norm(orbit).max()) for orbit in self._orbits) or 1000.0
+
+    @property
+    def step(self) -> int:
+        """The newest step at which any satellite was seen; -1 before the first."""
+        return max((step for step, _, _ in self._positions.values()), default=-1)
+
+    @property
+    def due(self) -> bool:
+        """Whether every satellite has been seen and enough simulated time has passed for a new picture."""
+        if len(self._positions) < len(self.names):
+            return False
+        return self._last_picture is None or self.step >= self._last_picture + self.interval
+
+    def moved(self, index: int, step: int, position: Sequence[float], velocity: Sequence[float]) -> None:
+        """A satellite was seen at a step: position in m and velocity in m/s, LVLH."""
+        self._positions[index] = (step, np.array(position), np.array(velocity))
+
+    def turned(self, index: int, step: int, mrp: Sequence[float]) -> None:
+        """A satellite's attitude was seen at a step: modified Rodrigues parameters, inertial to body."""
+        self._turned[index] = (step * self._step_length, np.array(mrp))
+
+    def spoke(self, index: int, time: float) -> None:
+        """A satellite announced what holds at a simulated time in s."""
+        self._spoken[index] = time
+
+    def decided(self, alive: Sequence[bool], listeners: Sequence[int], speakers: Sequence[int]) -> None:
+        """The plant said who takes part and who hears whom, edge by edge; what does not fit is left out."""
+        count = len(self.names)
+        if len(alive) != count:
+            return
+        with suppress(ValueError):
+            self._hears = Graph.of_edges(count, listeners, speakers).adjacency.astype(bool)
+            self._alive = [bool(takes_part) for takes_part in alive]
+
+    def picture(self) -> Picture:
+        """The formation as it was last seen; the trails grow by what is new."""
+        for index, (step, position, velocity) in self._positions.items():
+            trail = self._trails[index]
+            if not trail or trail[-1].step != step:
+                trail.append(Pose(step, position, self._orientation(index, velocity)))
+        self._last_picture = self.step
+        return Picture(self.step, tuple(self._views()), tuple(self._links()))
+
+    def _orientation(self, index: int, velocity: Array) -> Array:
+        orbit, turned = self._attitude_orbits[index], self._turned.get(index)
+        if orbit is None or turned is None:
+            return heading(velocity)
+        time, mrp = turned
+        return attitude_in_lvlh(mrp, orbit, time)
+
+    def _views(self) -> list[SatelliteView]:
+        return [
+            SatelliteView(
+                name=name,
+                trail=tuple(self._trails[index]),
+                colour=satellite_colour(index) if self._alive[index] else GREY,
+                orbit=self._orbits[index],
+            )
+            for index, name in enumerate(self.names)
+            if self._trails[index]
+        ]
+
+    def _links(self) -> list[LinkView]:
+        now = self.step * self._step_length
+        links = []
+        for listener, speaker in _pairs(self._hears):
+            if listener not in self._positions or speaker not in self._positions:
+                continue
+            start, other = self._positions[listener][1], self._positions[speaker][1]
+            colour = link_colour(
+                (now - self._spoken.get(speaker, -math.inf)) / self._step_length,
+                listener_alive=self._alive[listener],
+                speaker_alive=self._alive[speaker],
+            )
+            links.append(LinkView(start, 0.5 * (start + other), colour))
+        return links
+
+
+def picture_interval(scenario: Scenario, pictures_per_lap: int) -> int:
+    """Steps from one picture to the next.
+
+    Args:
+        scenario: what is flown.
+        pictures_per_lap: of the longest lap of any satellite, or of the whole flight if that is shorter;
+            of the chief's orbit where nobody goes round.
+
+    Returns:
+        One or more.
+    """
+    lap = min(_lap(scenario), scenario.timing.duration)
+    return max(1, round(lap / (pictures_per_lap * scenario.timing.step)))
+
+
+def _lap(scenario: Scenario) -> float:
+    """Time of the longest lap, s."""
+    rate = scenario.circulation.rate
+    if rate is None:
+        assert scenario.circulation.period is not None  # noqa: S101 - the scenario's validator has seen to it
+        return scenario.circulation.period
+    specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
+    periods = [float(Path(spec.curve.build(), np.asarray(spec.scale)).period) for spec in specs if spec.curve]
+    longest = max(periods)
+    return longest / abs(rate) if rate and longest else 2.0 * math.pi / scenario.orbit.rate
+
+
+def _orbit(spec: SatelliteSpec) -> Array:
+    """The desired orbit of a satellite, m, LVLH, shape (points, 3)."""
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
+    return desired_orbit(spec.curve.build(), ORBIT_SAMPLES)
+
+
+def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
+    """The chief's orbit in the axes in which a satellite's attitude is told; None without attitude."""
+    spec = scenario.satellite(index).attitude
+    if spec is None:
+        return None
+    pointing = pointing_in(scenario.dynamics, spec.pointing)
+    if isinstance(pointing, SatellitePointingSpec):
+        return pointing.build(scenario.orbit.rate, scenario.orbit.radius).orbit
+    return pointing.build().orbit
+
+
+def _pairs(hears: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Listener and speaker of every link."""
+    return [(int(listener), int(speaker)) for listener, speaker in zip(*np.nonzero(hears), strict=True)]

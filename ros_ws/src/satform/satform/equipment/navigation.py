@@ -1,0 +1,309 @@
+"""Relative navigation: what a satellite is told of its motion, and the filter that makes more of it."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from satform.common.spec import NonNegative, NonNegativePerAxis, PerAxis, Positive, PositivePerAxis, Spec
+from satform.equipment.kalman_filter import CwKalmanFilter, Estimate, Measurement, cw_kalman_filter
+from satform.numeric.elementwise import Array
+from satform.numeric.stacking import select
+
+NOISE_PER_STEP = 6
+"""Standard normal numbers that `Sensor.measure` wants: three of position, three of velocity."""
+
+
+@dataclass(frozen=True)
+class SensorMemory:
+    """Measurements on their way.
+
+    Attributes:
+        delivered: the newest that has arrived.
+        waiting: taken, but not yet arrived, oldest first.
+    """
+
+    delivered: Measurement
+    waiting: tuple[Measurement, ...] = ()
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """White noise, bias, update rate and latency between the true motion and what is told of it.
+
+    Attributes:
+        noise: standard deviation of position (m) and velocity (m/s), shape (..., 6).
+        bias: constant error of position (m) and velocity (m/s), shape (..., 6).
+        update: steps between two measurements, at least 1.
+        latency: steps from a measurement to its arrival.
+    """
+
+    noise: Array
+    bias: Array
+    update: int
+    latency: int
+
+    def start(self, position: Array, velocity: Array, normals: Array) -> SensorMemory:
+        """The memory at step 0, whose measurement is there at once.
+
+        Args:
+            position: true, m, LVLH, shape (..., 3).
+            velocity: true, m/s, shape (..., 3).
+            normals: standard normal numbers of step 0, shape (..., 6).
+        """
+        return SensorMemory(self._taken(position, velocity, normals, 0))
+
+    def measure(
+        self, memory: SensorMemory, position: Array, velocity: Array, step: int, normals: Array
+    ) -> SensorMemory:
+        """What is known at one step; called at each step after 0, in order.
+
+        Args:
+            memory: of the step before.
+            position: true, m, LVLH, shape (..., 3).
+            velocity: true, m/s, shape (..., 3).
+            step: number of the step.
+            normals: standard normal numbers of this step, shape (..., 6).
+
+        Returns:
+            The memory whose `delivered` is what the satellite is told.
+        """
+        waiting = memory.waiting
+        if step % self.update == 0:
+            waiting = (*waiting, self._taken(position, velocity, normals, step))
+        if waiting and waiting[0].step + self.latency <= step:
+            return SensorMemory(waiting[0], waiting[1:])
+        return replace(memory, waiting=waiting)
+
+    def _taken(self, position: Array, velocity: Array, normals: Array, step: int) -> Measurement:
+        error = self.bias + self.noise * normals
+        return Measurement(position + error[..., :3], velocity + error[..., 3:], step)
+
+
+class NavigationSpec(Spec):
+    """Relative navigation of a satellite; what is left out is perfect."""
+
+    position_noise: NonNegativePerAxis = (0.0, 0.0, 0.0)
+    """Standard deviation of the white noise on position, LVLH [m]."""
+    velocity_noise: NonNegativePerAxis = (0.0, 0.0, 0.0)
+    """Standard deviation of the white noise on velocity, LVLH [m/s]."""
+    position_bias: PerAxis = (0.0, 0.0, 0.0)
+    """Constant error of position, LVLH [m]."""
+    velocity_bias: PerAxis = (0.0, 0.0, 0.0)
+    """Constant error of velocity, LVLH [m/s]."""
+    update_period: NonNegative = 0.0
+    """Time between measurements, whole control periods [s]; 0 for one at every step."""
+    latency: NonNegative = 0.0
+    """Time from a measurement to its arrival, whole control periods [s]."""
+
+    def build(self, step: float) -> Sensor:
+        """The sensor itself.
+
+        Args:
+            step: control period, s.
+
+        Raises:
+            ValueError: update period or latency is not a whole number of control periods.
+        """
+        return Sensor(
+            noise=np.array([*self.position_noise, *self.velocity_noise]),
+            bias=np.array([*self.position_bias, *self.velocity_bias]),
+            update=max(1, _whole_steps("update_period", self.update_period, step)),
+            latency=_whole_steps("latency", self.latency, step),
+        )
+
+
+def _whole_steps(name: str, duration: float, step: float) -> int:
+    ratio = duration / step
+    if abs(ratio - round(ratio)) > 1e-6 * max(1.0, ratio):
+        nearest = max(1, round(ratio)) * step
+        raise ValueError(
+            f"{name} {duration:g} s is {ratio:g} control periods of {step:g} s; it has to be a whole number, "
+            f"for example {nearest:g} s"
+        )
+    return round(ratio)
+
+
+DOUBTED = 22.457744
+"""Gate of an estimate of which one more rejected measurement decides: 99.9 % of chi-square of 6 degrees."""
+
+
+def _no_gate() -> Array:
+    """For an estimator that works in every measurement."""
+    return np.asarray(np.inf)
+
+
+@dataclass(frozen=True)
+class EstimatorMemory:
+    """What an estimator remembers between steps.
+
+    Attributes:
+        anchor: estimate at the step of the newest measurement that was taken in.
+        step: number of that step.
+        commands: accelerations applied in the steps since, oldest first, m/s^2, shape (..., 3) each.
+        state: position (m) and velocity (m/s) now, shape (..., 6).
+        covariance: of the state's error now, shape (..., 6, 6).
+        innovation: normalised innovation squared of the newest measurement, shape (...); 0 at first.
+        rejected: measurements so far that the innovation gate rejected, shape (...).
+        in_a_row: of these, the last ones without one between them that was worked in, shape (...).
+    """
+
+    anchor: Estimate
+    step: int
+    commands: tuple[Array, ...]
+    state: Array
+    covariance: Array
+    innovation: Array
+    rejected: Array
+    in_a_row: Array
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """The motion now, from measurements that may be rare and late and commands that are known.
+
+    A measurement is worked in at the step at which it was taken; from there the estimate is carried
+    to now with the accelerations applied since. A measurement whose normalised innovation squared lies beyond
+    the gate is rejected as an outlier. When several in a row are rejected it is the estimate that is wrong,
+    and the filter starts anew from the last of them. The first measurement after a gap does so alone, and at
+    `DOUBTED`, since what was commanded between a checkpoint and a loss is in no covariance.
+
+    Attributes:
+        filter: on whose dynamics and noise it rests.
+        update: steps between two measurements; satellites that differ in it cannot be stacked.
+        latency: steps from a measurement to its arrival; likewise.
+        gate: largest normalised innovation squared of a measurement that is worked in, shape (...);
+            infinite for no gate.
+        most_rejected: measurements rejected in a row at the last of which the filter starts anew, (...).
+
+    Source: Bar-Shalom, Li & Kirubarajan, ch. 5.4 (consistency), ch. 5.2 (validation gate).
+    """
+
+    filter: CwKalmanFilter
+    update: int = 1
+    latency: int = 0
+    gate: Array = field(default_factory=_no_gate)
+    most_rejected: Array = field(default_factory=_no_gate)
+
+    def start(self, measurement: Measurement) -> EstimatorMemory:
+        """The memory at the step of a first measurement."""
+        anchor = self.filter.start(measurement)
+        none = np.zeros(anchor.state.shape[:-1])
+        return EstimatorMemory(
+            anchor, measurement.step, (), anchor.state, anchor.covariance, none, none, none
+        )
+
+    def resume(
+        self, memory: EstimatorMemory, missed: int, commanded: Array, applied: Array
+    ) -> EstimatorMemory:
+        """The memory after steps without the flight software, up to the step before the next one.
+
+        The estimate is propagated over the gap with its covariance, which grows by the process noise of each
+        step: the first measurement afterwards counts for more the longer the gap was.
+
+        Args:
+            memory: of the last step before the gap.
+            missed: steps in the gap, at least 1.
+            commanded: held from that last step on, m/s^2, shape (..., 3).
+            applied: in each step of the gap, m/s^2, shape (..., 3).
+        """
+        meanwhile = (commanded, *(applied for _ in range(missed - 1)))
+        now = Estimate(memory.state, memory.covariance)
+        for acceleration in meanwhile:
+            now = self.filter.predict(now, acceleration)
+        last = np.broadcast_to(self.most_rejected - 1.0, memory.in_a_row.shape).copy()
+        return replace(
+            memory,
+            commands=(*memory.commands, *meanwhile),
+            state=now.state,
+            covariance=now.covariance,
+            in_a_row=last,
+        )
+
+    def observe(self, memory: EstimatorMemory, measurement: Measurement, command: Array) -> EstimatorMemory:
+        """The memory one step later.
+
+        Args:
+            memory: of the step before.
+            measurement: the newest that has arrived, perhaps the same as at the step before.
+            command: acceleration that was applied since the step before, m/s^2, shape (..., 3).
+        """
+        commands = (*memory.commands, command)
+        if measurement.step <= memory.step:
+            now = self.filter.predict(Estimate(memory.state, memory.covariance), command)
+            return replace(memory, commands=commands, state=now.state, covariance=now.covariance)
+        elapsed = measurement.step - memory.step
+        predicted = memory.anchor
+        for past in commands[:elapsed]:
+            predicted = self.filter.predict(predicted, past)
+        updated, innovation = self.filter.update(predicted, measurement)
+        doubted = (memory.in_a_row >= self.most_rejected - 1.0) & (memory.in_a_row > 0.0)
+        gate = np.where(doubted & np.isfinite(self.gate), np.minimum(self.gate, DOUBTED), self.gate)
+        outlier = innovation > gate
+        in_a_row = np.where(outlier, memory.in_a_row + 1.0, 0.0)
+        anew = outlier & (in_a_row >= self.most_rejected)
+        anchor = select(outlier, select(anew, self.filter.start(measurement), predicted), updated)
+        now = anchor
+        for past in commands[elapsed:]:
+            now = self.filter.predict(now, past)
+        return EstimatorMemory(
+            anchor=anchor,
+            step=measurement.step,
+            commands=commands[elapsed:],
+            state=now.state,
+            covariance=now.covariance,
+            innovation=innovation,
+            rejected=memory.rejected + outlier,
+            in_a_row=np.where(anew, 0.0, in_a_row),
+        )
+
+
+class FilterSpec(Spec):
+    """Kalman filter on CW dynamics between the measurements and the controller."""
+
+    acceleration_density: PositivePerAxis
+    """Power spectral density of the unknown acceleration, taken to be white, LVLH [m^2/s^3]."""
+    position_noise: PositivePerAxis | None = None
+    """Standard deviation of measured position that the filter believes [m]; the sensor's when left out."""
+    velocity_noise: PositivePerAxis | None = None
+    """Standard deviation of measured velocity that the filter believes [m/s]; the sensor's when left
+    out."""
+
+    innovation_gate: Positive | None = 50.0
+    """Largest normalised innovation squared of a measurement that is worked in; one beyond it is rejected.
+    For a consistent filter it is chi-square distributed with 6 degrees of freedom, and beyond 50 five times
+    in a thousand million. None for no gate."""
+    most_rejected: Annotated[int, Field(ge=1, le=1000)] = 5
+    """Measurements rejected in a row at the last of which the filter starts anew from that one."""
+
+    def build(self, mean_motion: float, step: float, navigation: NavigationSpec) -> Estimator:
+        """The estimator itself.
+
+        Args:
+            mean_motion: of the chief, rad/s.
+            step: control period, s.
+            navigation: whose noise is believed where nothing else is said.
+
+        Raises:
+            ValueError: a believed noise is zero, or the sensor's times are no whole control periods.
+        """
+        position = self.position_noise or navigation.position_noise
+        velocity = self.velocity_noise or navigation.velocity_noise
+        noise = np.array([*position, *velocity])
+        if math.isclose(float(noise.min()), 0.0, abs_tol=0.0):
+            raise ValueError(
+                f"a Kalman filter cannot believe in a noise of zero: position_noise {position} m, "
+                f"velocity_noise {velocity} m/s; give the filter positive ones"
+            )
+        density = np.array(self.acceleration_density)
+        sensor = navigation.build(step)
+        gate = np.inf if self.innovation_gate is None else self.innovation_gate
+        return Estimator(
+            cw_kalman_filter(mean_motion, step, noise, density),
+            sensor.update,
+            sensor.latency,
+            np.asarray(gate, dtype=np.float64),
+            np.asarray(self.most_rejected, dtype=np.float64),
+        )

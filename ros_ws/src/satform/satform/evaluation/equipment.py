@@ -1,0 +1,120 @@
+"""Figures of what a satellite is equipped with: thrusters, sensor and filter."""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from satform.evaluation.expectation import OverWindow, largest
+from satform.evaluation.tracking import LargestOfSteps
+from satform.flight.record import FlightRecord
+from satform.numeric.elementwise import Array
+
+
+class _OfThrusters(OverWindow):
+    """An expectation of something that the thrusters count."""
+
+    of_equipment = "thruster"
+
+    def holds_in_part(self) -> bool:
+        # A part of a flight counts less: it is judged where nothing at all is allowed.
+        return self.largest_allowed <= 0.0
+
+    def counted(self, series: Array, record: FlightRecord) -> float:
+        """Change of a series over the stretch, the largest of the satellites."""
+        chosen = self.window(series, record)
+        return largest(np.abs(chosen[-1] - chosen[0])) if len(chosen) > 1 else math.nan
+
+
+class PropellantUsed(_OfThrusters):
+    """Propellant that a satellite's thrusters take, the largest of the satellites, in kg."""
+
+    unit = "kg"
+    kind: Literal["propellant_used"] = "propellant_used"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.propellant, record)
+
+    def describe(self) -> str:
+        return self.label or f"propellant used{self.when()}{self.whose()}"
+
+
+class ClippedCommands(_OfThrusters):
+    """Steps with a command above the thrust limit, the most of the satellites."""
+
+    kind: Literal["clipped_commands"] = "clipped_commands"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.clipped, record)
+
+    def describe(self) -> str:
+        return self.label or f"clipped commands{self.when()}{self.whose()}"
+
+
+class WithheldCommands(_OfThrusters):
+    """Steps with a command below the smallest impulse, the most of the satellites."""
+
+    kind: Literal["withheld_commands"] = "withheld_commands"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.withheld, record)
+
+    def describe(self) -> str:
+        return self.label or f"withheld commands{self.when()}{self.whose()}"
+
+
+class StarvedSteps(_OfThrusters):
+    """Steps with a command that the tank could not give, the most of the satellites."""
+
+    kind: Literal["starved_steps"] = "starved_steps"
+
+    def measure(self, record: FlightRecord) -> float:
+        return self.counted(record.starved, record)
+
+    def describe(self) -> str:
+        return self.label or f"steps with an empty tank{self.when()}{self.whose()}"
+
+
+def _largest_or_rms(values: Array, statistic: str) -> float:
+    if statistic == "largest" or not values.size:
+        return largest(values)
+    numbers = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(numbers**2))) if numbers.size else math.nan
+
+
+class NavigationError(OverWindow):
+    """Distance between where a satellite is told to be and where it is, in m."""
+
+    unit = "m"
+    of_equipment = "sensor"
+    kind: Literal["navigation_error"] = "navigation_error"
+    statistic: Literal["largest", "rms"] = "largest"
+    """Largest over the stretch, or root of the mean square."""
+
+    def holds_in_part(self) -> bool:
+        return self.statistic == "largest" and self.smallest_allowed <= 0.0
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest_or_rms(self.window(record.navigation_error, record), self.statistic)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} navigation error{self.when()}{self.whose()}"
+
+
+class EstimationError(LargestOfSteps):
+    """Distance between where a satellite believes to be, after its filter, and where it is, in m."""
+
+    unit = "m"
+    of_equipment = "sensor"
+    kind: Literal["estimation_error"] = "estimation_error"
+    statistic: Literal["largest", "rms"] = "largest"
+    """Largest over the stretch, or root of the mean square."""
+
+    def holds_in_part(self) -> bool:
+        return self.statistic == "largest" and super().holds_in_part()
+
+    def measure(self, record: FlightRecord) -> float:
+        return _largest_or_rms(self.window(record.estimation_error, record), self.statistic)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} estimation error{self.when()}{self.whose()}"

@@ -1,0 +1,103 @@
+"""What of a satellite's flight software may be changed in flight, by the names of its ROS parameters."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from satform.attitude.tracking import AttitudeTrackingSpec
+from satform.common.spec import Number, Spec
+from satform.control.protocol import ControllerSpec
+from satform.flight.satellite import Satellite, flight_setting
+from satform.orbits.curve_specs import CurveSpec
+from satform.scenario.model import Scenario
+
+
+class PhaseSpec(Spec):
+    """By how much a satellite leads the formation's agreement."""
+
+    offset: Number = 0.0
+    """Generalised arc length by which the satellite leads, m."""
+
+
+class Adjustments:
+    """The specifications in force of one satellite: control laws, orbit and phase.
+
+    Attributes:
+        specs: by the name that begins their parameters, such as `controller` of `controller.gain`.
+    """
+
+    def __init__(self, scenario: Scenario, index: int) -> None:
+        """As the scenario has them for the satellite with the given place in its list."""
+        own = scenario.satellite(index)
+        assert own.controller is not None  # noqa: S101 - the scenario's validator has seen to it
+        assert own.curve is not None  # noqa: S101 - likewise
+        self._scenario = scenario
+        self._index = index
+        self.specs: dict[str, Spec] = {
+            "controller": own.controller,
+            "curve": own.curve,
+            "phase": PhaseSpec(offset=own.phase_offset),
+        }
+        if own.attitude is not None:
+            self.specs["attitude_controller"] = own.attitude.controller
+
+    def use(self, satellite: Satellite, prefix: str, spec: Spec) -> None:
+        """Have a satellite fly by another specification from its next step on.
+
+        Args:
+            satellite: the one whose adjustments these are.
+            prefix: which of `specs`.
+            spec: of the same class as the one in force.
+
+        Raises:
+            ValueError: the satellite cannot fly by it.
+        """
+        match spec:
+            case AttitudeTrackingSpec():
+                satellite.use_attitude_controller(spec)
+            case ControllerSpec():
+                satellite.use_controller(spec, flight_setting(self._scenario, self._index))
+            case CurveSpec():
+                satellite.use_curve(spec.build())
+            case PhaseSpec():
+                satellite.use_phase_offset(spec.offset)
+        self.specs[prefix] = spec
+
+    def set(self, satellite: Satellite, name: str, value: Sequence[float]) -> None:
+        """Change one parameter, as it was noted down when it was changed in flight.
+
+        Args:
+            satellite: the one whose adjustments these are.
+            name: of the parameter, for example `controller.proportional_gain`.
+            value: one number, or several for a value per axis.
+
+        Raises:
+            ValueError: there is no such parameter, or it cannot have this value.
+        """
+        prefix, _, field = name.partition(".")
+        spec = self.specs.get(prefix)
+        if spec is None or not field:
+            raise ValueError(f"{name}: there is no such parameter")
+        single = value[0] if len(value) == 1 else list(value)
+        self.use(satellite, prefix, changed(spec, {field: single}))
+
+
+def changed(spec: Spec, fields: dict[str, Any]) -> Spec:
+    """A specification with fields changed.
+
+    Args:
+        spec: as it was.
+        fields: new values by dotted names, such as `law.gain` for the field of a specification within it.
+
+    Raises:
+        ValueError: there is no such field; or, as pydantic's ValidationError, a value is not allowed.
+    """
+    data = spec.model_dump()
+    for name, value in fields.items():
+        *path, last = name.split(".")
+        place: Any = data
+        for part in path:
+            place = place.get(part) if isinstance(place, dict) else None
+        if not isinstance(place, dict) or last not in place:
+            raise ValueError(f"{name}: there is no such field")
+        place[last] = value
+    return type(spec).model_validate(data)

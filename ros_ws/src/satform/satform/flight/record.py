@@ -1,0 +1,303 @@
+"""What is kept of a flight: plain arrays, the same from an in-process run and from a bag."""
+
+import hashlib
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.equipment.kalman_filter import normalised_error_squared
+from satform.flight.early_end import EarlyEnd
+from satform.numeric.elementwise import Array
+
+
+@dataclass(frozen=True)
+class FlightRecord:
+    """A whole flight of N satellites over K control steps.
+
+    Quantities known at the start of a step have K + 1 rows (the last is the state after the last
+    step); quantities decided in a step have K rows. Vectors are in the chief's LVLH frame.
+
+    Attributes:
+        satellites: names, in the order of the columns.
+        step: control period, s.
+        position: true, m, shape (K + 1, N, 3).
+        velocity: true, in the rotating frame, m/s, shape (K + 1, N, 3).
+        measured_position: as told to the satellite at the step, m, shape (K + 1, N, 3); the truth
+            where there is no sensor.
+        measured_velocity: the same of the velocity, m/s, shape (K + 1, N, 3).
+        acceleration: commanded, m/s^2, shape (K, N, 3).
+        given_acceleration: what the thrusters made of it, m/s^2, shape (K, N, 3); the command where
+            there is no thruster.
+        arc_length: generalised, less the satellite's phase offset, as announced to the neighbours, m,
+            shape (K + 1, N); zero where satellites tell each other their motion instead.
+        rate: of the generalised arc length, m/s, shape (K + 1, N); zero likewise.
+        reference_position: m, shape (K, N, 3).
+        reference_velocity: m/s, shape (K, N, 3).
+        reference_acceleration: feed-forward used in the step, m/s^2, shape (K, N, 3).
+        sliding_variable: m/s, shape (K, N, 3).
+        believed_position_error: position less reference as the satellite believes, after its filter
+            if it has one, m, shape (K, N, 3).
+        believed_velocity_error: the same of the velocity, m/s, shape (K, N, 3).
+        propellant: left, kg, shape (K + 1, N); NaN where there is no thruster.
+        delta_v: given by the thrusters so far, m/s, shape (K + 1, N); NaN where there is no thruster.
+        clipped: steps so far in which the command was above the thrust limit, shape (K + 1, N).
+        withheld: steps so far in which it was below the smallest impulse, shape (K + 1, N).
+        starved: steps so far in which the tank could not give it, shape (K + 1, N).
+        mrp: true attitude, inertial to body, shape (K + 1, N, 3); this and what follows is not a number
+            for satellites without attitude, and has no rows when no satellite has one.
+        angular_velocity: true, of the body, body components, rad/s, shape (K + 1, N, 3).
+        wheel_momentum: of each wheel, N m s, shape (K + 1, N, 3).
+        wheel_torque: commanded, N m, shape (K, N, 3).
+        torque_limited: steps so far in which a wheel's torque limit was met, shape (K + 1, N).
+        momentum_limited: steps so far in which a wheel's momentum limit was met, shape (K + 1, N).
+        pointing_error: between boresight and target, as both truly were, rad, shape (K, N).
+        panel_to_sun: cosine of the angle between panel axis and sun, its magnitude, shape (K, N).
+        attitude_error: length of the modified Rodrigues parameters to the desired attitude, (K, N).
+        attitude_rate_error: length of the angular velocity relative to the desired one, rad/s, (K, N).
+        estimate_covariance: of the error of the filter's (position, velocity) in m and m/s, shape
+            (K, N, 6, 6); this and what follows is not a number for satellites without a filter, and has no
+            rows when no satellite has one.
+        innovation: normalised innovation squared of the newest measurement, shape (K, N); 0 at first.
+        rejected_measurements: so far, by the innovation gate, shape (K, N).
+        early_end: why the flight ended before its last step; None when it did not. The record then ends
+            with the last state within the limits, and holds no number beyond them.
+    """
+
+    satellites: tuple[str, ...]
+    step: float
+    position: Array
+    velocity: Array
+    measured_position: Array
+    measured_velocity: Array
+    acceleration: Array
+    given_acceleration: Array
+    arc_length: Array
+    rate: Array
+    reference_position: Array
+    reference_velocity: Array
+    reference_acceleration: Array
+    sliding_variable: Array
+    believed_position_error: Array
+    believed_velocity_error: Array
+    propellant: Array
+    delta_v: Array
+    clipped: Array
+    withheld: Array
+    starved: Array
+    mrp: Array
+    angular_velocity: Array
+    wheel_momentum: Array
+    wheel_torque: Array
+    torque_limited: Array
+    momentum_limited: Array
+    pointing_error: Array
+    panel_to_sun: Array
+    attitude_error: Array
+    attitude_rate_error: Array
+    estimate_covariance: Array
+    innovation: Array
+    rejected_measurements: Array
+    early_end: EarlyEnd | None = None
+
+    @property
+    def steps(self) -> int:
+        """Number of control steps flown."""
+        return len(self.acceleration)
+
+    @property
+    def time(self) -> Array:
+        """Simulated time of every state, s, shape (K + 1,)."""
+        time: Array = np.arange(self.steps + 1, dtype=np.float64) * self.step
+        return time
+
+    @cached_property
+    def absent(self) -> NDArray[np.bool_]:
+        """In which steps a satellite does not fly, shape (K, N): it commands nothing and has no reference."""
+        without = np.isnan(self.reference_position).all(axis=-1) & (self.acceleration == 0.0).all(axis=-1)
+        absent: NDArray[np.bool_] = without
+        return absent
+
+    def absent_rows(self, rows: int) -> NDArray[np.bool_]:
+        """Where a satellite does not fly, for so many rows of steps or of states, shape (rows, N)."""
+        absent = np.zeros((rows, len(self.satellites)), dtype=np.bool_)
+        absent[: self.steps] = self.absent[:rows]
+        if self.steps:
+            # What a satellite would have said of the state after the last step.
+            absent[self.steps :] = self.absent[-1:]
+        return absent
+
+    def left_out(self, series: Array, *, of_others: bool = False) -> NDArray[np.bool_]:
+        """Where a satellite gives no figure because it does not fly.
+
+        Args:
+            series: a row for each step or state, a column for each satellite, shape (K or K + 1, N, ...).
+            of_others: whether a satellite cannot give it either while another one does not fly.
+
+        Returns:
+            A mask of shape (K or K + 1, N); what is missing elsewhere is missing for another reason.
+        """
+        absent = self.absent_rows(len(series))
+        if of_others:
+            absent |= absent.any(axis=1, keepdims=True)
+        missing: NDArray[np.bool_] = np.asarray(np.isnan(series).any(axis=tuple(range(2, series.ndim))))
+        # Everybody flies at first: what is missing then belongs to a satellite that never gives it.
+        mask: NDArray[np.bool_] = absent & missing & ~missing[:1]
+        return mask
+
+    def first(self, steps: int) -> "FlightRecord":
+        """The first steps of this flight, and the state after them.
+
+        Args:
+            steps: how many, no more than there are.
+        """
+        rows = {self.steps: steps, self.steps + 1: steps + 1}
+        kept = {
+            name: array[: rows.get(len(array), 0)]
+            for name, array in ((name, getattr(self, name)) for name in QUANTITIES)
+        }
+        return replace(self, **kept)
+
+    @property
+    def position_error(self) -> Array:
+        """Position minus reference, m, shape (K, N, 3)."""
+        error: Array = self.position[:-1] - self.reference_position
+        return error
+
+    @property
+    def tracking_error(self) -> Array:
+        """Length of the position error, m, shape (K, N)."""
+        error: Array = np.linalg.norm(self.position_error, axis=-1)
+        return error
+
+    @property
+    def control(self) -> Array:
+        """Length of the commanded acceleration, m/s^2, shape (K, N)."""
+        length: Array = np.linalg.norm(self.acceleration, axis=-1)
+        return length
+
+    @property
+    def effort(self) -> Array:
+        """Delta-v of each step, m/s, shape (K, N): as the thrusters count it, or of the command."""
+        counted = np.diff(self.delta_v, axis=0)
+        ideal = self.step * np.linalg.norm(self.given_acceleration, axis=-1)
+        return np.where(np.isnan(counted), ideal, counted)
+
+    @property
+    def navigation_error(self) -> Array:
+        """Distance between where a satellite is told to be and where it is, m, shape (K + 1, N)."""
+        error: Array = np.linalg.norm(self.measured_position - self.position, axis=-1)
+        return error
+
+    @property
+    def estimation_error(self) -> Array:
+        """Distance between where a satellite believes to be and where it is, m, shape (K, N)."""
+        error: Array = np.linalg.norm(self.believed_position_error - self.position_error, axis=-1)
+        return error
+
+    @cached_property
+    def estimation_error_squared(self) -> Array:
+        """Normalised estimation error squared (NEES) of the filters, shape (K, N); no rows without a filter.
+
+        Mean 6 for a consistent filter; not a number where there is none.
+        """
+        if not len(self.estimate_covariance):
+            return np.empty((0, len(self.satellites)))
+        velocity_error = self.velocity[:-1] - self.reference_velocity
+        error = np.concatenate(
+            (
+                self.believed_position_error - self.position_error,
+                self.believed_velocity_error - velocity_error,
+            ),
+            axis=-1,
+        )
+        return normalised_error_squared(error, self.estimate_covariance)
+
+    def digest(self) -> str:
+        """State hash: SHA-256 over names, shapes and bits of all arrays; equal for equal flights only."""
+        found = hashlib.sha256(repr((self.satellites, self.step)).encode())
+        for name in QUANTITIES:
+            array = getattr(self, name)
+            if name in ESTIMATES and not array.size:
+                # A flight without filters has nothing of this kind, not even a name.
+                continue
+            found.update(f"{name}{array.shape}".encode())
+            # All that is not a number is hashed alike: its bits depend on who made it.
+            found.update(np.where(np.isnan(array), np.nan, array).tobytes())
+        return found.hexdigest()
+
+    def differences(self, other: "FlightRecord") -> list[str]:
+        """Where two records of the same flight are not the same to the last bit.
+
+        Args:
+            other: the record to compare with.
+
+        Returns:
+            A sentence for each quantity that differs, naming the first step at which it does;
+            empty when every number of both records has the same bits.
+        """
+        found = []
+        if self.satellites != other.satellites:
+            found.append(f"satellites: {self.satellites} and {other.satellites}")
+        if self.step != other.step:
+            found.append(f"step: {self.step!r} s and {other.step!r} s")
+        for name in QUANTITIES:
+            mine, theirs = getattr(self, name), getattr(other, name)
+            if mine.shape != theirs.shape:
+                found.append(f"{name}: shapes {mine.shape} and {theirs.shape}")
+                continue
+            unequal = mine.view(np.uint64) != theirs.view(np.uint64)
+            if unequal.any():
+                first = int(np.argwhere(unequal)[0][0])
+                found.append(f"{name}: {int(unequal.sum())} numbers differ, the first at step {first}")
+        ends = ["its last step" if end is None else end.sentence for end in (self.early_end, other.early_end)]
+        if ends[0] != ends[1]:
+            found.append(f"end of the flight: {ends[0]}; and {ends[1]}")
+        return found
+
+
+def no_propulsion(states: int, satellites: int) -> dict[str, Array]:
+    """The quantities of propulsion of satellites without a thruster, each of shape (states, satellites)."""
+    unknown = {name: np.full((states, satellites), np.nan) for name in ("propellant", "delta_v")}
+    counters = {name: np.zeros((states, satellites)) for name in ("clipped", "withheld", "starved")}
+    return unknown | counters
+
+
+def no_attitude(steps: int, satellites: int) -> dict[str, Array]:
+    """What is told and commanded of attitudes, not yet known, for flights in which a satellite has one.
+
+    Args:
+        steps: of the flight; -1 for no rows at all.
+        satellites: how many.
+    """
+    vectors = {name: np.full((steps + 1, satellites, 3), np.nan) for name in ATTITUDE_VECTORS}
+    names = ("torque_limited", "momentum_limited")
+    counters = {name: np.full((steps + 1, satellites), np.nan) for name in names}
+    return {**vectors, "wheel_torque": np.full((max(steps, 0), satellites, 3), np.nan), **counters}
+
+
+def no_estimates(steps: int, satellites: int) -> dict[str, Array]:
+    """What filters estimate, not yet known, for flights in which a satellite has one.
+
+    Args:
+        steps: of the flight; 0 for no rows at all.
+        satellites: how many.
+    """
+    return {
+        "estimate_covariance": np.full((steps, satellites, 6, 6), np.nan),
+        "innovation": np.full((steps, satellites), np.nan),
+        "rejected_measurements": np.full((steps, satellites), np.nan),
+    }
+
+
+ESTIMATES = ("estimate_covariance", "innovation", "rejected_measurements")
+"""Quantities of a record that belong to filters."""
+
+ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
+"""Quantities of a record that a satellite is told of its attitude."""
+
+_NO_ARRAYS = frozenset({"satellites", "step", "early_end"})
+
+QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in _NO_ARRAYS)
+"""Names of the arrays of a record."""

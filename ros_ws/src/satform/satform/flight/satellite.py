@@ -1,0 +1,521 @@
+"""The flight software of one satellite: what it hears in, what it says and does out.
+
+The same object flies one satellite, with vectors of shape (3,), or many at once, with a leading
+axis over satellites; both give the same bits.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from satform.attitude.guidance import Aim, Attitude, Orientation, Target, orientation
+from satform.attitude.satellite_pointing import SatellitePointingSpec
+from satform.attitude.tracking import AttitudeTrackingSpec
+from satform.communication.messages import WIDTH, Announcement, AnyAnnouncement, AnyHeard
+from satform.communication.messages import heard as as_heard
+from satform.communication.neighbour_buffer import Inbox, Told
+from satform.consensus.arc_length import Announces, ArcLengthConsensus, Heard, propagate
+from satform.consensus.graph import Graph
+from satform.consensus.motion_sharing import HeardMotion, MotionAnnouncement, MotionSharing
+from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
+from satform.equipment.kalman_filter import Measurement
+from satform.equipment.navigation import Estimator, EstimatorMemory
+from satform.numeric import stacking
+from satform.numeric.elementwise import Array
+from satform.orbits.curve import Curve
+from satform.orbits.path_reference import Path, Reference
+from satform.scenario.environment import pointing_in
+from satform.scenario.model import SatelliteSpec, Scenario
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """What a satellite is given before flight; arrays carry a leading axis when many fly as one.
+
+    Attributes:
+        path: the closed orbit to fly and how it is parametrised.
+        controller: the control law, a `Controller`, or a `NeighbourController` under `MotionSharing`.
+        consensus: the law by which satellites agree on their phase, or the sharing of their motion.
+        nominal_rate: rate of the generalised arc length once all agree, m/s, shape (...).
+        phase_offset: by how much this satellite leads the agreement, m, shape (...).
+        arc_length: generalised, at the start, m, shape (...).
+        rate: of the generalised arc length at the start, m/s, shape (...).
+        start: where the satellite begins.
+        step: control period, s.
+        estimator: what is made of the measurements; None to take them as they are.
+        orientation: where the satellite points and how; None for one without attitude.
+    """
+
+    path: Path
+    controller: Any
+    consensus: ArcLengthConsensus | MotionSharing
+    nominal_rate: Array
+    phase_offset: Array
+    arc_length: Array
+    rate: Array
+    start: Motion
+    step: float
+    estimator: Estimator | None = None
+    orientation: Orientation | None = None
+
+
+@dataclass(frozen=True)
+class SatelliteState:
+    """All that a satellite remembers from one step to the next.
+
+    Attributes:
+        step: number of the step that comes next.
+        arc_length: generalised, of the reference, m, shape (...).
+        rate: of the generalised arc length, m/s, shape (...).
+        announcement: what the neighbours hear in that step.
+        memory: the control law's own state.
+        inbox: the newest word of each neighbour.
+        begun: whether the satellite has acted before.
+        estimate: the estimator's state; None without one and before the first step.
+        acceleration: commanded in the step before, m/s^2, shape (..., 3); None before the first step.
+        missed: steps before the next one in which it did not act since it acted last; its memory and its
+            estimate are for the first of them.
+        skipped: how many of them were skipped on the wall clock while it flew.
+    """
+
+    step: int
+    arc_length: Array
+    rate: Array
+    announcement: AnyAnnouncement
+    memory: Any
+    inbox: Inbox
+    begun: bool = False
+    estimate: EstimatorMemory | None = None
+    acceleration: Array | None = None
+    missed: int = 0
+    skipped: int = 0
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a satellite decides in one step.
+
+    Attributes:
+        acceleration: commanded until the next step, LVLH, m/s^2, shape (..., 3).
+        reference: the motion that is desired.
+        sliding_variable: of the control law, m/s, shape (..., 3).
+        motion: where the satellite believes to be: the estimator's word, or what it was told.
+        wheel_torque: of the motors on the wheels until the next step, N m, shape (..., 3); None for a
+            satellite without attitude.
+        estimate: of the filter, with its covariance; None for a satellite without one.
+    """
+
+    acceleration: Array
+    reference: Reference
+    sliding_variable: Array
+    motion: Motion
+    wheel_torque: Array | None = None
+    estimate: EstimatorMemory | None = None
+
+
+class Satellite:
+    """One satellite's flight software, or that of many satellites flown as one."""
+
+    def __init__(self, plan: FlightPlan, neighbours: int = 0) -> None:
+        """A satellite before its first step.
+
+        Args:
+            plan: what it is given before flight.
+            neighbours: how many others it may hear at some time; of satellites flown as one the most.
+        """
+        self.plan = plan
+        drop_after = plan.consensus.drop_after
+        self._aim = None if plan.orientation is None else Aim(plan.orientation, plan.step, drop_after)
+        self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
+        inbox = Inbox.empty((*np.shape(plan.arc_length), neighbours), WIDTH[self._announces])
+        self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None, inbox)
+
+    @classmethod
+    def of(cls, scenario: Scenario, index: int) -> "Satellite":
+        """The satellite of a scenario with the given place in the list."""
+        return cls(flight_plan(scenario, index), len(scenario.possible_graph().neighbours(index)))
+
+    @classmethod
+    def together(
+        cls, scenario: Scenario, indices: Sequence[int], possible: Graph | None = None
+    ) -> "Satellite":
+        """Several satellites of a scenario flown as one.
+
+        Args:
+            scenario: what is flown.
+            indices: of the satellites.
+            possible: every edge that the graph may have; the scenario's own when left out.
+
+        Raises:
+            ValueError: they differ in kind, so that they cannot be stacked.
+        """
+        graph = scenario.possible_graph() if possible is None else possible
+        neighbours = [graph.neighbours(index) for index in indices]
+        plans = [flight_plan(scenario, index, own) for index, own in zip(indices, neighbours, strict=True)]
+        return cls(stacking.stack(plans), max(len(own) for own in neighbours))
+
+    def alone(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
+        """One of several satellites flown as one, to go on by itself with the same bits.
+
+        Args:
+            row: its place among them.
+            plan: its own.
+            neighbours: how many others it may hear at some time.
+        """
+        single = Satellite(plan, neighbours)
+        state = stacking.item(self.state, row)
+        single.state = replace(state, inbox=state.inbox.first(neighbours))
+        return single
+
+    def announce(self) -> AnyAnnouncement:
+        """What the neighbours may hear in the coming step."""
+        return self.state.announcement
+
+    def act(
+        self,
+        motion: Motion,
+        told: Told,
+        measured_step: int | None = None,
+        attitude: Attitude | None = None,
+        applied_acceleration: Array | None = None,
+    ) -> Decision:
+        """One step of flight software: decide the command and move on to the next step.
+
+        Args:
+            motion: the satellite's own position and velocity, measured or true, shapes (..., 3).
+            told: the announcements of its neighbours.
+            measured_step: number of the step at which the motion was so; this one when left out.
+            attitude: its own, shapes (..., 3); None for a satellite without attitude.
+            applied_acceleration: over the step before, as the plant reports it, LVLH, m/s^2, shape (..., 3);
+                left out where commands are applied as they are.
+
+        Returns:
+            The command with the reference that it follows.
+        """
+        plan, state = self.plan, self.state
+        inbox = state.inbox.after(told)
+        heard = self._heard(inbox, told)
+        applied = _applied(state, applied_acceleration)
+        estimate = None
+        if plan.estimator is not None:
+            at = state.step if measured_step is None else measured_step
+            measurement = Measurement(motion.position, motion.velocity, at)
+            estimate = _estimated(plan.estimator, state, measurement, applied)
+            motion = Motion(estimate.state[..., :3], estimate.state[..., 3:])
+        memory = _memory(plan, state, motion, applied)
+        commanded = applied if state.missed else state.acceleration
+        step = ControlStep(state.step, plan.step, applied, commanded, state.skipped)
+        if isinstance(heard, HeardMotion):
+            reference, action, phase = _follow_neighbour(plan, state, motion, heard, (memory, step))
+        else:
+            reference, action, phase = _follow_path(plan, state, motion, heard, (memory, step))
+        self.state = SatelliteState(
+            step=state.step + 1,
+            arc_length=phase.arc_length,
+            rate=phase.rate,
+            announcement=phase.said,
+            memory=action.memory,
+            inbox=inbox,
+            begun=True,
+            estimate=estimate,
+            acceleration=action.acceleration,
+        )
+        torque = None
+        if self._aim is not None and plan.orientation is not None and attitude is not None:
+            aim = self._aim.at(state.step, reference, heard)
+            time = np.full_like(state.arc_length, state.step * plan.step)
+            torque = plan.orientation.wheel_torque(attitude, aim, time)
+        return Decision(action.acceleration, reference, action.sliding_variable, motion, torque, estimate)
+
+    def _heard(self, inbox: Inbox, told: Told) -> AnyHeard:
+        """What the neighbours are taken to say: their newest word, unless it has become too old."""
+        weight = inbox.known
+        if not told.complete:
+            weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.drop_after)
+        return as_heard(self._announces, inbox.values, inbox.stamp, weight)
+
+    def join(self, step: int, *, skipped: bool = False) -> None:
+        """Take part (again) from a later step on, with what was known at the present one.
+
+        The arc length is carried on at its rate. What the control law remembers and what was estimated of
+        the own motion are carried over the gap when the satellite acts next, since that takes what was
+        applied meanwhile. Nothing changes when the step is the one that comes next anyway.
+
+        Args:
+            step: the next one in which it acts.
+            skipped: whether the satellite flew on meanwhile, its states having been skipped on the wall
+                clock; otherwise it was lost.
+        """
+        plan, state = self.plan, self.state
+        if step == state.step:
+            return
+        missed = step - state.step
+        arc_length = state.arc_length + (step - state.step) * plan.step * state.rate
+        said = state.announcement
+        if isinstance(said, Announcement):
+            moment = np.full_like(arc_length, step * plan.step)
+            said = Announcement(moment, arc_length - plan.phase_offset, state.rate)
+        self.state = replace(
+            state,
+            step=step,
+            arc_length=arc_length,
+            announcement=said,
+            missed=state.missed + missed,
+            skipped=state.skipped + missed if skipped else 0,
+        )
+
+    def rearrange(self, places: list[int | None]) -> None:
+        """Go on with another list of possible neighbours.
+
+        Args:
+            places: for each of the new list, its place in the old one; None for one that was not in it.
+        """
+        self.state = replace(self.state, inbox=self.state.inbox.rearranged(places))
+
+    def find_target(self, neighbours: Sequence[int]) -> None:
+        """Go on pointing at the same satellite with another list of possible neighbours.
+
+        Args:
+            neighbours: indices of those whom the satellite may hear, ascending.
+        """
+        orientation = self.plan.orientation
+        if orientation is None or orientation.target is None:
+            return
+        orientation = replace(orientation, target=orientation.target.among(neighbours))
+        self.plan = replace(self.plan, orientation=orientation)
+        self._aim = Aim(orientation, self.plan.step, self.plan.consensus.drop_after)
+
+    def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
+        """Change the gains from the next step on, keeping what the control law remembers.
+
+        Raises:
+            ValueError: the gains cannot fly in this setting.
+        """
+        self.plan = replace(self.plan, controller=spec.build(setting))
+
+    def use_phase_offset(self, offset: float) -> None:
+        """Lead the formation's agreement by another arc length in m from the next step on.
+
+        What was said for that step was still meant with the offset before.
+        """
+        self.plan = replace(self.plan, phase_offset=_scalar(offset))
+
+    def use_curve(self, curve: Curve) -> None:
+        """Fly another orbit from the next step on, with the same generalised arc length a lap.
+
+        Raises:
+            ValueError: one of the two is a fixed point, and the other one is not.
+        """
+        path, plan = (
+            Path(curve, _scalar(1.0), self.plan.path.parameter, self.plan.path.feed_forward),
+            self.plan,
+        )
+        lap, own = float(plan.path.period), float(path.period)
+        if (lap > 0.0) != (own > 0.0):
+            raise ValueError("an orbit cannot become a fixed point, nor a fixed point an orbit")
+        scale = _scalar(own / lap if lap > 0.0 else 1.0)
+        self.plan = replace(plan, path=replace(path, scale=scale))
+
+    def use_attitude_controller(self, spec: AttitudeTrackingSpec) -> None:
+        """Change the gains of the attitude from the next step on.
+
+        Raises:
+            ValueError: the satellite has no attitude, or these inertias belong to no body.
+        """
+        if self.plan.orientation is None:
+            raise ValueError("this satellite has no attitude")
+        self.plan = replace(self.plan, orientation=replace(self.plan.orientation, law=spec.build()))
+
+
+@dataclass(frozen=True)
+class _Phase:
+    """Arc length and rate for the next step, and what is said of them or of the motion."""
+
+    arc_length: Array
+    rate: Array
+    said: AnyAnnouncement
+
+
+def _first_announcement(plan: FlightPlan) -> AnyAnnouncement:
+    begin = np.zeros_like(plan.arc_length)
+    if isinstance(plan.consensus, MotionSharing):
+        return MotionAnnouncement(begin, plan.start.position, plan.start.velocity)
+    return Announcement(begin, plan.arc_length - plan.phase_offset, plan.rate)
+
+
+def _applied(state: SatelliteState, reported: Array | None) -> Array | None:
+    """What was applied over the step before; None before a satellite's first step."""
+    if not state.begun:
+        return None
+    if reported is not None:
+        return reported
+    # Nobody reports it: commands are applied as they are, and none was given in a gap.
+    assert state.acceleration is not None  # noqa: S101 - it has acted
+    return np.zeros_like(state.acceleration) if state.missed else state.acceleration
+
+
+def _memory(plan: FlightPlan, state: SatelliteState, motion: Motion, applied: Array | None) -> Any:
+    """The control law's memory for this step: started at the first one, carried over a gap."""
+    if not state.begun:
+        return plan.controller.start(motion)
+    if not state.missed or state.memory is None or applied is None:
+        return state.memory
+    gap = Gap(state.step - state.missed, state.missed, plan.step, applied, motion)
+    return plan.controller.resume(state.memory, gap)
+
+
+def _follow_path(
+    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: Heard, law: tuple[Any, ControlStep]
+) -> tuple[Reference, Action, _Phase]:
+    assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is heard belongs to it
+    time = state.step * plan.step
+    follows_itself = plan.consensus.arc_length_source == "projected"
+    if follows_itself:
+        arc_length, rate = plan.path.projected(motion.position, motion.velocity, state.arc_length)
+    else:
+        arc_length, rate = state.arc_length, state.rate
+    phase = arc_length - plan.phase_offset
+    rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, heard, time)
+    reference = plan.path.at_step(arc_length, rate, rate_change, plan.step)
+    action: Action = plan.controller.act(motion, reference, *law)
+    next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
+    if follows_itself:
+        said = Announcement(np.full_like(phase, time), phase, rate)
+    else:
+        moment = np.empty(phase.shape)
+        moment.fill((state.step + 1) * plan.step)
+        said = Announcement(moment, next_arc_length - plan.phase_offset, next_rate)
+    return reference, action, _Phase(next_arc_length, next_rate, said)
+
+
+def _follow_neighbour(
+    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: HeardMotion, law: tuple[Any, ControlStep]
+) -> tuple[Reference, Action, _Phase]:
+    assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is heard belongs to it
+    time = state.step * plan.step
+    neighbour = plan.consensus.seen(motion, heard, time)
+    action: Action = plan.controller.act(motion, neighbour, *law)
+    said = MotionAnnouncement(np.full_like(state.arc_length, time), motion.position, motion.velocity)
+    reference: Reference = plan.controller.reference(motion, neighbour)
+    follows = heard.weight > 0.0
+    if not np.all(follows):
+        # Nobody to follow: the satellite coasts, desires its own motion, and its law learns nothing.
+        still = np.zeros_like(motion.position)
+        coasting = Action(still, still, law[0])
+        action = stacking.select(follows, action, coasting)
+        reference = stacking.select(follows, reference, Reference(motion.position, motion.velocity, still))
+    return reference, action, _Phase(state.arc_length, state.rate, said)
+
+
+def _estimated(
+    estimator: Estimator, state: SatelliteState, measurement: Measurement, applied: Array | None
+) -> EstimatorMemory:
+    """The estimate at this step; after a gap it is carried over it with what was applied in it."""
+    if state.estimate is None or applied is None:
+        return estimator.start(measurement)
+    memory = state.estimate
+    if state.missed:
+        assert state.acceleration is not None  # noqa: S101 - it has acted
+        memory = estimator.resume(memory, state.missed, state.acceleration, applied)
+    return estimator.observe(memory, measurement, applied)
+
+
+def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
+    """What the controller of the satellite with the given place may know of a scenario."""
+    step, thruster = scenario.timing.step, scenario.satellite(index).thruster
+    if thruster is None:
+        return FlightSetting(scenario.orbit.rate, step)
+    return FlightSetting(scenario.orbit.rate, step, thruster.resolution(step), thruster.largest_error)
+
+
+def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
+    """What the satellite with the given place in a scenario's list is given before flight.
+
+    Args:
+        scenario: what is flown.
+        index: place of the satellite.
+        neighbours: places of those whom it may hear, ascending; by the scenario's graph when left out.
+    """
+    spec = scenario.satellite(index)
+    assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
+    path, nominal, desired = _departure(scenario, spec)
+    arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
+    return FlightPlan(
+        path=path,
+        controller=spec.controller.build(flight_setting(scenario, index)),
+        consensus=scenario.consensus.build(),
+        nominal_rate=_scalar(nominal),
+        phase_offset=_scalar(spec.phase_offset),
+        arc_length=arc_length,
+        rate=rate,
+        start=Motion(
+            desired.position + np.asarray(spec.position_error),
+            desired.velocity + np.asarray(spec.velocity_error),
+        ),
+        step=scenario.timing.step,
+        estimator=_estimator(scenario, spec),
+        orientation=_orientation(scenario, index, desired, neighbours),
+    )
+
+
+def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Reference]:
+    """Path of a satellite, rate of its arc length once all agree, and its desired motion at the start."""
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
+    path = Path(spec.curve.build(), _scalar(spec.scale), spec.parameter, spec.feed_forward)
+    nominal = scenario.circulation.rate
+    if nominal is None:
+        assert scenario.circulation.period is not None  # noqa: S101
+        nominal = float(path.period) / scenario.circulation.period
+    rate = _scalar(nominal if spec.rate is None else spec.rate)
+    return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
+
+
+def _orientation(
+    scenario: Scenario, index: int, desired: Reference, neighbours: Sequence[int] | None
+) -> Orientation | None:
+    spec = scenario.satellite(index).attitude
+    if spec is None:
+        return None
+    spec = spec.model_copy(update={"pointing": pointing_in(scenario.dynamics, spec.pointing)})
+    target = None
+    if isinstance(spec.pointing, SatellitePointingSpec):
+        names = [satellite.name for satellite in scenario.satellites]
+        other = names.index(spec.pointing.target)
+        aimed_at = scenario.satellite(other)
+        path, nominal, begin = _departure(scenario, aimed_at)
+        heard = scenario.possible_graph().neighbours(index) if neighbours is None else neighbours
+        known = Target(
+            path=path,
+            phase_offset=_scalar(aimed_at.phase_offset),
+            satellite=np.asarray(other, dtype=np.int64),
+            place=np.asarray(heard.index(other), dtype=np.int64),
+            planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
+            planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
+        )
+        target = (known, begin)
+    return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)
+
+
+def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
+    if spec.filter is None:
+        return None
+    assert spec.sensor is not None  # noqa: S101 - the scenario's validator has seen to it
+    return spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor)
+
+
+def _scalar(value: float) -> Array:
+    """A number of one satellite, which stacks like an array and computes faster than one of no axes."""
+    scalar: Array = np.asarray(value, dtype=np.float64)[()]
+    return scalar
+
+
+def motion_at_start(scenario: Scenario) -> Motion:
+    """Where all satellites begin: on their references, off by the scenario's errors.
+
+    Returns:
+        Position in m and velocity in m/s in LVLH, shapes (N, 3).
+    """
+    starts = [flight_plan(scenario, index).start for index in range(len(scenario.satellites))]
+    return stacking.stack(starts)

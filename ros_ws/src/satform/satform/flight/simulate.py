@@ -1,0 +1,441 @@
+"""The in-process run: one loop, no ROS, the oracle that every other way to run is held against."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.attitude.guidance import Attitude
+from satform.communication.messages import WIDTH, numbers
+from satform.communication.neighbour_buffer import Told
+from satform.communication.receiver import Ears, Index
+from satform.control.protocol import Motion
+from satform.evaluation.pointing_accuracy import FIGURES, attitude_figures
+from satform.flight.checkpoint import restore, save
+from satform.flight.early_end import EarlyEnd
+from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
+from satform.flight.online_parameters import Adjustments
+from satform.flight.plant import Plant
+from satform.flight.record import (
+    ATTITUDE_VECTORS,
+    ESTIMATES,
+    QUANTITIES,
+    FlightRecord,
+    no_attitude,
+    no_estimates,
+    no_propulsion,
+)
+from satform.flight.satellite import Decision, Satellite, flight_plan
+from satform.membership.faults import Faults
+from satform.membership.state import (
+    Adjusted,
+    Back,
+    Event,
+    Formation,
+    Lost,
+    Plan,
+    loses,
+    merged,
+    planned,
+    possible_graph,
+)
+from satform.scenario.model import Scenario
+
+Place = int | slice
+"""Of one satellite in arrays of the whole formation; or all of it."""
+
+
+@dataclass
+class _Group:
+    """Satellites that are flown by one object.
+
+    Attributes:
+        satellite: the flight software, of one satellite or of several stacked.
+        ears: who they are, and whom they hear.
+        flies: whether they take part at present.
+        adjustments: what was changed of it in flight; None while nothing was.
+    """
+
+    satellite: Satellite
+    ears: Ears
+    flies: bool = True
+    adjustments: Adjustments | None = None
+
+    @property
+    def members(self) -> Index:
+        """Place of each in the formation, shape (); or (n,) when stacked."""
+        return self.ears.members
+
+    @property
+    def place(self) -> Place:
+        """The same as an index that makes no copy."""
+        return slice(None) if self.members.ndim else int(self.members)
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    together: bool = True,
+    events: Plan | None = None,
+    progress: Callable[[int], None] | None = None,
+    stop: Callable[[], bool] | None = None,
+) -> FlightRecord:
+    """Fly a scenario in this process.
+
+    Args:
+        scenario: what to fly.
+        together: whether satellites of the same kind share one step over arrays; the numbers have
+            the same bits either way.
+        events: what happens beside that which the scenario plans, by step, as in a flight that is flown
+            once more.
+        progress: called with the number of finished steps after each.
+        stop: asked before each step whether to fly no further.
+
+    Returns:
+        The whole flight; what was flown of it before it was stopped; or until a quantity was not finite or
+        beyond its limit: the record's `early_end` says so. A satellite that is lost commands nothing and says
+        nothing: its acceleration is zero, and what else it would have decided is not a number.
+    """
+    plan = merged(planned(scenario), events or {})
+    # What is not finite ends the flight with a sentence; a warning would say the same less well.
+    with np.errstate(all="ignore"):
+        flight = _Flight(scenario, plan, together=together and not loses(plan))
+        for step in range(scenario.timing.steps):
+            if stop and stop():
+                break
+            flight.step()
+            if flight.early_end:
+                break
+            if progress:
+                progress(step + 1)
+        return flight.finished()
+
+
+class _Flight:
+    """A flight under way.
+
+    Attributes:
+        early_end: why it goes no further; None while it does.
+        flown: steps flown within the limits, once it goes no further.
+    """
+
+    def __init__(self, scenario: Scenario, plan: Plan, *, together: bool) -> None:
+        self.scenario = scenario
+        self.plan = plan
+        self.plant = Plant(scenario)
+        self.early_end: EarlyEnd | None = None
+        self.flown = 0
+        self._limits = LimitCheck(scenario)
+        self.formation = Formation.of(scenario)
+        self._names = [satellite.name for satellite in scenario.satellites]
+        self._possible = possible_graph(scenario.communication_graph(), plan)
+        # Checkpoints that someone will go on from, by satellite and step.
+        self._needed = {
+            (event.satellite, event.checkpoint)
+            for events in plan.values()
+            for event in events
+            if isinstance(event, Back) and event.checkpoint is not None
+        }
+        self._kept: dict[tuple[int, int], bytes] = {}
+        self.groups = self._grouped(together=together)
+        self.log = _Log(scenario)
+
+    def step(self) -> None:
+        """Fly the next step."""
+        log, plant = self.log, self.plant
+        step = log.step
+        if self._beyond_limits():
+            return
+        events = self.plan.get(step, [])
+        # What a satellite said last for this step is heard although it is lost in it.
+        log.announced(self.groups)
+        if events:
+            self._happen(events, step)
+        motion, attitude = plant.measured(), plant.attitude()
+        measured_steps = plant.measured_steps() if log.measures else None
+        log.moved(plant, attitude)
+        violations: dict[int, Violation] = {}
+        for group in self.groups:
+            place = group.place
+            if not group.flies:
+                log.silent(place)
+                continue
+            own = Motion(motion.position[place], motion.velocity[place])
+            # Satellites whose filters are told at different times do not fly as one.
+            measured_step = None if measured_steps is None else int(measured_steps[place].flat[0])
+            turned = None if attitude is None else _rows(attitude, group)
+            told = log.told(group.ears, self.formation)
+            applied = plant.given[place]
+            try:
+                decision = group.satellite.act(own, told, measured_step, turned, applied)
+            except ArithmeticError:
+                violations[int(np.min(group.members))] = NO_COMMAND
+                continue
+            found = self._limits.of_decision(decision, numbers(group.satellite.announce()))
+            if found:
+                members = np.atleast_1d(group.members)
+                violations.update({int(members[row]): violation for row, violation in found.items()})
+            log.decided(place, decision)
+            self._keep(group)
+        self.early_end, self.flown = self._limits.computed_end(violations, step), step
+        if self.early_end:
+            return
+        plant.advance(log.record.acceleration[step], log.wheel_torque())
+        log.step = step + 1
+
+    def _beyond_limits(self) -> bool:
+        """Whether the flight ends because of the states of the present step."""
+        self.early_end = self._limits.of_plant(self.plant)
+        # The step that led to states beyond the limits is no part of the flight.
+        self.flown = max(0, self.plant.step - 1)
+        return self.early_end is not None
+
+    def _happen(self, events: list[Event], step: int) -> None:
+        self.formation.apply(events, step, self._names)
+        for event in events:
+            match event:
+                case Lost():
+                    self.groups[event.satellite].flies = False
+                case Back() if not self.groups[event.satellite].flies:
+                    self._restart(event, step)
+                    if not self.formation.speaks(event.satellite, step):
+                        self.log.rejoined(self.groups[event.satellite])
+                case Adjusted():
+                    self._adjust(event)
+                case _:
+                    pass
+
+    def _adjust(self, event: Adjusted) -> None:
+        group = self.groups[event.satellite]
+        if group.adjustments is None:
+            group.adjustments = Adjustments(self.scenario, event.satellite)
+        group.adjustments.set(group.satellite, event.name, event.value)
+
+    def _keep(self, group: _Group) -> None:
+        """Keep a checkpoint of a satellite if it is one that will be needed."""
+        if self._needed:
+            key = (int(group.members), group.satellite.state.step)
+            if key in self._needed:
+                self._kept[key] = save(group.satellite)
+
+    def _restart(self, event: Back, step: int) -> None:
+        fresh = self._single(event.satellite)
+        if event.checkpoint is not None:
+            key = (event.satellite, event.checkpoint)
+            if key not in self._kept:
+                name = self._names[event.satellite]
+                raise ValueError(f"{name} has no checkpoint of step {event.checkpoint} to come back from")
+            restore(fresh.satellite, self._kept[key])
+        fresh.satellite.join(step)
+        self.groups[event.satellite] = fresh
+
+    def finished(self) -> FlightRecord:
+        """The whole flight, or what was flown of it."""
+        log = self.log
+        ends_early = self.early_end is not None or self._beyond_limits()
+        if not ends_early or log.step == 0:
+            log.announced(self.groups)
+            log.moved(self.plant, self.plant.attitude())
+        if ends_early:
+            log.record = replace(log.record.first(self.flown), early_end=self.early_end)
+        elif log.step < self.scenario.timing.steps:
+            log.record = log.record.first(log.step)
+        return log.finished(self.scenario)
+
+    def _grouped(self, *, together: bool) -> list[_Group]:
+        count = len(self.scenario.satellites)
+        if together:
+            try:
+                satellite = Satellite.together(self.scenario, range(count), self._possible)
+            except ValueError:
+                # Satellites of different kinds cannot be stacked; each is then flown by itself.
+                pass
+            else:
+                heard = [self._possible.neighbours(index) for index in range(count)]
+                return [_Group(satellite, Ears(self.scenario, np.arange(count), heard))]
+        return [self._single(index) for index in range(count)]
+
+    def _single(self, index: int) -> _Group:
+        heard = self._possible.neighbours(index)
+        ears = Ears(self.scenario, np.asarray(index), [heard])
+        return _Group(Satellite(flight_plan(self.scenario, index, heard), len(heard)), ears)
+
+
+def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
+    """What the satellites of a group are told of their attitudes; None when they have none."""
+    if group.satellite.plan.orientation is None:
+        return None
+    place = group.place
+    return Attitude(attitude.mrp[place], attitude.angular_velocity[place], attitude.wheel_momentum[place])
+
+
+class _Log:
+    """The record under way, and what has been announced for the step."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        steps, count = scenario.timing.steps, len(scenario.satellites)
+        satellites = [scenario.satellite(index) for index in range(count)]
+        self.step = 0
+        self._announces = scenario.consensus.announces
+        self._said = np.zeros((count, WIDTH[self._announces]))
+        self._time = np.zeros(count)
+        self._fresh = np.ones(count)
+        self._silent: set[Place] = set()
+        self._faults = Faults(
+            scenario.faults, [own.name for own in scenario.satellites], scenario.timing.step
+        )
+        self._liars = [index for index in range(count) if self._faults.lies(index)]
+        self.measures = any(satellite.sensor is not None for satellite in satellites)
+        self._filters = any(satellite.filter is not None for satellite in satellites)
+        position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
+        acceleration = np.empty((steps, count, 3))
+        self._turns = any(satellite.attitude is not None for satellite in satellites)
+        unknown: dict[str, Any] = {
+            **no_propulsion(steps + 1, count),
+            **no_estimates(steps if self._filters else 0, count),
+            **no_attitude(steps if self._turns else -1, count),
+            **{name: np.empty((0, count)) for name in FIGURES},
+        }
+        self.record = FlightRecord(
+            satellites=tuple(satellite.name for satellite in scenario.satellites),
+            step=scenario.timing.step,
+            position=position,
+            velocity=velocity,
+            measured_position=np.empty_like(position) if self.measures else position,
+            measured_velocity=np.empty_like(velocity) if self.measures else velocity,
+            acceleration=acceleration,
+            given_acceleration=np.empty_like(acceleration),
+            arc_length=np.zeros((steps + 1, count)),
+            rate=np.zeros((steps + 1, count)),
+            reference_position=np.empty((steps, count, 3)),
+            reference_velocity=np.empty((steps, count, 3)),
+            reference_acceleration=np.empty((steps, count, 3)),
+            sliding_variable=np.empty((steps, count, 3)),
+            believed_position_error=np.empty((steps if self._filters else 0, count, 3)),
+            believed_velocity_error=np.empty((steps if self._filters else 0, count, 3)),
+            **unknown,
+        )
+
+    def announced(self, groups: list[_Group]) -> None:
+        """Take in what is said for the coming step by those that fly."""
+        for group in groups:
+            place = group.place
+            if not group.flies:
+                self._silent.add(place)
+                self._fresh[place] = 0.0
+                self._said[place] = np.nan
+                continue
+            if self._silent:
+                self._silent.discard(place)
+                self._fresh[place] = 1.0
+            self._announced(group)
+        if self._announces == "arc_length":
+            self.record.arc_length[self.step], self.record.rate[self.step] = self._said.T
+
+    def _announced(self, group: _Group) -> None:
+        """Take in what the satellites of a group announce for the coming step."""
+        place, said = group.place, group.satellite.announce()
+        self._time[place] = said.time
+        self._said[place] = numbers(said)
+        for liar in self._liars:
+            if liar in group.members:
+                self._said[liar] = self._faults.said(liar, self._said[liar], self.step)
+
+    def rejoined(self, group: _Group) -> None:
+        """Record what a satellite that rejoins announces for its first step; its neighbours do not use it."""
+        place = group.place
+        self._announced(group)
+        if self._announces == "arc_length":
+            self.record.arc_length[self.step, place], self.record.rate[self.step, place] = self._said[place]
+        self._silent.add(place)
+        self._fresh[place] = 0.0
+
+    def moved(self, plant: Plant, attitude: Attitude | None) -> None:
+        record, step, motion, measured = self.record, self.step, plant.motion(), plant.measured()
+        record.position[step] = motion.position
+        record.velocity[step] = motion.velocity
+        if self.measures:
+            record.measured_position[step] = measured.position
+            record.measured_velocity[step] = measured.velocity
+        if attitude is not None:
+            for name in ATTITUDE_VECTORS:
+                getattr(record, name)[step] = getattr(attitude, name)
+            for group in plant.turning:
+                limits = plant.wheel_limits()[group.members]
+                record.torque_limited[step, group.members] = limits[:, 0]
+                record.momentum_limited[step, group.members] = limits[:, 1]
+        if step > 0:
+            record.given_acceleration[step - 1] = plant.given
+        if plant.thrusters is None:
+            return
+        members, propulsion = plant.thrusters.members, plant.thrusters.propulsion
+        record.propellant[step, members] = propulsion.propellant
+        record.delta_v[step, members] = propulsion.delta_v
+        record.clipped[step, members] = propulsion.clipped
+        record.withheld[step, members] = propulsion.withheld
+        record.starved[step, members] = propulsion.starved
+
+    def told(self, ears: Ears, formation: Formation) -> Told:
+        """What arrives at the satellites of a group."""
+        places = ears.neighbours
+        values, time = self._said.take(places, axis=0), self._time.take(places)
+        if not self._silent:
+            return ears.told(self.step, values, time, None, formation)
+        fresh = self._fresh[places]
+        values = np.where(fresh[..., None] > 0.0, values, 0.0)
+        return ears.told(self.step, values, time, fresh, formation)
+
+    def silent(self, place: Place) -> None:
+        """Note that a satellite does not take part in this step."""
+        record, step = self.record, self.step
+        record.acceleration[step, place] = 0.0
+        record.reference_position[step, place] = np.nan
+        record.reference_velocity[step, place] = np.nan
+        record.reference_acceleration[step, place] = np.nan
+        record.sliding_variable[step, place] = np.nan
+        if self._turns:
+            record.wheel_torque[step, place] = 0.0
+        if self._filters:
+            for name in ESTIMATES:
+                getattr(record, name)[step, place] = np.nan
+            record.believed_position_error[step, place] = np.nan
+            record.believed_velocity_error[step, place] = np.nan
+
+    def decided(self, place: Place, decision: Decision) -> None:
+        record, step, reference = self.record, self.step, decision.reference
+        record.acceleration[step, place] = decision.acceleration
+        record.reference_position[step, place] = reference.position
+        record.reference_velocity[step, place] = reference.velocity
+        record.reference_acceleration[step, place] = reference.acceleration
+        record.sliding_variable[step, place] = decision.sliding_variable
+        if decision.wheel_torque is not None:
+            record.wheel_torque[step, place] = decision.wheel_torque
+        if self._filters:
+            if decision.estimate is not None:
+                record.estimate_covariance[step, place] = decision.estimate.covariance
+                record.innovation[step, place] = decision.estimate.innovation
+                record.rejected_measurements[step, place] = decision.estimate.rejected
+            believed = decision.motion
+            record.believed_position_error[step, place] = believed.position - reference.position
+            record.believed_velocity_error[step, place] = believed.velocity - reference.velocity
+
+    def wheel_torque(self) -> NDArray[np.float64] | None:
+        """What was commanded to the wheels in this step; None when nobody has any."""
+        return self.record.wheel_torque[self.step] if self._turns else None
+
+    def finished(self, scenario: Scenario) -> FlightRecord:
+        record = self.record
+        if self._turns:
+            known = {name: getattr(record, name) for name in QUANTITIES}
+            figures: dict[str, Any] = attitude_figures(scenario, known)
+            record = replace(record, **figures)
+        if self._filters:
+            return record
+        # Without filters satellites believe what they are told.
+        return replace(
+            record,
+            believed_position_error=record.measured_position[:-1] - record.reference_position,
+            believed_velocity_error=record.measured_velocity[:-1] - record.reference_velocity,
+        )

@@ -1,0 +1,261 @@
+"""What goes wrong in a flight, as data: each fault begins and ends at a numbered step, in every run alike."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from satform.common.spec import NonNegative, Number, Positive, Spec
+from satform.equipment.thruster import ThrusterFault
+from satform.numeric.elementwise import Array
+
+Memory = Literal["checkpoint", "plan"]
+"""What a satellite knows that comes back: its last checkpoint, or its flight plan and the time."""
+
+MOST_STEPS = 100_000_000
+"""Steps of the longest flight."""
+
+
+def step_at(time: float, step: float) -> int:
+    """Number of the first step that does not begin before a moment.
+
+    Args:
+        time: simulated, s.
+        step: control period, s.
+    """
+    return int(np.ceil(time / step * (1.0 - 1e-12) - 1e-9))
+
+
+class FaultSpec(Spec):
+    """Base of every fault's specification; subclasses set a literal `kind`.
+
+    Attributes:
+        tells_phase: whether it is about the phase that a satellite tells.
+        needs: what a satellite has to have for it, `thruster` or `sensor`; empty for nothing.
+    """
+
+    tells_phase: ClassVar[bool] = False
+    needs: ClassVar[Literal["", "thruster", "sensor"]] = ""
+
+    satellite: str
+    """Name of the satellite that it happens to."""
+    at: NonNegative
+    """When it begins: at the first step that does not begin before this simulated time, s."""
+
+    def complaints(self, duration: float) -> list[tuple[str, str]]:
+        """Field and sentence of what cannot be in a flight of this length in s."""
+        if self.at >= duration:
+            return [("at", f"at {self.at:g} s is not earlier than the flight's end at {duration:g} s")]
+        return []
+
+
+class PassingFaultSpec(FaultSpec):
+    """Base of the faults that may pass."""
+
+    until: Positive | None = None
+    """When it ends, s; at the end of the flight when left out."""
+
+    @model_validator(mode="after")
+    def _forward(self) -> "PassingFaultSpec":
+        if self.until is not None and self.until <= self.at:
+            raise ValueError(f"until {self.until:g} s is not later than at {self.at:g} s")
+        return self
+
+
+class SatelliteLostSpec(FaultSpec):
+    """The satellite's process is killed; its body drifts on without thrust."""
+
+    kind: Literal["satellite_lost"] = "satellite_lost"
+    back: NonNegative | None = None
+    """When it is started again and takes part, s; never when left out."""
+    memory: Memory = "checkpoint"
+    """`checkpoint`: it goes on from its last one; `plan`: it knows its flight plan and the time only."""
+
+    @model_validator(mode="after")
+    def _later(self) -> "SatelliteLostSpec":
+        if self.at <= 0.0:
+            raise ValueError("at has to be later than 0: a satellite that never flies is left out instead")
+        if self.back is not None and self.back < self.at:
+            raise ValueError(f"back {self.back:g} s is earlier than at {self.at:g} s")
+        return self
+
+
+class WeakThrusterSpec(PassingFaultSpec):
+    """The thrusters apply only a part of what they would; propellant and delta-v follow what is applied."""
+
+    needs: ClassVar[Literal["", "thruster", "sensor"]] = "thruster"
+
+    kind: Literal["weak_thruster"] = "weak_thruster"
+    factor: Annotated[float, Field(ge=0.0, le=10.0)]
+    """Of the thrust that is applied; 0 for thrusters that are off. A factor above 1 lifts the thrust to what
+    the hardware gives at most."""
+
+
+class StuckThrusterSpec(PassingFaultSpec):
+    """The thrusters keep the thrust of the step before, whatever is commanded, until the tank is empty."""
+
+    needs: ClassVar[Literal["", "thruster", "sensor"]] = "thruster"
+
+    kind: Literal["stuck_thruster"] = "stuck_thruster"
+
+
+class FrozenSensorSpec(PassingFaultSpec):
+    """The satellite is told the same position and velocity again and again, as if they were new."""
+
+    needs: ClassVar[Literal["", "thruster", "sensor"]] = "sensor"
+
+    kind: Literal["frozen_sensor"] = "frozen_sensor"
+
+
+class ClockOffsetSpec(PassingFaultSpec):
+    """The satellite's clock is wrong: others take its words for newer or older, and it does theirs."""
+
+    kind: Literal["clock_offset"] = "clock_offset"
+    offset: Annotated[float, Field(ge=-1e6, le=1e6)]
+    """By which the clock is ahead, s."""
+
+
+class LiarSpec(PassingFaultSpec):
+    """The satellite tells its neighbours a well-formed untruth about its phase."""
+
+    tells_phase: ClassVar[bool] = True
+
+    kind: Literal["liar"] = "liar"
+    arc_length: Number = 0.0
+    """Added to the phase that it tells, m."""
+    drift: Number = 0.0
+    """Added more and more, m each second since the lie began."""
+    rate: Number = 0.0
+    """Added to the rate that it tells, m/s."""
+
+
+@dataclass(frozen=True)
+class _Spell:
+    """A fault that lasts from one step to another, of one satellite."""
+
+    satellite: int
+    begin: int
+    end: int
+
+    def holds(self, step: int) -> bool:
+        return self.begin <= step < self.end
+
+
+@dataclass(frozen=True)
+class _Thrust(_Spell):
+    factor: float | None
+
+
+@dataclass(frozen=True)
+class _Clock(_Spell):
+    offset: float
+
+
+@dataclass(frozen=True)
+class _Lie(_Spell):
+    arc_length: float
+    drift: float
+    rate: float
+
+
+class Faults:
+    """The faults of a scenario that bend what satellites give, measure, say and hear.
+
+    Losses of whole satellites are not among them: they change the formation.
+    """
+
+    def __init__(self, specs: Iterable[FaultSpec], names: Sequence[str], step: float) -> None:
+        """The faults of a run, none of which has begun.
+
+        Args:
+            specs: from the scenario.
+            names: of all satellites.
+            step: control period, s.
+        """
+        self._step = step
+        self._thrusts: list[_Thrust] = []
+        self._frozen: list[_Spell] = []
+        self._clocks: list[_Clock] = []
+        self._lies: list[_Lie] = []
+        for spec in specs:
+            until = getattr(spec, "until", None)
+            end = MOST_STEPS if until is None else step_at(until, step)
+            spell = (names.index(spec.satellite), step_at(spec.at, step), end)
+            match spec:
+                case WeakThrusterSpec():
+                    self._thrusts.append(_Thrust(*spell, spec.factor))
+                case StuckThrusterSpec():
+                    self._thrusts.append(_Thrust(*spell, None))
+                case FrozenSensorSpec():
+                    self._frozen.append(_Spell(*spell))
+                case ClockOffsetSpec():
+                    self._clocks.append(_Clock(*spell, spec.offset))
+                case LiarSpec():
+                    self._lies.append(_Lie(*spell, spec.arc_length, spec.drift, spec.rate))
+        self._readings: dict[int, tuple[Array, Array]] = {}
+
+    def of_thrusters(self, members: NDArray[np.int64], step: int) -> ThrusterFault | None:
+        """What is wrong with the thrusters of some satellites at a step; None for nothing.
+
+        Args:
+            members: places of the satellites, shape (M,).
+            step: number of the step.
+
+        Returns:
+            Arrays of shape (M,).
+        """
+        holding = [fault for fault in self._thrusts if fault.holds(step)]
+        if not holding:
+            return None
+        factor, stuck = np.ones(len(members)), np.zeros(len(members))
+        for fault in holding:
+            own = members == fault.satellite
+            if fault.factor is None:
+                stuck[own] = 1.0
+            else:
+                factor[own] *= fault.factor
+        return ThrusterFault(factor, stuck)
+
+    def reading(self, position: Array, velocity: Array, step: int) -> tuple[Array, Array]:
+        """What satellites are told of their position (m) and velocity (m/s), shapes (N, 3), at a step."""
+        for place, fault in enumerate(self._frozen):
+            if not fault.holds(step):
+                continue
+            own = (position[fault.satellite].copy(), velocity[fault.satellite].copy())
+            last = self._readings.setdefault(place, own)
+            position, velocity = position.copy(), velocity.copy()
+            position[fault.satellite], velocity[fault.satellite] = last
+        return position, velocity
+
+    @property
+    def any_clock(self) -> bool:
+        """Whether some clock is wrong at some time."""
+        return bool(self._clocks)
+
+    def clock(self, satellite: int, step: int) -> float:
+        """By how much a satellite's clock is ahead at a step, s."""
+        return sum(
+            (fault.offset for fault in self._clocks if fault.satellite == satellite and fault.holds(step)),
+            0.0,
+        )
+
+    def lies(self, satellite: int) -> bool:
+        """Whether a satellite lies at some time."""
+        return any(lie.satellite == satellite for lie in self._lies)
+
+    def said(self, satellite: int, values: Array, step: int) -> Array:
+        """What a satellite says instead of the truth.
+
+        Args:
+            satellite: its place.
+            values: arc length (m) and its rate (m/s) as they are, shape (2,).
+            step: for which it is said.
+        """
+        for lie in self._lies:
+            if lie.satellite == satellite and lie.holds(step):
+                since = (step - lie.begin) * self._step
+                values = values + np.array([lie.arc_length + lie.drift * since, lie.rate])
+        return values

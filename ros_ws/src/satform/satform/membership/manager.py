@@ -1,0 +1,275 @@
+"""Who takes part in a flight, step by step: who is lost, who returns, who has commanded, who is waited for.
+
+The formation changes only where the satellites can all learn of it before they act. A step is *open* from
+its beginning until its states are told: until then its formation can still change. After that a loss takes
+effect at once only if the satellite has not commanded yet; everything else waits for the next step.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from satform.membership.state import Back, Event, Formation, Lost, planned, returns
+
+if TYPE_CHECKING:
+    from satform.scenario.model import Scenario
+
+
+NOBODY_LEFT = "no satellite is left"
+"""How the reason of a flight ends that has lost its last satellite."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """The formation is another one from the present step on, which everyone has to be told.
+
+    Attributes:
+        lost: places of the satellites that no longer take part.
+        back: those that take part again.
+    """
+
+    lost: tuple[int, ...]
+    back: tuple[Back, ...]
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What the loss of a satellite comes to.
+
+    Attributes:
+        change: of the formation at the present step; None when there is none, or not before the next step.
+        end: why the flight cannot go on; empty when it can.
+    """
+
+    change: Change | None = None
+    end: str = ""
+
+
+class Muster:
+    """Calls the roll of a formation at each step, and decides when it changes.
+
+    Attributes:
+        formation: who flies and who hears whom at present.
+        names: of the satellites.
+        everyone: names of all that have to be ready before the flight.
+        step: the present one.
+        open: whether the states of the present step are still to be told.
+        answered: places of those that have commanded in the present step.
+        awaited: those that the scenario brings back at the present step, by their places.
+    """
+
+    def __init__(
+        self, scenario: "Scenario", watchers: Collection[str] = (), *, lockstep: bool = True
+    ) -> None:
+        """Everybody flies, and nobody has said anything.
+
+        Args:
+            scenario: what is flown.
+            watchers: names of those that have to be ready too, though they do not fly.
+            lockstep: whether a step waits for the commands of all; on the wall clock it does not.
+        """
+        self.formation = Formation.of(scenario)
+        self.names = [satellite.name for satellite in scenario.satellites]
+        self.everyone = frozenset({*self.names, *watchers})
+        self.step = 0
+        self.open = False
+        self.answered: set[int] = set()
+        self.awaited: dict[int, Back] = {}
+        self._lockstep = lockstep
+        self._last_step = scenario.timing.steps
+        self._plan = planned(scenario)
+        self._present = len(self.names)
+        self._ready: set[str] = set()
+        self._pending: list[Event] = []
+        # Those that could come back, with the step of their checkpoints, and those that said so before
+        # their loss has taken effect.
+        self._returning: dict[int, int] = {}
+        self._early: dict[int, int] = {}
+
+    # Before the flight
+
+    def is_ready(self, name: str) -> None:
+        """Note that someone has said that it can fly, or watch."""
+        self._ready.add(name)
+
+    @property
+    def unready(self) -> list[str]:
+        """Names of those that have not said so yet, in alphabetical order."""
+        return sorted(self.everyone - self._ready)
+
+    # Steps
+
+    def begin(self, step: int) -> Change | None:
+        """Begin a step; what the scenario changes at it, but for returns, which are waited for.
+
+        Args:
+            step: its number.
+
+        Returns:
+            The change, if there is one.
+        """
+        self.step = step
+        self.answered.clear()
+        events = self._plan.get(step, [])
+        change = self._apply([event for event in events if not isinstance(event, Back)])
+        self.awaited = {event.satellite: event for event in events if isinstance(event, Back)}
+        self.open = True
+        return change
+
+    @property
+    def assembled(self) -> bool:
+        """Whether all whom the scenario brings back at this step could take part again."""
+        return self.awaited.keys() <= self._returning.keys()
+
+    def close(self) -> Change | None:
+        """Let happen what is due, returns among it: the states of this step are told now.
+
+        Returns:
+            The change, if there is one.
+        """
+        due = [*map(self._as_it_can_be, self.awaited.values()), *self._pending]
+        self.awaited, self._pending = {}, []
+        change = self._apply(due)
+        self.open = False
+        return change
+
+    @property
+    def deserted(self) -> bool:
+        """Whether no satellite takes part any more, and none is about to."""
+        return not self._present and not any(isinstance(event, Back) for event in self._pending)
+
+    def answer(self, satellite: int) -> None:
+        """Note that a satellite that flies has commanded in this step."""
+        self.answered.add(satellite)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that fly have commanded in this step."""
+        return len(self.answered) == self._present
+
+    @property
+    def unanswered(self) -> list[int]:
+        """Places of those that fly and have not commanded in this step, ascending."""
+        return [satellite for satellite in self.flying if satellite not in self.answered]
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the satellites that keep the step from going on."""
+        if self.awaited:
+            return [self.names[satellite] for satellite in self.awaited]
+        if self.open or self.step == self._last_step:
+            return []
+        return [self.names[satellite] for satellite in self.unanswered]
+
+    @property
+    def next_step(self) -> int:
+        """The first step in which something that happens now can take effect."""
+        return self.step if self.open else self.step + 1
+
+    @property
+    def over(self) -> bool:
+        """Whether the states after the last step have been told."""
+        return self.step == self._last_step and not self.open
+
+    @property
+    def last_step_taken(self) -> bool:
+        """Whether no step follows in which something could take effect."""
+        return self.next_step >= self._last_step
+
+    # Losses, returns and other graphs
+
+    @property
+    def flying(self) -> list[int]:
+        """Places of the satellites that take part, ascending."""
+        places: list[int] = np.flatnonzero(self.formation.alive).tolist()
+        return places
+
+    @property
+    def lost(self) -> list[int]:
+        """Places of those that do not, ascending."""
+        places: list[int] = np.flatnonzero(~self.formation.alive).tolist()
+        return places
+
+    def lose(self, satellite: int, reason: str) -> Loss:
+        """Go on without a satellite.
+
+        Args:
+            satellite: its place.
+            reason: in words.
+
+        Returns:
+            What comes of it now; nothing when it takes effect at the next step.
+        """
+        # It may have been started anew before an earlier loss took effect, and have died again.
+        self._early.pop(satellite, None)
+        if not self.formation.alive[satellite]:
+            # It may have been about to come back.
+            self._forget_return(satellite)
+            return Loss()
+        if satellite in self.answered:
+            # It has had its part in this step; from the next one on it is lost.
+            if not self._falls_next(satellite):
+                self._pending.append(Lost(satellite, reason))
+            return Loss()
+        if self.step == 0 and self._lockstep:
+            return Loss(end=f"{reason}, before its first command")
+        change = self._apply([Lost(satellite, reason)])
+        return Loss(change, "" if self._present else f"{reason}; {NOBODY_LEFT}")
+
+    def offer(self, satellite: int, checkpoint: int) -> None:
+        """Note that a satellite, started anew, could take part from the next step on.
+
+        Args:
+            satellite: its place.
+            checkpoint: step of the checkpoint that it has; -1 when it knows its flight plan only.
+        """
+        if not self.formation.alive[satellite]:
+            self._take_back(satellite, checkpoint)
+        elif self._falls_next(satellite):
+            # It is back before its loss has taken effect.
+            self._early[satellite] = checkpoint
+
+    def take_up(self, event: Event) -> int:
+        """Have something happen at the next step; the step's number."""
+        self._pending.append(event)
+        return self.next_step
+
+    def _as_it_can_be(self, planned_return: Back) -> Back:
+        """A planned return with the checkpoint that there is, where the scenario has one be used."""
+        checkpoint = self._returning[planned_return.satellite]
+        if planned_return.checkpoint is None:
+            return planned_return
+        return replace(planned_return, checkpoint=checkpoint if checkpoint >= 0 else None)
+
+    def _falls_next(self, satellite: int) -> bool:
+        return any(isinstance(event, Lost) and event.satellite == satellite for event in self._pending)
+
+    def _forget_return(self, satellite: int) -> None:
+        self._returning.pop(satellite, None)
+        self._pending = [
+            event for event in self._pending if not (isinstance(event, Back) and event.satellite == satellite)
+        ]
+
+    def _take_back(self, satellite: int, checkpoint: int) -> None:
+        self._forget_return(satellite)
+        self._returning[satellite] = checkpoint
+        if satellite not in self.awaited and not returns(self._plan, satellite, self.step + 1):
+            self._pending.append(Back(satellite, checkpoint if checkpoint >= 0 else None))
+
+    def _apply(self, events: Sequence[Event]) -> Change | None:
+        """Change the formation at the present step."""
+        changes = self.formation.apply(events, self.step, self.names)
+        if not changes:
+            return None
+        self._present = int(np.count_nonzero(self.formation.alive))
+        lost = tuple(event.satellite for event in changes if isinstance(event, Lost))
+        back = tuple(event for event in changes if isinstance(event, Back))
+        for satellite in lost:
+            self.answered.discard(satellite)
+            if satellite in self._early:
+                self._take_back(satellite, self._early.pop(satellite))
+        for event in back:
+            self._returning.pop(event.satellite, None)
+        return Change(lost, back)

@@ -1,0 +1,285 @@
+"""Who flies and who hears whom, and at which step that changes: one numbered state for everyone.
+
+What a scenario plans and what happens unforeseen go through the same few events, so that a flight in
+which something happened can be flown again in one process to the same bits.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from satform.common.spec import NonNegative, Plugin, Spec
+from satform.consensus.graph import Graph, TopologySpec
+from satform.membership.faults import SatelliteLostSpec, step_at
+from satform.numeric.elementwise import Array
+
+if TYPE_CHECKING:
+    from satform.scenario.model import Scenario
+
+
+class GraphChangeSpec(Spec):
+    """A change of the communication graph: another topology, or edges that come and go."""
+
+    at: NonNegative
+    """When, at the first step that does not begin before this simulated time, s."""
+    graph: Annotated[TopologySpec, Plugin("satform.topologies")] | None = None
+    """The whole graph from then on; as it was when left out."""
+    add: tuple[tuple[str, str], ...] = ()
+    """Edges that come, each as listener and speaker."""
+    remove: tuple[tuple[str, str], ...] = ()
+    """Edges that go, each as listener and speaker."""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> "GraphChangeSpec":
+        if self.graph is None and not self.add and not self.remove:
+            raise ValueError("nothing changes: give a graph, or edges to add or remove")
+        both = sorted(set(self.add) & set(self.remove))
+        if both:
+            listener, speaker = both[0]
+            raise ValueError(f"the edge [{listener}, {speaker}] cannot both come and go at one moment")
+        return self
+
+    def applied(self, graph: Graph, names: Sequence[str]) -> Graph:
+        """The graph after this change.
+
+        Raises:
+            ValueError: an edge names an unknown satellite, or the topology does not exist for so many.
+        """
+        if self.graph is not None:
+            graph = self.graph.build(len(names))
+        adjacency = graph.adjacency.copy()
+        for edges, value in ((self.add, 1.0), (self.remove, 0.0)):
+            for listener, speaker in edges:
+                for name in (listener, speaker):
+                    if name not in names:
+                        raise ValueError(
+                            f"there is no satellite {name}; there are {', '.join(sorted(names))}"
+                        )
+                if listener == speaker:
+                    raise ValueError(f"{listener} cannot hear itself")
+                adjacency[names.index(listener), names.index(speaker)] = value
+        return Graph(adjacency)
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A satellite no longer answers: this step is the first without a command of it."""
+
+    satellite: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Back:
+    """A satellite that was lost takes part again from this step on.
+
+    Attributes:
+        satellite: its place.
+        checkpoint: step of the checkpoint from which it goes on; None when it knows its flight plan only.
+    """
+
+    satellite: int
+    checkpoint: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Rewired:
+    """The communication graph is another one from this step on."""
+
+    graph: Graph
+    reason: str
+
+
+@dataclass(frozen=True)
+class Adjusted:
+    """A parameter of a satellite has another value from this step on."""
+
+    satellite: int
+    name: str
+    value: tuple[float, ...]
+
+
+Event: TypeAlias = Lost | Back | Rewired | Adjusted
+Plan: TypeAlias = dict[int, list[Event]]
+"""Events by the step at which they take effect."""
+
+
+def planned(scenario: "Scenario") -> Plan:
+    """What a scenario says will happen to the formation."""
+    names = [satellite.name for satellite in scenario.satellites]
+    step = scenario.timing.step
+    plan: Plan = {}
+    losses = [fault for fault in scenario.faults if isinstance(fault, SatelliteLostSpec)]
+    flying_since: dict[int, int] = {}
+    kept: dict[int, int] = {}
+    for fault in sorted(losses, key=lambda fault: fault.at):
+        place = names.index(fault.satellite)
+        gone = step_at(fault.at, step)
+        plan.setdefault(gone, []).append(Lost(place, f"{fault.satellite} is killed by the scenario"))
+        latest = _last_checkpoint(gone, scenario.checkpoint_steps)
+        # Checkpoints are kept after each step flown, and those of an earlier life outlast it.
+        if latest > flying_since.get(place, 0):
+            kept[place] = latest
+        if fault.back is not None:
+            back = flying_since[place] = step_at(fault.back, step)
+            own = None if fault.memory == "plan" else kept.get(place)
+            plan.setdefault(back, []).append(Back(place, own))
+    graph = scenario.communication_graph()
+    for change in sorted(scenario.graph_schedule, key=lambda change: change.at):
+        graph = change.applied(graph, names)
+        event = Rewired(graph, "the scenario changes the graph")
+        plan.setdefault(step_at(change.at, step), []).append(event)
+    # A loss comes before a return at the same step.
+    return {at: sorted(plan[at], key=lambda event: isinstance(event, Back)) for at in sorted(plan)}
+
+
+def _last_checkpoint(step: int, every: int | None) -> int:
+    """Step of the last checkpoint that is due up to a step; 0 when none is."""
+    return 0 if every is None else step // every * every
+
+
+def merged(*plans: Plan) -> Plan:
+    """Several plans as one; what is planned first comes first.
+
+    Of two returns of a satellite at one step the later plan's counts: it may come back from another
+    checkpoint than it was to.
+    """
+    whole: Plan = {}
+    for plan in plans:
+        for step, events in plan.items():
+            back = {event.satellite for event in events if isinstance(event, Back)}
+            before = [
+                event
+                for event in whole.get(step, [])
+                if not (isinstance(event, Back) and event.satellite in back)
+            ]
+            whole[step] = [*before, *events]
+    return whole
+
+
+def possible_graph(graph: Graph, plan: Plan) -> Graph:
+    """Every edge that there is at some time."""
+    adjacency = graph.adjacency
+    for events in plan.values():
+        for event in events:
+            if isinstance(event, Rewired):
+                adjacency = np.maximum(adjacency, event.graph.adjacency)
+    return Graph(adjacency)
+
+
+def rewirings(plan: Plan) -> list[tuple[int, Rewired]]:
+    """The changes of the graph in it, each with its step, in order."""
+    return [(step, event) for step in sorted(plan) for event in plan[step] if isinstance(event, Rewired)]
+
+
+def falls(plan: Plan, satellite: int, step: int) -> bool:
+    """Whether a satellite is planned to be lost at a step."""
+    events = plan.get(step, [])
+    return any(isinstance(event, Lost) and event.satellite == satellite for event in events)
+
+
+def returns(plan: Plan, satellite: int, since: int) -> bool:
+    """Whether a satellite is planned to take part again at a step or a later one."""
+    return any(
+        isinstance(event, Back) and event.satellite == satellite
+        for step, events in plan.items()
+        for event in events
+        if step >= since
+    )
+
+
+def loses(plan: Plan) -> bool:
+    """Whether a satellite is lost in it, or changed by itself, so that satellites cannot fly as one."""
+    return any(isinstance(event, Lost | Back | Adjusted) for events in plan.values() for event in events)
+
+
+@dataclass
+class Formation:
+    """Who flies and who hears whom at present.
+
+    Attributes:
+        graph: who hears whom.
+        alive: of each satellite, whether it is waited for, shape (N,).
+        number: of this state, counted from 0 at the start.
+        step: from which it holds.
+        reason: why it is so, in words.
+        lost_at: by the index of a satellite that has been lost, the step of its latest loss if it had
+            announced something for that step; the step before if it had not.
+        back_at: by the index of a satellite that has rejoined, the step at which it did last.
+    """
+
+    graph: Graph
+    alive: NDArray[np.bool_]
+    number: int = 0
+    step: int = 0
+    reason: str = ""
+    lost_at: dict[int, int] = field(default_factory=dict)
+    back_at: dict[int, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, scenario: "Scenario") -> "Formation":
+        """The formation at the start of a scenario."""
+        return cls(scenario.communication_graph(), np.ones(len(scenario.satellites), dtype=np.bool_))
+
+    def apply(self, events: Iterable[Event], step: int, names: Sequence[str]) -> list[Event]:
+        """Change at a step.
+
+        Args:
+            events: that are due at this step, in order.
+            step: its number.
+            names: of the satellites, for the reason.
+
+        Returns:
+            Those that changed something: who is lost is not lost again, and who flies does not return.
+        """
+        changes: list[Event] = []
+        reasons: list[str] = []
+        for event in events:
+            match event:
+                case Lost() if self.alive[event.satellite]:
+                    self.lost_at[event.satellite] = step if self.speaks(event.satellite, step) else step - 1
+                    self.alive[event.satellite] = False
+                    reasons.append(event.reason)
+                case Back() if not self.alive[event.satellite]:
+                    self.alive[event.satellite] = True
+                    self.back_at[event.satellite] = step
+                    reasons.append(f"{names[event.satellite]} is back")
+                case Rewired():
+                    self.graph = event.graph
+                    reasons.append(event.reason)
+                case _:
+                    continue
+            changes.append(event)
+        if changes:
+            self.number += 1
+            self.step = step
+            self.reason = "; ".join(reasons)
+        return changes
+
+    def speaks(self, satellite: int, step: int) -> bool:
+        """Whether the neighbours of a satellite use what it has announced for a step.
+
+        What is announced for a step is computed in the step before, and comes with the command of that
+        step. So a satellite that is lost is still used in the step of its loss, and one that rejoins from
+        the step after its return on: were its first announcement used at once, one that is lost again in
+        that step would have reached some of its neighbours and not others.
+        """
+        if self.lost_at.get(satellite) == step:
+            return True
+        return bool(self.alive[satellite]) and self.back_at.get(satellite, -1) < step
+
+    @property
+    def connectivity(self) -> float:
+        """Algebraic connectivity of the graph of those that are alive, no unit."""
+        # The whole graph keeps its eigenvalues, which take a while for a thousand satellites.
+        graph = self.graph if self.alive.all() else self.graph.subgraph(self.alive)
+        return graph.algebraic_connectivity if self.alive.any() else 0.0
+
+    def linked(self, listener: int, speakers: Sequence[int]) -> Array:
+        """1 for each of these speakers whom a satellite hears at present, else 0, shape (K,)."""
+        linked: Array = self.graph.adjacency[listener, list(speakers)]
+        return linked

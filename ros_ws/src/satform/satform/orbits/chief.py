@@ -1,0 +1,121 @@
+"""The chief's orbit: inertial state from elements, and the ideal circular motion."""
+
+import math
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from satform.common.angle_text import OR_DEGREES
+from satform.common.spec import Spec
+from satform.numeric.elementwise import Array
+from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
+from satform.orbits.frames import LvlhFrame, earth_rotation_angle
+
+Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi), OR_DEGREES]
+J2000 = datetime(2000, 1, 1, 12, tzinfo=UTC)
+
+
+class ChiefOrbitSpec(Spec):
+    """Osculating orbit of the chief at time zero; its size follows from the scenario's mean motion."""
+
+    inclination: Annotated[float, Field(ge=0.0, le=math.pi), OR_DEGREES] = 0.9
+    """Inclination to the inertial x-y plane [rad]."""
+    right_ascension: Angle = 0.0
+    """Right ascension of the ascending node [rad]."""
+    argument_of_latitude: Angle = 0.0
+    """Angle from the ascending node to the chief at time zero [rad]."""
+    eccentricity: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Eccentricity; 0 for an osculating circular start."""
+    argument_of_perigee: Angle = 0.0
+    """Angle from the ascending node to the perigee [rad]; without meaning on a circular orbit."""
+
+    def state(self, mean_motion: float, gravitational_parameter: float) -> tuple[Array, Array]:
+        """Inertial position in m and velocity in m/s at time zero, shape (3,) each.
+
+        Args:
+            mean_motion: rad/s.
+            gravitational_parameter: m^3/s^2.
+
+        Source: Schaub & Junkins, ch. 9 (orbit elements to Cartesian coordinates).
+        """
+        radial, transverse, _ = self.axes(self.argument_of_latitude)
+        semi_major_axis = semi_major_axis_of(mean_motion, gravitational_parameter)
+        true_anomaly = self.argument_of_latitude - self.argument_of_perigee
+        parameter = semi_major_axis * (1.0 - self.eccentricity**2)
+        radius = parameter / (1.0 + self.eccentricity * math.cos(true_anomaly))
+        speed = math.sqrt(gravitational_parameter / parameter)
+        radial_speed = speed * self.eccentricity * math.sin(true_anomaly)
+        transverse_speed = speed * (1.0 + self.eccentricity * math.cos(true_anomaly))
+        return radius * radial, radial_speed * radial + transverse_speed * transverse
+
+    def axes(self, argument_of_latitude: float) -> tuple[Array, Array, Array]:
+        """Radial, transverse and normal unit vectors, inertial, at an angle from the node in rad."""
+        cn, sn = math.cos(self.right_ascension), math.sin(self.right_ascension)
+        ci, si = math.cos(self.inclination), math.sin(self.inclination)
+        cu, su = math.cos(argument_of_latitude), math.sin(argument_of_latitude)
+        radial = np.array([cn * cu - sn * su * ci, sn * cu + cn * su * ci, su * si])
+        transverse = np.array([-cn * su - sn * cu * ci, -sn * su + cn * cu * ci, cu * si])
+        return radial, transverse, np.array([sn * si, -cn * si, ci])
+
+    def faults(self, mean_motion: float) -> list[tuple[tuple[str | int, ...], str]]:
+        """Why no satellite can fly this orbit of a mean motion in rad/s: field and sentence of each."""
+        perigee = semi_major_axis_of(mean_motion, GRAVITATIONAL_PARAMETER) * (1.0 - self.eccentricity)
+        if perigee >= EQUATORIAL_RADIUS:
+            return []
+        return [
+            (
+                ("chief", "eccentricity") if self.eccentricity > 0.0 else ("chief",),
+                f"the chief's perigee of {perigee / 1e3:.1f} km (period {math.tau / mean_motion:.6g} s, "
+                f"eccentricity {self.eccentricity:g}) lies inside the Earth, whose radius is "
+                f"{EQUATORIAL_RADIUS / 1e3:.1f} km; this model has gravity outside it alone",
+            )
+        ]
+
+
+def semi_major_axis_of(mean_motion: float, gravitational_parameter: float) -> float:
+    """Semi-major axis in m from the mean motion in rad/s, by Kepler's third law."""
+    return math.cbrt(gravitational_parameter / (mean_motion * mean_motion))
+
+
+@dataclass(frozen=True)
+class CircularChief:
+    """A chief that keeps to a circular Keplerian orbit for ever.
+
+    Attributes:
+        orbit: its plane and its place at time zero.
+        radius: m.
+        mean_motion: rad/s.
+    """
+
+    orbit: ChiefOrbitSpec
+    radius: float
+    mean_motion: float
+
+    def frame(self, time: float) -> LvlhFrame:
+        """The LVLH frame, turning at (0, 0, n), at `time` s after the start."""
+        angle = self.orbit.argument_of_latitude + self.mean_motion * time
+        radial, transverse, normal = self.orbit.axes(angle)
+        speed = self.radius * self.mean_motion
+        rate = np.array([0.0, 0.0, self.mean_motion])
+        return LvlhFrame(self.radius * radial, speed * transverse, radial, transverse, normal, rate)
+
+
+def earth_angle_at(epoch: datetime) -> float:
+    """Earth rotation angle in rad at an epoch, with UT1 = UTC.
+
+    Args:
+        epoch: with or without a time zone; without one it is UTC.
+
+    Returns:
+        rad within [0, 2 pi).
+    """
+    since = as_utc(epoch) - J2000
+    return earth_rotation_angle(since.days, since.seconds + 1e-6 * since.microseconds)
+
+
+def as_utc(epoch: datetime) -> datetime:
+    """The same instant in UTC; an epoch without a time zone is taken to be in UTC."""
+    return epoch.replace(tzinfo=UTC) if epoch.tzinfo is None else epoch.astimezone(UTC)

@@ -1,0 +1,104 @@
+"""Sun, Earth angle and Earth's shadow, as the force models have them."""
+
+import math
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import numpy as np
+
+from satform.numeric.elementwise import Array
+from satform.orbits.earth import EQUATORIAL_RADIUS
+from satform.orbits.frames import earth_rotation_angle
+
+
+def days_since_2000(year: int, month: int, day: int, hour: float = 0.0) -> float:
+    """Days since 2000-01-01 12:00, of a date of the Gregorian calendar.
+
+    Args:
+        year: 1901 to 2099.
+        month: 1 to 12.
+        day: of the month.
+        hour: of the day, UTC.
+
+    Returns:
+        days.
+
+    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 3: Julian date.
+    """
+    whole = 367 * year - (7 * (year + (month + 9) // 12)) // 4 + (275 * month) // 9 + day
+    return whole - 730531.5 + hour / 24.0
+
+
+def sun_direction(days: float) -> Array:
+    """Unit vector from the Earth to the sun, as the force models have it.
+
+    Args:
+        days: since 2000-01-01 12:00 UTC.
+
+    Returns:
+        Inertial components (GCRF), shape (3,).
+    """
+    import brahe  # noqa: PLC0415  slow to import, and few scenarios look at the sun
+
+    at = datetime(2000, 1, 1, 12, tzinfo=UTC) + timedelta(days=days)
+    second = at.second + 1e-6 * at.microsecond
+    utc: Any = brahe.TimeSystem.UTC
+    epoch = brahe.Epoch.from_datetime(at.year, at.month, at.day, at.hour, at.minute, second, 0.0, utc)
+    position: Array = brahe.sun_position(epoch)
+    return position / math.sqrt(float(position @ position))
+
+
+def greenwich_angle(days: float) -> float:
+    """Earth rotation angle, as gravity with `rotation: closed` has it.
+
+    Args:
+        days: since 2000-01-01 12:00 UTC.
+
+    Returns:
+        rad, within one turn.
+
+    Source: see `satform.orbits.frames.earth_rotation_angle`.
+    """
+    whole = math.floor(days)
+    return earth_rotation_angle(whole, 86400.0 * (days - whole))
+
+
+def in_cylindrical_shadow(position: Array, sun: Array) -> bool:
+    """Whether the spherical Earth hides the sun, whose rays are taken as parallel.
+
+    Args:
+        position: inertial, m, shape (3,).
+        sun: unit vector to the sun, inertial, shape (3,).
+
+    Returns:
+        True in the shadow.
+
+    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 5.
+    """
+    along = float(np.dot(position, sun))
+    off_axis = float(np.linalg.norm(position - along * sun))
+    return along < 0.0 and off_axis < EQUATORIAL_RADIUS
+
+
+def sun_in_lvlh(days: float, longitude: float) -> Array:
+    """Unit vector to the sun in the LVLH axes of a geostationary chief.
+
+    Args:
+        days: since 2000-01-01 12:00 UTC.
+        longitude: of the chief, east of Greenwich, rad.
+
+    Returns:
+        Components radial, along-track and cross-track, shape (3,).
+
+    Source: Geometry; see `sun_direction` for the accuracy.
+    """
+    x, y, z = sun_direction(days).tolist()
+    angle = greenwich_angle(days) + longitude
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([cosine * x + sine * y, cosine * y - sine * x, z])
+
+
+def days_at(moment: datetime) -> float:
+    """Days since 2000-01-01 12:00 UTC of a moment; without a time zone it is in UTC."""
+    utc = moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
+    return (utc - datetime(2000, 1, 1, 12, tzinfo=UTC)).total_seconds() / 86400.0

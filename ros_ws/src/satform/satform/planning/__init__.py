@@ -1,0 +1,4 @@
+"""Impulsive transfers, transfer plans and patrol plans, and the guidance that flies them.
+
+Imports `control` and below.
+"""

@@ -1,0 +1,150 @@
+"""From a YAML file to a `Scenario`, or to all that is wrong with it."""
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from satform.files.bounded_file import read_bounded, too_large
+from satform.files.durable_file import write_durably
+from satform.files.named_file import FileSource
+from satform.scenario.error_messages import Path as FieldPath
+from satform.scenario.error_messages import coerced, problems
+from satform.scenario.errors import Problem, ScenarioError
+from satform.scenario.model import Scenario
+from satform.scenario.overrides import apply_changes
+from satform.scenario.truncation import beyond_the_end, left_out, within_the_end
+from satform.scenario.yaml_reader import found as shown
+from satform.scenario.yaml_reader import plain, read_tree
+
+MAXIMUM_FILE_BYTES = 2_000_000
+"""A larger scenario file is refused unread; half a megabyte holds a thousand satellites."""
+
+_SCENARIO = "a scenario"
+
+MAXIMUM_PROBLEMS = 200
+"""Said at once; nobody reads more before mending these."""
+
+
+def load_scenario(
+    path: str | Path,
+    changes: Iterable[str] = (),
+    remark: Callable[[str], None] | None = None,
+    *,
+    recorded: bool = False,
+) -> Scenario:
+    """Read and check a scenario file.
+
+    Args:
+        path: the YAML file; files that it names count from its folder.
+        changes: `key=value` settings laid over the file, with paths of fields and YAML values, for
+            example `timing.step=1.0` or `satellites[0].arc_length=100.0`. Where they shorten the
+            flight, what the file expects, breaks or changes beyond its new end is left out.
+        remark: called with a sentence about what was left out.
+        recorded: whether it comes with a flight that it was flown by, whose expectations need no source.
+
+    Returns:
+        The scenario, complete and consistent.
+
+    Raises:
+        ScenarioError: the file cannot be read or cannot fly; all problems at once.
+    """
+    file = str(path)
+    try:
+        text = read_bounded(Path(path), MAXIMUM_FILE_BYTES, _SCENARIO).decode()
+    except OSError as error:
+        raise ScenarioError([Problem(file, None, "", f"cannot be read: {error.strerror}")]) from None
+    except UnicodeDecodeError as error:
+        sentence = f"is not UTF-8 text: byte {error.object[error.start]:#04x} at offset {error.start}"
+        raise ScenarioError([Problem(file, None, "", sentence)]) from None
+    except ValueError:
+        # Python's own word for a name with a null character.
+        raise ScenarioError([Problem(file, None, "", "is not a possible file name")]) from None
+    return parse_scenario(text, file, changes, remark, FileSource(Path(path).parent, recorded=recorded))
+
+
+def save_scenario(scenario: Scenario, path: Path) -> None:
+    """Write a scenario to a file, with copies of the files that it names beside it.
+
+    Args:
+        scenario: to be written.
+        path: of the new file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    for name, content in scenario.files().items():
+        write_durably(path.parent / name, content)
+    write_durably(path, scenario.to_json().encode())
+
+
+def parse_scenario(
+    text: str,
+    file: str = "<text>",
+    changes: Iterable[str] = (),
+    remark: Callable[[str], None] | None = None,
+    files: FileSource | None = None,
+) -> Scenario:
+    """Check the text of a scenario.
+
+    Args:
+        text: YAML 1.2.
+        file: the name to use in messages.
+        changes: as for `load_scenario`.
+        remark: as for `load_scenario`.
+        files: where the files that it names are looked for; the working directory when left out.
+
+    Returns:
+        The scenario, complete and consistent.
+
+    Raises:
+        ScenarioError: the text cannot fly; all problems at once.
+    """
+    if len(text) > MAXIMUM_FILE_BYTES:
+        sentence = too_large(len(text), MAXIMUM_FILE_BYTES, _SCENARIO)
+        raise ScenarioError([Problem(file, None, "", sentence)])
+    tree = read_tree(text, file)
+    if not isinstance(tree, Mapping):
+        what = "nothing" if tree is None else "a list" if isinstance(tree, list) else shown(tree)
+        sentence = f"a scenario is a mapping of fields such as name, orbit, satellites; found {what}"
+        raise ScenarioError([Problem(file, 1, "", sentence)])
+    data = plain(tree)
+    written = plain(tree)
+    changed = apply_changes(data, changes)
+    beyond = beyond_the_end(written, data, changed)
+    flown = within_the_end(data, beyond)
+    scenario, found = _checked(flown, tree, file, changed, files)
+    if found and beyond:
+        # Found once more in the whole, where every problem has the place that the file gives it.
+        outside = {f"{field}[{place}]" for field, places in beyond.items() for place in places}
+        _, every = _checked(data, tree, file, changed, files)
+        found = [problem for problem in every if not problem.field.startswith(tuple(outside))] or found
+    if scenario is None or found:
+        raise ScenarioError(_first(sorted(found, key=lambda problem: problem.line or 0)))
+    if remark is not None:
+        for sentence in left_out(beyond):
+            remark(sentence)
+    return scenario
+
+
+def _first(found: list[Problem]) -> list[Problem]:
+    left = len(found) - MAXIMUM_PROBLEMS
+    if left <= 0:
+        return found
+    more = Problem(found[0].file, None, "", f"and {left} more; mend these first")
+    return [*found[:MAXIMUM_PROBLEMS], more]
+
+
+def _checked(
+    data: Any, tree: Any, file: str, changed: Mapping[FieldPath, str], files: FileSource | None
+) -> tuple[Scenario | None, list[Problem]]:
+    """The scenario, unless the model refuses it, and all that is wrong."""
+    try:
+        scenario = Scenario.model_validate(data, context=files)
+    except ValidationError as error:
+        every = error.errors(include_url=False)
+        return None, [
+            problem for details in every for problem in problems(details, data, tree, file, changed)
+        ]
+    return scenario, coerced(data, scenario.model_dump(exclude_unset=True), tree, file, changed)

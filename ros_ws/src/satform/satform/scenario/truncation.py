@@ -1,0 +1,115 @@
+"""What of a file a flight does not reach that settings laid over the file have shortened."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import ValidationError
+
+from satform.common.spec import specs
+from satform.evaluation.expectation import Expectation
+from satform.scenario.error_messages import Path
+
+_SLACK = 1e-9
+"""Relative, between two times that are meant to be the same."""
+
+Places = dict[str, set[int]]
+"""Of entries in lists, by the name of the list."""
+
+
+def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
+    """Expectations, faults and changes of the graph beyond the end of a flight that settings have shortened.
+
+    An expectation is beyond it when the shorter flight does not have its figure: see `Expectation.needs`.
+
+    Args:
+        written: the scenario as plain data, as its file has it.
+        flown: the same with the settings laid over it.
+        changed: what those settings have changed; what is among it is meant for the shorter flight.
+
+    Returns:
+        Places in the lists `expect`, `faults` and `graph_schedule`, of those that have any; none when the
+        flight is as long as written, or cannot be understood.
+    """
+    paths = list(changed)
+    try:
+        duration, shorter = float(written["timing"]["duration"]), float(flown["timing"]["duration"])
+        step = float(flown["timing"]["step"])
+    except (KeyError, TypeError, ValueError):
+        return {}
+    if shorter >= duration:
+        return {}
+    beyond = {
+        "expect": _beyond(written, "expect", lambda entry: _unjudged(entry, shorter, duration, step)),
+        "faults": _beyond(written, "faults", lambda entry: _never(entry, shorter, duration)),
+        "graph_schedule": _beyond(written, "graph_schedule", lambda entry: _never(entry, shorter, duration)),
+    }
+    kept: Places = {}
+    for field, places in beyond.items():
+        own = {path[1:2] for path in paths if path[0] == field}
+        kept[field] = set() if () in own else {place for place in places if (place,) not in own}
+    return {field: places for field, places in kept.items() if places}
+
+
+def within_the_end(data: dict[str, Any], beyond: Places) -> dict[str, Any]:
+    """A scenario's plain data without what lies beyond the end, and with the labels of what is not judged."""
+    kept = {
+        field: [entry for place, entry in enumerate(data[field]) if place not in places]
+        for field, places in beyond.items()
+    }
+    labels = [
+        expectation.describe()
+        for place in sorted(beyond.get("expect", ()))
+        if (expectation := _expectation(data["expect"][place])) is not None
+    ]
+    if labels:
+        kept["expectations_left_out"] = [*data.get("expectations_left_out", []), *labels]
+    return {**data, **kept}
+
+
+def left_out(beyond: Places) -> list[str]:
+    """What is said about that which was left out."""
+    said = []
+    if count := len(beyond.get("expect", ())):
+        lie = "expectation lies" if count == 1 else "expectations lie"
+        said.append(f"{count} {lie} beyond the shorter flight and {_are(count)} not judged")
+    for field, thing in (("faults", "fault"), ("graph_schedule", "change of the graph")):
+        if count := len(beyond.get(field, ())):
+            things = thing if count == 1 else thing.replace("fault", "faults").replace("change", "changes")
+            lie, happen = ("lies", "does") if count == 1 else ("lie", "do")
+            said.append(f"{count} {things} {lie} beyond the shorter flight and {happen} not happen")
+    return said
+
+
+def _are(count: int) -> str:
+    return "is" if count == 1 else "are"
+
+
+def _beyond(written: Any, field: str, lies_beyond: Any) -> set[int]:
+    entries = written.get(field)
+    if not isinstance(entries, list):
+        return set()
+    return {place for place, entry in enumerate(entries) if lies_beyond(entry)}
+
+
+def _expectation(entry: Any) -> Expectation | None:
+    """An expectation from plain data; None where it is not one, which the model says."""
+    try:
+        found = specs("satform.metrics")[entry["kind"]].model_validate(entry)
+    except (KeyError, TypeError, ValidationError):
+        return None
+    return found if isinstance(found, Expectation) else None
+
+
+def _unjudged(entry: Any, shorter: float, duration: float, step: float) -> bool:
+    """Whether an expectation can be judged of the flight as written, but not of the shorter one."""
+    expectation = _expectation(entry)
+    if expectation is None or expectation.ends(duration) > duration * (1 + _SLACK):
+        # What lies beyond the flight as written is wrong in any flight.
+        return False
+    return shorter * (1 + _SLACK) < expectation.needs(duration, step)
+
+
+def _never(entry: Any, shorter: float, duration: float) -> bool:
+    """Whether a fault or a change happens in the flight as written, but not in the shorter one."""
+    at = entry.get("at") if isinstance(entry, dict) else None
+    return isinstance(at, int | float) and shorter * (1 - _SLACK) <= at < duration

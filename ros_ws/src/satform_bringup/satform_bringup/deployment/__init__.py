@@ -1,0 +1,1 @@
+"""Where and how processes meet: DDS domain, discovery, several hosts, security, preflight checks."""

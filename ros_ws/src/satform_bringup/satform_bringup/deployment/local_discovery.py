@@ -1,0 +1,85 @@
+"""How the processes of one run find each other and talk, without ever leaving this machine.
+
+They use sockets on the loopback interface alone. Each calls at all participants' ports there, one by one, and
+so does, at the first 32 of them, whoever looks in with rmw_fastrtps' range LOCALHOST: `ros2 topic echo` finds
+a run without being told anything.
+
+They do without the shared memory of that range. There a process that is killed or stopped while it holds a
+port can leave others waiting or deaf, what it left behind has to be taken away, and a port that is full loses
+what many say at once.
+"""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from satform_bringup.deployment import middleware
+from satform_bringup.deployment.environment import restored
+from satform_nodes import LEAN
+
+LOOKERS = 4
+"""Ports that are left to those who look in."""
+
+MOST = middleware.PORTS - LOOKERS
+"""Processes that find each other on one machine."""
+
+MOST_FULL = 34
+"""Processes, plant and recorder among them, up to which nodes have everything that a node of ROS 2 has.
+
+Every endpoint is told to every process, and more than half of a satellite's are those of the services for its
+parameters: 64 processes with them take twice as long to start as without.
+"""
+
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+"""Environment variable by which a ROS 2 process is told how far to look."""
+
+
+class DiscoveryError(RuntimeError):
+    """There are more processes than can find each other; the message says what to do."""
+
+
+def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
+    """What a run's processes need in their environment in order to find each other, and to miss nothing.
+
+    Args:
+        processes: of the run.
+        satellites: of the formation.
+        folder: existing folder of the run; gets the middleware's settings.
+
+    Returns:
+        Environment variables; what the environment already says is left as it is.
+
+    Raises:
+        DiscoveryError: there are too many.
+        OSError: the folder cannot be written to.
+    """
+    if processes > MOST:
+        raise DiscoveryError(
+            f"{processes} processes are more than the {MOST} that find each other on one machine; "
+            f"let satellites share processes with --group {_group_for(processes)} or more"
+        )
+    period = middleware.heartbeat(satellites)
+    lean = {LEAN: "1"} if processes > MOST_FULL else {}
+    ranged = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or os.environ.get("ROS_STATIC_PEERS")
+    if ranged or middleware.is_told():
+        return lean | middleware.tell(folder, period)
+    told = middleware.tell(folder, period, middleware.LOOPBACK_ALONE)
+    # In this range alone rmw_fastrtps goes by the profile; the deprecated variable would overrule the range.
+    return lean | {RANGE: "SYSTEM_DEFAULT", "ROS_LOCALHOST_ONLY": ""} | told
+
+
+@contextmanager
+def as_in_a_run() -> Iterator[None]:
+    """Have this process talk as those of a run do, for the length of the block."""
+    with tempfile.TemporaryDirectory() as folder:
+        told = variables(1, 1, Path(folder))
+        with restored(told):
+            os.environ.update(told)
+            yield
+
+
+def _group_for(processes: int) -> int:
+    """Satellites to a process that give few enough processes, beside plant and recorder."""
+    return -(-processes // (MOST - 2))

@@ -1,0 +1,223 @@
+"""Where node processes are born: from a server that has imported everything they need.
+
+Importing Python, numpy, scipy, pydantic and rclpy takes a process more than a second, and a
+formation has many processes on few cores. Here one server imports once, without ever touching DDS,
+and every node's process is a fork of it.
+"""
+
+import atexit
+import ctypes
+import importlib
+import multiprocessing
+import os
+import select
+import signal
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from multiprocessing import forkserver, resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.context import ForkServerContext
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+from satform_bringup import PACKAGE
+from satform_bringup.deployment import preflight
+from satform_bringup.deployment.domain import enter_domain
+from satform_nodes.programs import MODULES
+
+_PRELOADED = f"{PACKAGE}.runtime.preload"
+_TERMINAL_SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
+
+_SET_PARENT_DEATH_SIGNAL = 1
+"""`PR_SET_PDEATHSIG` of Linux's prctl."""
+
+_AS_IT_IS: Mapping[str, str] = MappingProxyType({})
+
+_FAREWELL = 5.0
+"""Wall-clock time that a helper of Python's is given to end, s."""
+
+_owner = -1
+"""Number of the process that has started the server."""
+
+_TITLE_LENGTH = 15
+"""Characters that Linux keeps of a process's name."""
+
+
+def prepare() -> ForkServerContext:
+    """Begin to make the server ready, in the background; calling it again changes nothing.
+
+    Raises:
+        OSError: it cannot be started.
+    """
+    global _owner  # noqa: PLW0603 - as Python's own server, of which there is one in a process
+    _owner = os.getpid()
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([_PRELOADED])
+    # The tracker lets signals through again when it starts, so it goes first.
+    resource_tracker.ensure_running()
+    # A terminal's signals reach the server too, which is to end with its starter and not before.
+    try:
+        with _signals_held():
+            forkserver.ensure_running()
+    except OSError as error:
+        if "AF_UNIX" not in str(error):
+            raise
+        raise OSError(
+            f"the path of the folder for temporary files, {tempfile.gettempdir()}, is too long for sockets "
+            "below it, whose paths have 107 characters at most; set TMPDIR to a shorter one"
+        ) from None
+    atexit.unregister(close)
+    atexit.register(close)
+    return context
+
+
+def close() -> None:
+    """End the server, and the tracker that Python runs beside it; both are gone when this returns.
+
+    Both would end soon after this process; whoever looks then is to find nothing left of a flight. Nodes that
+    still run are asked to end by the kernel.
+    """
+    if os.getpid() != _owner:
+        # A fork has no helpers of its own.
+        return
+    server: Any = forkserver._forkserver
+    tracker: Any = resource_tracker._resource_tracker
+    alive, process = server._forkserver_alive_fd, server._forkserver_pid
+    if process is not None:
+        server._forkserver_alive_fd = server._forkserver_pid = server._forkserver_address = None
+        # It has nothing to put away, and would first import all that it was to.
+        _see_off(alive, process, 0.0)
+    alive, process = tracker._fd, tracker._pid
+    if process is not None:
+        tracker._fd = tracker._pid = None
+        _see_off(alive, process, _FAREWELL)
+
+
+def _see_off(alive: int, process: int, patience: float) -> None:
+    """Let a helper end by itself within some time in s, and end it after that."""
+    os.close(alive)
+    with suppress(ChildProcessError, ProcessLookupError):
+        ended = os.pidfd_open(process)
+        try:
+            if not select.select([ended], [], [], patience)[0]:
+                os.kill(process, signal.SIGKILL)
+            os.waitpid(process, 0)
+        finally:
+            os.close(ended)
+
+
+def start(
+    executable: str, arguments: list[str], domain: int, log: Path, environment: Mapping[str, str] = _AS_IT_IS
+) -> tuple[BaseProcess, Connection]:
+    """Start one node in a process of its own.
+
+    Args:
+        executable: module of `satform_nodes` whose `main` is run.
+        arguments: its command line.
+        domain: DDS domain; the node stays on this machine unless the environment says otherwise.
+        log: file for what it prints.
+        environment: variables that differ from those with which the server was started.
+
+    Returns:
+        The process's handle and the end of the pipe on which it reports.
+
+    Raises:
+        OSError: the process cannot be started.
+    """
+    context = prepare()
+    ours, theirs = context.Pipe()
+    process = context.Process(
+        target=_live, args=(executable, arguments, domain, log, dict(environment), theirs)
+    )
+    try:
+        with _without_main_module():
+            process.start()
+    except EOFError:
+        raise OSError(f"the process of {log.stem} could not be started: its server has ended") from None
+    theirs.close()
+    return process, ours
+
+
+def watch_server() -> int:
+    """A descriptor that becomes readable when the server of processes ends; to be closed by the caller.
+
+    Raises:
+        OSError: there is no server.
+    """
+    process = getattr(forkserver._forkserver, "_forkserver_pid", None)
+    if process is None:
+        raise ProcessLookupError("there is no server of processes")
+    return os.pidfd_open(process)
+
+
+def is_stopped(process: BaseProcess) -> bool:
+    """Whether a process that was started here has been stopped by a signal and not been continued."""
+    try:
+        words = Path(f"/proc/{process.pid}/stat").read_text()
+    except OSError:
+        return False
+    # The state follows the name in brackets, which may hold anything.
+    return words.rpartition(") ")[2].startswith("T")
+
+
+@contextmanager
+def _without_main_module() -> Iterator[None]:
+    """Keep the caller's main script out of the new process, which would otherwise run it again."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """Keep a terminal's signals from this process for a moment, and from those it starts then for good."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL_SIGNALS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _live(
+    executable: str,
+    arguments: list[str],
+    domain: int,
+    log: Path,
+    environment: dict[str, str],
+    pipe: Connection,
+) -> None:
+    # A terminal's Ctrl-C is for the one who started the flight, who ends it in order.
+    os.setsid()
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL_SIGNALS)
+    _end_with_the_server()
+    with log.open("wb") as output:
+        os.dup2(output.fileno(), sys.stdout.fileno())
+        os.dup2(output.fileno(), sys.stderr.fileno())
+    preflight.neutralise()
+    os.environ.update(environment)
+    enter_domain(domain)
+    name = next(word.partition("__node:=")[2] for word in arguments if "__node:=" in word)
+    Path("/proc/self/comm").write_text(name[:_TITLE_LENGTH])
+    module = importlib.import_module(MODULES[executable])
+    sys.exit(module.main(arguments, pipe))
+
+
+def _end_with_the_server() -> None:
+    """Have the kernel ask this process to end when the server does, which ends with its starter.
+
+    Without it a closed terminal would leave a formation flying that nobody watches.
+    """
+    # Every process of the server keeps it alive by this, for processes of its own.
+    server: Any = forkserver._forkserver
+    os.close(server._forkserver_alive_fd)
+    parent = os.getppid()
+    ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGTERM)
+    if os.getppid() != parent:
+        sys.exit(128 + signal.SIGTERM)

@@ -1,0 +1,112 @@
+"""A flight over DDS, from its scenario to how it went; no process is left behind."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+
+from satform.files.durable_file import write_durably
+from satform.scenario import Scenario, save_scenario
+from satform.scenario.deployment import HostSpec
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE, SCENARIO_FILE
+from satform_bringup.deployment import local_discovery, preflight, security
+from satform_bringup.deployment.multi_host_discovery import flight_domain, variables
+from satform_bringup.supervisor.flight import Flight, Policy
+from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.supervisor.run_registry import described
+from satform_bringup.supervisor.supervisor import Watch
+from satform_nodes.runtime.signals import StopRequest
+
+CHECKPOINT_STEPS = 100
+"""Steps between two checkpoints where satellites are restarted and the scenario does not say."""
+
+
+def fly(
+    scenario: Scenario,
+    out: Path,
+    *,
+    record: bool,
+    progress: Callable[[int, int], None],
+    group: int = 1,
+    policy: Policy | None = None,
+    display: bool = False,
+    host: HostSpec | None = None,
+    keystore: Path | None = None,
+    environment: Mapping[str, str] | None = None,
+    namespace: str = "",
+) -> Flight:
+    """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
+
+    Args:
+        scenario: what to fly.
+        out: existing folder; gets the scenario as every node reads it, the bag and the nodes' logs.
+        record: whether to record a bag.
+        progress: called now and then with the steps flown and the steps to fly.
+        group: how many satellites share a process; they talk over DDS all the same.
+        policy: what is done about losses; by default nothing is restarted and the recorder is needed.
+        display: whether to show the flight on topics that RViz and Foxglove draw.
+        host: of the scenario's hosts the one that this machine is; None when it runs everything.
+        keystore: with the nodes' keys; None to fly unsecured.
+        environment: more variables for the processes.
+        namespace: of all nodes and topics, such as `/f1`; empty for the root.
+
+    Returns:
+        How it went, also when a process was lost. No process is left behind in any case.
+
+    Raises:
+        OSError: the folder cannot be written to, or a process cannot be started.
+        RuntimeError: there is no free domain, or there are too many processes for one machine.
+    """
+    scenario_file = out / SCENARIO_FILE
+    bag = out / BAG_FOLDER if record else None
+    policy = policy or Policy()
+    if policy.restart and scenario.checkpoint_period is None:
+        period = CHECKPOINT_STEPS * scenario.timing.step
+        scenario = scenario.model_copy(update={"checkpoint_period": period})
+    checkpoints = out / CHECKPOINT_FOLDER if scenario.checkpoint_period is not None else None
+    nodes = processes(
+        scenario,
+        scenario_file,
+        bag,
+        group,
+        checkpoints,
+        not policy.without_recorder,
+        policy.rate,
+        display=display,
+        host=host,
+        namespace=namespace,
+    )
+    if keystore is not None:
+        nodes = security.secured(nodes)
+    preflight.require(len(nodes), secured=keystore is not None)
+    with (
+        # Those who still run are given up at the second signal, and the run is told all the same.
+        StopRequest(exit_at_second=False) as signals,
+        flight_domain(scenario, host, namespace) as domain,
+        described(domain, scenario.name, out),
+    ):
+        if keystore is not None:
+            security.require_secured(keystore, nodes, domain)
+        given = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
+        save_scenario(scenario, scenario_file)
+        watch = Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, given)
+        told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
+        write_durably(out / PROCESSES_FILE, json.dumps(told).encode())
+        try:
+            watch.start(nodes)
+            watch.until_over()
+        finally:
+            watch.end_all()
+        return watch.flight(domain, bag if host is None or "recorder" in host.runs else None)
+
+
+def _environment(
+    scenario: Scenario, out: Path, processes: int, host: HostSpec | None, keystore: Path | None
+) -> dict[str, str]:
+    """What the processes' middleware needs to be told."""
+    if host is None:
+        told = local_discovery.variables(processes, len(scenario.satellites), out)
+    else:
+        told = variables(scenario, host, out)
+    told |= preflight.log_variables(out)
+    return told if keystore is None else told | security.variables(keystore)

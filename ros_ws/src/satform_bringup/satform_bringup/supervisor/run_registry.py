@@ -1,0 +1,133 @@
+"""Which runs of this user are under way on this machine: what each says of itself in the user's folder."""
+
+import json
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from satform_bringup.deployment import runtime_folder
+from satform_bringup.deployment.domain import DomainError, hold, shell_domain
+
+_NAME = re.compile(r"run-\d+-\d+\.json")
+"""Names of descriptions."""
+
+_START_TIME = 19
+"""Place of a process's start among the fields of `/proc/<pid>/stat` that follow its name."""
+
+
+@dataclass(frozen=True)
+class RunUnderWay:
+    """A run as it describes itself.
+
+    Attributes:
+        domain: DDS domain in which it flies.
+        scenario: name of what is flown.
+        folder: of the run.
+        process: id of the process that started it and watches over it.
+        started: when that process started, in clock ticks since the machine did; process ids come again.
+    """
+
+    domain: int
+    scenario: str
+    folder: str
+    process: int
+    started: int
+
+
+@contextmanager
+def described(domain: int, scenario: str, folder: Path) -> Iterator[None]:
+    """Tell those who want to look in what flies in a domain that this process holds.
+
+    Raises:
+        RuntimeFolderError: the user's folder for it is another user's, or open to others.
+    """
+    describe(domain, scenario, folder)
+    try:
+        yield
+    finally:
+        with suppress(OSError, runtime_folder.RuntimeFolderError):
+            runtime_folder.remove(file_name(domain))
+
+
+def describe(domain: int, scenario: str, folder: Path) -> None:
+    """Say for the rest of this process's life what flies in a domain that it holds.
+
+    Raises:
+        RuntimeFolderError: the user's folder for it is another user's, or open to others.
+    """
+    run = RunUnderWay(domain, scenario, str(folder.absolute()), os.getpid(), _started(os.getpid()) or 0)
+    # Without room for the description the run flies all the same; observers then name the domain.
+    with suppress(OSError):
+        for name in set(runtime_folder.names()) - {_name_of(other) for other in runs_under_way()}:
+            # What killed runs have left.
+            if _NAME.fullmatch(name):
+                runtime_folder.remove(name)
+        runtime_folder.write(file_name(domain), json.dumps(asdict(run)))
+
+
+def file_name(domain: int) -> str:
+    """Name of this process's description of a domain; no other process's, in whatever network namespace."""
+    return f"run-{domain}-{os.getpid()}.json"
+
+
+def hold_shell_domain(scenario: str, folder: Path, namespace: str = "") -> int:
+    """Hold the shell's own domain for the rest of this process's life, and say what flies in it.
+
+    Args:
+        scenario: name of what is flown.
+        folder: of the run.
+        namespace: of all its nodes and topics; runs in different ones may share a domain.
+
+    Returns:
+        `ROS_DOMAIN_ID`, or 0, which is ROS's own default.
+
+    Raises:
+        DomainError: it is no domain, or another run on this machine holds it.
+    """
+    domain = shell_domain() or 0
+    if hold(domain, namespace) is None:
+        others = [run for run in runs_under_way() if run.domain == domain]
+        who = f" ({others[0].scenario} in {others[0].folder})" if others else ""
+        raise DomainError(
+            f"domain {domain} is in use by another run on this machine{who}, and both would hear each other; "
+            "wait for it to end, set ROS_DOMAIN_ID to another number, or push a namespace"
+        )
+    describe(domain, scenario, folder)
+    return domain
+
+
+def runs_under_way() -> list[RunUnderWay]:
+    """This user's runs on this machine whose process lives, by domain; what killed ones left is passed over.
+
+    Raises:
+        RuntimeFolderError: the user's folder for descriptions is another user's, or open to others.
+    """
+    found = [_read(name) for name in runtime_folder.names() if _NAME.fullmatch(name)]
+    alive = [run for run in found if run is not None and _started(run.process) == run.started]
+    return sorted(alive, key=lambda run: (run.domain, run.process))
+
+
+def _name_of(run: RunUnderWay) -> str:
+    return f"run-{run.domain}-{run.process}.json"
+
+
+def _read(name: str) -> RunUnderWay | None:
+    try:
+        run = RunUnderWay(**json.loads(runtime_folder.read(name) or ""))
+        return run if _name_of(run) == name else None
+    except (ValueError, TypeError):
+        return None
+
+
+def _started(process: int) -> int | None:
+    """When a process started, in clock ticks since the machine did; None when there is no such process."""
+    try:
+        stat = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return None
+    # The name stands in brackets and may hold anything, brackets too.
+    state, *others = stat.rpartition(")")[2].split()
+    return None if state in "ZX" else int(others[_START_TIME - 1])

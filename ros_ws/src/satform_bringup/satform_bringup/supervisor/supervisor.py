@@ -1,0 +1,426 @@
+"""Who watches the processes of a flight: starts them, hears their reports, ends them by their own handles."""
+
+import os
+import select
+import selectors
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from satform.common.exit_codes import EXIT_BAD_INPUT
+from satform.flight.early_end import EarlyEnd
+from satform.membership.faults import SatelliteLostSpec
+from satform.membership.manager import NOBODY_LEFT
+from satform.membership.state import Lost, planned
+from satform.scenario import Scenario
+from satform_bringup import leftovers
+from satform_bringup.deployment.multi_host_discovery import step_told
+from satform_bringup.supervisor import process_server
+from satform_bringup.supervisor.flight import Flight, Loss, Policy, Return
+from satform_bringup.supervisor.node_processes import NodeProcess
+from satform_nodes.runtime.signals import StopRequest
+
+PROCESS_SERVER = "process server"
+"""How the server of processes is called among those who are lost."""
+
+_STANDSTILL = 2.0
+"""Wall-clock time for which all that are left have to have been stopped before they are given up, s."""
+
+FAREWELL = 15.0
+"""Wall-clock time that processes have to end once the flight is over, s."""
+
+MOST_RESTARTS = 10
+"""How often one process is started again at most."""
+
+_LOOK = 0.1
+"""Wall-clock time between two looks for signals, s."""
+
+
+@dataclass
+class _Running:
+    """A started process.
+
+    Attributes:
+        node: what it runs.
+        process: its handle.
+        pipe: on which it reports.
+        log: what it prints.
+    """
+
+    node: NodeProcess
+    process: BaseProcess
+    pipe: Connection
+    log: Path
+
+    @property
+    def name(self) -> str:
+        """Name of the node, or of the group."""
+        return self.node.name
+
+
+class Watch:
+    """Starts the processes of a flight, watches them until it is over, and ends those that are left."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        signals: StopRequest,
+        progress: Callable[[int, int], None],
+        policy: Policy,
+        logs: Path,
+        domain: int,
+        environment: dict[str, str],
+    ) -> None:
+        """Nothing has been started yet.
+
+        Args:
+            scenario: what is flown.
+            signals: count up when the user asks to stop; at the second nobody is waited for any more.
+            progress: called now and then with the steps flown and the steps to fly.
+            policy: what is done about losses.
+            logs: folder for what each process prints; is made.
+            domain: DDS domain of the flight.
+            environment: variables for the processes.
+        """
+        self._scenario = scenario
+        self._signals = signals
+        self._progress = progress
+        self._policy = policy
+        self._logs = logs
+        self._domain = domain
+        self._environment = environment
+        self._losses: list[Loss] = []
+        self._lost_since: dict[str, float] = {}
+        self._returns: list[Return] = []
+        self._restarts: Counter[str] = Counter()
+        self._killed: set[str] = set()
+        self._satellites: dict[str, dict[str, Any]] = {}
+        self._running: dict[str, _Running] = {}
+        self._selector: selectors.BaseSelector = selectors.DefaultSelector()
+        self._sees_plant: bool = True
+        self._begun: float = 0.0
+        self._flying_since: float | None = None
+        self._steps: int = 0
+        self._finished: dict[str, Any] | None = None
+        self._busy: dict[str, float] = {}
+        self._memory: dict[str, int] = {}
+        self._recorded: dict[str, Any] = {}
+        self._lost: list[str] = []
+        self._reason: str = ""
+        self._stopped: bool = False
+        self._over_since: float | None = None
+        self._early_end: EarlyEnd | None = None
+
+    def start(self, nodes: list[NodeProcess]) -> None:
+        """Start all processes, each with a pipe for its reports and a file for its words."""
+        self._logs.mkdir(parents=True, exist_ok=True)
+        self._begun = time.monotonic()
+        self._sees_plant = any(node.name == "plant" for node in nodes)
+        for node in nodes:
+            self._start(node)
+
+    def _start(self, node: NodeProcess) -> None:
+        times = self._restarts[node.name]
+        log = self._logs / (f"{node.name}.{times}.log" if times else f"{node.name}.log")
+        process, pipe = process_server.start(
+            node.executable, node.arguments(), self._domain, log, self._environment
+        )
+        entry = _Running(node, process, pipe, log)
+        self._running[node.name] = entry
+        self._selector.register(process.sentinel, selectors.EVENT_READ, (entry, self._on_exit))
+        self._selector.register(pipe, selectors.EVENT_READ, (entry, self._on_report))
+
+    def until_over(self) -> None:
+        """Watch until every process has ended, or those that do not end in time are to be ended."""
+        self._server = process_server.watch_server()
+        try:
+            self._until_over()
+            self._note_server()
+        finally:
+            os.close(self._server)
+
+    def _note_server(self) -> None:
+        """Note the death of the server of processes, at which the kernel asks all processes to end.
+
+        What they report of it is the consequence, so it is looked at before each report.
+        """
+        if PROCESS_SERVER not in self._lost and select.select([self._server], [], [], 0.0)[0]:
+            self._lost.insert(0, PROCESS_SERVER)
+            sentence = f"the process server ended after step {self._steps}, and with it all nodes"
+            if not self._signals.count and self._reason in ("", "stopped"):
+                # The plant may have reported the kernel's signal before the server was gone altogether.
+                self._stopped, self._reason = False, sentence
+            self._over_since = self._over_since or time.monotonic()
+
+    def _until_over(self) -> None:
+        told, moved = False, time.monotonic()
+        while any(not entry.node.optional for entry in self._running.values()):
+            for key, _ in self._selector.select(_LOOK):
+                entry, handle = key.data
+                # The one before may have done away with this one's process.
+                if self._running.get(entry.name) is entry:
+                    handle(entry)
+            if self._signals.asked and not told:
+                told = self._stopped = True
+                self._reason = self._reason or f"stopped by {self._signals.name}"
+                self._end_flight()
+            if self._signals.count >= 2:
+                return
+            now = time.monotonic()
+            moved = moved if self._over_since is not None and self._nobody_moves() else now
+            if now - moved > _STANDSTILL or now - (self._over_since or now) > FAREWELL:
+                return
+
+    def _nobody_moves(self) -> bool:
+        """Whether all that are left have been stopped by SIGSTOP or its like."""
+        left = [entry for entry in self._running.values() if not entry.node.optional]
+        return bool(left) and all(process_server.is_stopped(entry.process) for entry in left)
+
+    def _end_flight(self) -> None:
+        """Ask the plant to end the flight for everyone; without a plant or a first step, ask everyone."""
+        if self._over_since is None:
+            self._over_since = time.monotonic()
+        plant = self._running.get("plant")
+        asked = [plant] if plant and self._flying_since else list(self._running.values())
+        for entry in asked:
+            entry.process.terminate()
+
+    def _on_report(self, entry: _Running) -> None:
+        self._note_server()
+        try:
+            event = entry.pipe.recv()
+        except (EOFError, OSError):
+            self._selector.unregister(entry.pipe)
+            return
+        self._on_event(event)
+        if not self._sees_plant:
+            self._steps = max(self._steps, step_told(event, self._scenario.timing.steps))
+        if event["event"] == "lost" and entry.name == "plant":
+            # Those who are told of it end with an exit code of their own.
+            self._over_since = self._over_since or time.monotonic()
+            # The flight is over because of it; others that end early may have been noted before.
+            self._reason = self._reason or event["reason"]
+
+    def _on_event(self, event: dict[str, Any]) -> None:
+        match event["event"]:
+            case "flying":
+                self._flying_since = time.monotonic()
+            case "step":
+                self._steps = event["step"]
+                self._progress(self._steps, self._scenario.timing.steps)
+            case "finished" | "stopped":
+                self._on_end(event)
+            case "lost":
+                self._steps = event["step"]
+                if not self._lost:
+                    self._lost, self._reason = event["who"], event["reason"]
+            case "satellite":
+                self._busy[event["node"]] = event["busy"]
+                self._satellites[event["node"]] = event
+            case "memory":
+                self._memory[event["process"]] = event["bytes"]
+            case "recorded":
+                self._recorded = event
+                missed = event["missed"]
+                if not (missed or event["complete"]) and self._finished:
+                    event["missed"] = ["the bag does not hold every message of the flight"]
+            case _:
+                self._on_absence(event)
+
+    def _on_end(self, event: dict[str, Any]) -> None:
+        """The plant has taken its last step, or was stopped by a signal or a service."""
+        self._steps = event["step"]
+        self._over_since = self._over_since or time.monotonic()
+        if event["event"] == "finished":
+            self._finished = event
+            return
+        if not self._reason:
+            # By a service: a signal, or the loss that made an end of it, is known by now.
+            self._stopped, self._reason = True, "stopped"
+        self._progress(self._steps, self._scenario.timing.steps)
+
+    def _on_early_end(self, event: dict[str, Any]) -> None:
+        """The plant has ended the flight because of a quantity, or another node has been told so."""
+        if event["event"] == "ended_early":
+            self._steps = event["step"]
+        self._early_end = EarlyEnd.of(event["end"])
+        self._reason = self._reason or self._early_end.sentence
+        self._over_since = self._over_since or time.monotonic()
+
+    def _on_absence(self, event: dict[str, Any]) -> None:
+        """Someone is lost or back, and the flight goes on; or a quantity has ended it."""
+        match event["event"]:
+            case "killed":
+                self._killed.add(event["node"])
+            case "loss":
+                self._note_absence(event["who"], event["step"], event["reason"])
+            case "aborted":
+                # A node was told by the plant, whose own report may come later, or to another host.
+                self._over_since = self._over_since or time.monotonic()
+            case "ended_early" | "end_heard":
+                self._on_early_end(event)
+            case "return":
+                away = time.monotonic() - self._lost_since.pop(event["who"], time.monotonic())
+                self._returns.append(Return(event["who"], event["step"], away))
+                if event["who"] in self._lost:
+                    # Its loss stays on record; what counts at the end is who is away.
+                    self._lost.remove(event["who"])
+
+    def _on_exit(self, entry: _Running) -> None:
+        self._note_server()
+        # What it reported last may still be in the pipe.
+        while entry.pipe in self._selector.get_map():
+            self._on_report(entry)
+        entry.process.join()
+        code = entry.process.exitcode or 0
+        self._forget(entry)
+        if entry.name == "plant":
+            if code and self._over_since is None and not self._reason:
+                self._note_loss(entry, code)
+            if self._over_since is None:
+                # It has told everyone that the flight is over, and why.
+                self._end_flight()
+        elif code and self._over_since is None and not entry.node.optional:
+            self._go_on_without(entry, code)
+
+    def _go_on_without(self, entry: _Running, code: int) -> None:
+        """Tell the plant who is gone, and start it again where that is wanted."""
+        if self._flying_since is None or "plant" not in self._running or code == EXIT_BAD_INPUT:
+            self._note_loss(entry, code)
+            self._end_flight()
+            return
+        if "plant" in self._lost:
+            # Those that notice that the plant is silent end because of it.
+            self._end_flight()
+            return
+        satellites = entry.node.parameters.get("satellites")
+        names = satellites if isinstance(satellites, list) else [entry.name]
+        # A satellite says so before the scenario has it killed.
+        expected = self._killed.issuperset(names)
+        self._killed.difference_update(names)
+        if not expected:
+            self._lost += [name for name in names if name not in self._lost]
+        for name in names:
+            self._lost_since.setdefault(name, time.monotonic())
+            self._tell_plant(name, self._end_of(entry, code))
+        if entry.name == "recorder" or not (expected or self._policy.restart):
+            return
+        wanted = self._comes_back(names) if expected else self._policy.restart
+        if wanted and self._restarts[entry.name] < MOST_RESTARTS:
+            self._restarts[entry.name] += 1
+            # A port in shared memory, where the flight uses it, may never have been let go of.
+            leftovers.release(self._domain)
+            self._start(entry.node)
+
+    def _comes_back(self, names: list[str]) -> bool:
+        return any(
+            isinstance(fault, SatelliteLostSpec) and fault.satellite in names and fault.back is not None
+            for fault in self._scenario.faults
+        )
+
+    def _tell_plant(self, name: str, reason: str) -> None:
+        with suppress(OSError):
+            # A plant that has gone away itself is noticed by its own end.
+            self._running["plant"].pipe.send({"event": "lost", "who": name, "reason": reason})
+
+    def _note_absence(self, name: str, step: int, reason: str) -> None:
+        """Remember that the flight goes on without someone."""
+        steps = planned(self._scenario).get(step, [])
+        names = [satellite.name for satellite in self._scenario.satellites]
+        expected = any(isinstance(event, Lost) and names[event.satellite] == name for event in steps)
+        self._losses.append(Loss(name, step, reason, expected))
+        self._lost_since.setdefault(name, time.monotonic())
+        if not expected and name not in self._lost:
+            self._lost.append(name)
+
+    def _note_loss(self, entry: _Running, code: int) -> None:
+        """Remember the process whose end ends the flight; those that end because of it are no losses."""
+        if self._reason:
+            return
+        if entry.name not in self._lost:
+            self._lost.append(entry.name)
+        self._reason = self._reason or self._end_of(entry, code)
+
+    def _end_of(self, entry: _Running, code: int) -> str:
+        """How a process ended, in words."""
+        how = f"was ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
+        last = entry.log.read_text(errors="replace").strip().splitlines()[-1:] or ["it printed nothing"]
+        return f"{entry.name} {how} after step {self._steps}: {last[0]}"
+
+    def _forget(self, entry: _Running) -> None:
+        if entry.pipe in self._selector.get_map():
+            self._selector.unregister(entry.pipe)
+        self._selector.unregister(entry.process.sentinel)
+        entry.pipe.close()
+        entry.process.close()
+        del self._running[entry.name]
+
+    def end_all(self) -> None:
+        """End what still runs: first asked, then forced; every process is waited for."""
+        if self._signals.count < 2:
+            self._end_with(BaseProcess.terminate, 3.0)
+        self._end_with(BaseProcess.kill, FAREWELL)
+        self._selector.close()
+
+    def _end_with(self, end: Callable[[BaseProcess], None], patience: float) -> None:
+        for entry in self._running.values():
+            end(entry.process)
+        until = time.monotonic() + patience
+        for entry in list(self._running.values()):
+            entry.process.join(max(0.0, until - time.monotonic()))
+            if entry.process.exitcode is not None:
+                self._forget(entry)
+
+    def _punctuality(self, timing: dict[str, Any]) -> dict[str, Any]:
+        if not timing:
+            return {}
+        kept = ("skipped", "age_mean", "age_largest", "processor")
+        own = {name: {key: event[key] for key in kept} for name, event in self._satellites.items()}
+        return {**timing, "satellites": own}
+
+    def _reason_in_words(self) -> str:
+        """Why the flight ended early, and what became of a restart that was asked for."""
+        if self._policy.restart and self._reason.endswith(NOBODY_LEFT):
+            return f"{self._reason}, and a satellite is started again only while another one flies on"
+        return self._reason
+
+    def _warnings(self) -> tuple[str, ...]:
+        """What did not go well with satellites and ended nothing."""
+        found = []
+        for name, event in self._satellites.items():
+            if event.get("checkpoint_failures"):
+                last = event["checkpoint_problem"] or "the last one was written"
+                found.append(f"{name}: {event['checkpoint_failures']} checkpoints were not written; {last}")
+        return tuple(found)
+
+    def flight(self, domain: int, bag: Path | None) -> Flight:
+        """How it went."""
+        now = time.monotonic()
+        since = self._flying_since or now
+        done = self._finished or {}
+        return Flight(
+            steps=self._steps,
+            seconds=done.get("seconds", now - since),
+            start_seconds=since - self._begun,
+            plant_seconds=done.get("busy", 0.0),
+            satellite_seconds=self._busy,
+            memory=self._memory,
+            domain=domain,
+            lost=tuple(self._lost),
+            losses=tuple(self._losses),
+            returns=tuple(self._returns),
+            reason=self._reason_in_words(),
+            stopped=self._stopped,
+            bag=bag,
+            messages=self._recorded.get("messages", 0),
+            missed=tuple(self._recorded.get("missed", ())),
+            punctuality=self._punctuality(done.get("timing", {})),
+            early_end=self._early_end,
+            warnings=self._warnings(),
+        )

@@ -1,0 +1,1 @@
+"""Bags (MCAP): writing, reading, recovery, events. Imports no other room of this package."""

@@ -1,0 +1,103 @@
+"""When satellites did not take part, from the plant's words: what need not be in a bag, and what happened."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from satform_msgs.msg import FormationStatus, ParameterChange
+
+from satform.consensus.graph import Graph
+from satform.membership.state import Adjusted, Back, Event, Lost, Plan, Rewired, planned
+from satform.scenario import Scenario
+
+FOREVER = 2**62
+"""A step after every flight."""
+
+
+class Absences:
+    """From which step to which each satellite was lost.
+
+    Attributes:
+        spells: of each satellite the first step without its command, and the step of its return.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._names = [satellite.name for satellite in scenario.satellites]
+        self.spells: list[list[tuple[int, int]]] = [[] for _ in self._names]
+
+    def take(self, status: FormationStatus) -> None:
+        """Take in a word of the plant."""
+        for name in set(status.lost) & set(self._names):
+            self.spells[self._names.index(name)].append((int(status.step), FOREVER))
+        for name in set(status.back) & set(self._names):
+            own = self.spells[self._names.index(name)]
+            if own and own[-1][1] == FOREVER:
+                own[-1] = (own[-1][0], int(status.step))
+
+    def explain(self, satellite: int, kind: str, first: int, last: int) -> bool:
+        """Whether a satellite had nothing to say on a topic from one step to another.
+
+        Args:
+            satellite: its place; -1 for the plant, which is never absent.
+            kind: of topic. What a satellite shows of its last step may be lost with it.
+            first: first step without a message.
+            last: last step without one.
+        """
+        early = 1 if kind in {"tracking", "estimate"} else 0
+        return satellite >= 0 and any(
+            begin - early <= first and last < end for begin, end in self.spells[satellite]
+        )
+
+
+def happened(
+    statuses: Iterable[FormationStatus], changes: Iterable[tuple[str, ParameterChange]], scenario: Scenario
+) -> Plan:
+    """What happened in a flight beside what its scenario plans, to fly it once more.
+
+    Args:
+        statuses: of the plant, in order.
+        changes: name of the satellite and what was changed of it, in order.
+        scenario: that was flown.
+
+    Returns:
+        Events by step, for `satform.flight.simulate`.
+    """
+    names = [satellite.name for satellite in scenario.satellites]
+    expected, count = planned(scenario), len(names)
+    plan: Plan = {}
+    graph = scenario.communication_graph()
+    number = 0
+    for status in statuses:
+        if status.number <= number:
+            continue
+        number, step = int(status.number), int(status.step)
+        events: list[Event] = [Lost(names.index(name), status.reason) for name in status.lost]
+        now = Graph.of_edges(count, status.listeners, status.speakers)
+        if not np.array_equal(now.adjacency, graph.adjacency):
+            graph = now
+            events.append(Rewired(now, status.reason))
+        for name, checkpoint in zip(status.back, status.checkpoints, strict=True):
+            events.append(Back(names.index(name), int(checkpoint) if checkpoint >= 0 else None))
+        for event in events:
+            if not _is_planned(event, expected.get(step, [])):
+                plan.setdefault(step, []).append(event)
+    for name, change in changes:
+        adjusted = Adjusted(names.index(name), change.name, tuple(change.value))
+        plan.setdefault(int(change.step), []).append(adjusted)
+    return plan
+
+
+def _is_planned(event: Event, expected: list[Event]) -> bool:
+    """Whether the scenario has an event at this step."""
+    match event:
+        case Back():
+            # From another checkpoint than planned it is another return.
+            return event in expected
+        case Lost():
+            return any(isinstance(other, Lost) and other.satellite == event.satellite for other in expected)
+        case _:
+            return any(
+                isinstance(event, Rewired)
+                and isinstance(other, Rewired)
+                and np.array_equal(event.graph.adjacency, other.graph.adjacency)
+                for other in expected
+            )

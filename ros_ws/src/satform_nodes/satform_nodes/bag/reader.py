@@ -1,0 +1,510 @@
+"""From a bag back to the flight: arrays, scenario and what was noted down about the run."""
+
+import struct
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+from satform_msgs.msg import Command, FormationStatus, ParameterChange
+
+from satform.communication.topic_graph import topic_name
+from satform.consensus.arc_length import Announces
+from satform.evaluation.pointing_accuracy import FIGURES, attitude_figures
+from satform.files.named_file import FileSource
+from satform.flight.command_timeout import held_steps
+from satform.flight.early_end import EarlyEnd
+from satform.flight.record import (
+    ATTITUDE_VECTORS,
+    QUANTITIES,
+    FlightRecord,
+    no_attitude,
+    no_estimates,
+    no_propulsion,
+)
+from satform.membership.state import Plan
+from satform.scenario import Scenario, ScenarioError, parse_scenario
+from satform.scenario.model import SatelliteSpec
+from satform_nodes.bag.absence_log import Absences, happened
+from satform_nodes.bag.events import TYPES, EventError, Events, Told, read_events
+from satform_nodes.bag.records import ExpansionError, records
+from satform_nodes.bag.writer import (
+    FILE_ATTACHMENTS,
+    ROLE,
+    RUN_METADATA,
+    SCENARIO_ATTACHMENT,
+    TIME_METADATA,
+    WALL_CLOCK,
+)
+from satform_nodes.runtime.formation_view import early_end_of
+from satform_nodes.transport import topics
+from satform_nodes.transport.cdr_codec import layout
+
+ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
+"""Kinds of topics that have a message for the state after the last step, too."""
+
+SAID_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate"})
+"""Kinds of topics on which a satellite speaks itself."""
+
+Table = NDArray[Any]
+"""Messages of one topic: a structured array with a field for each number."""
+
+READ_FAILURES = (
+    McapError,
+    EOFError,
+    ValueError,
+    IndexError,
+    KeyError,
+    TypeError,
+    OverflowError,
+    MemoryError,
+    RuntimeError,
+    struct.error,
+)
+"""What reading a file that ends early or is damaged may raise."""
+
+
+class BagError(ValueError):
+    """A bag that cannot be read; the message says which, where and why."""
+
+
+@dataclass(frozen=True)
+class Bag:
+    """What a bag holds.
+
+    Attributes:
+        path: the MCAP file.
+        scenario: what was flown.
+        versions: what flew it: name and version of each part.
+        record: the flight, up to the last step of which everything is there.
+        messages: number of messages of each topic, by the name that it had.
+        complete: whether the file was closed properly and holds the whole flight, as far as that went.
+        events: what happened in the flight beside what the scenario plans, by step, to fly it once more.
+        clocked: whether it was flown on the wall clock, so that it cannot be flown again to the same bits.
+        history: all that the plant and the satellites said of losses, of the graph and of gains.
+    """
+
+    path: Path
+    scenario: Scenario
+    versions: dict[str, str]
+    record: FlightRecord
+    messages: dict[str, int]
+    complete: bool
+    events: Plan
+    clocked: bool
+    history: Events
+
+
+def read_bag(path: Path) -> Bag:
+    """Read a flight from a bag folder or from its MCAP file.
+
+    A file that was cut short by a kill is read up to its last complete chunk.
+
+    Args:
+        path: folder in rosbag2's form, or the `.mcap` file in it.
+
+    Returns:
+        The flight; its record is shorter than the scenario when the bag is.
+
+    Raises:
+        BagError: there is no such bag, or it holds no flight.
+    """
+    file = find_file(path)
+    contents = _scan(file)
+    scenario = contents.scenario
+    if scenario is None:
+        raise BagError(
+            f"{file}: holds no scenario; it was not recorded by satform, or ends before its first chunk"
+        )
+    record = _record(contents, scenario, file)
+    whole = contents.closed and (record.steps == scenario.timing.steps or record.early_end is not None)
+    counts = {contents.names[role]: len(messages) for role, messages in contents.messages.items()}
+    return Bag(
+        path=file,
+        scenario=scenario,
+        versions=contents.versions,
+        record=record,
+        messages=counts,
+        complete=whole,
+        events=_events(contents, scenario, file),
+        clocked=contents.clocked,
+        history=_history(contents, file),
+    )
+
+
+@dataclass
+class _Contents:
+    """What a file holds; messages and definitions by the topics' names in the root namespace."""
+
+    scenario: Scenario | None
+    versions: dict[str, str]
+    messages: dict[str, list[bytes]]
+    definitions: dict[str, Schema]
+    closed: bool
+    clocked: bool = False
+    names: dict[str, str] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+
+
+def find_file(path: Path) -> Path:
+    """The MCAP file that a path means.
+
+    Args:
+        path: folder of a bag, or the file itself.
+
+    Raises:
+        BagError: there is none, or more than one.
+    """
+    if path.is_file():
+        return path
+    if not path.is_dir():
+        raise BagError(f"{path}: there is no such bag")
+    files = sorted(path.glob("*.mcap"))
+    if len(files) != 1:
+        raise BagError(f"{path}: a bag's folder holds one .mcap file; found {len(files)}")
+    return files[0]
+
+
+def _scan(file: Path) -> _Contents:
+    contents = _Contents(None, {}, defaultdict(list), {}, closed=False)
+    names: dict[int, str] = {}
+    schemas: dict[int, Schema] = {}
+    try:
+        for record in records(file):
+            if isinstance(record, Message):
+                contents.messages[names[record.channel_id]].append(record.data)
+            elif isinstance(record, Channel):
+                role = names[record.id] = record.metadata.get(ROLE, record.topic)
+                contents.names[role] = record.topic
+                contents.definitions[role] = schemas[record.schema_id]
+            elif isinstance(record, Schema):
+                schemas[record.id] = record
+            else:
+                _note(contents, record, file)
+        contents.closed = True
+    except OSError as error:
+        raise BagError(f"{file}: cannot be read: {error.strerror}") from None
+    except BagError:
+        raise
+    except ExpansionError as error:
+        raise BagError(f"{file}: {error}") from None
+    except READ_FAILURES as error:
+        if contents.scenario is None and not contents.messages:
+            reason = str(error) or "it ends too early"
+            raise BagError(f"{file}: is not an MCAP file that can be read: {reason}") from None
+    return contents
+
+
+def _note(contents: _Contents, record: Any, file: Path) -> None:
+    if isinstance(record, Attachment) and record.name.startswith(FILE_ATTACHMENTS):
+        contents.files[record.name.removeprefix(FILE_ATTACHMENTS)] = record.data
+    elif isinstance(record, Attachment) and record.name == SCENARIO_ATTACHMENT:
+        try:
+            contents.scenario = parse_scenario(
+                record.data.decode(),
+                f"{file}:{SCENARIO_ATTACHMENT}",
+                files=FileSource(file.parent, contents.files, recorded=True),
+            )
+        except (ScenarioError, UnicodeDecodeError) as error:
+            raise BagError(
+                f"{file}: the scenario in it cannot be read, perhaps since another version recorded it: "
+                f"{error}"
+            ) from None
+    elif isinstance(record, Metadata) and record.name == RUN_METADATA:
+        contents.versions = dict(record.metadata)
+    elif isinstance(record, Metadata) and record.name == TIME_METADATA:
+        contents.clocked = record.metadata.get("kept_by") == WALL_CLOCK
+
+
+def _statuses(contents: _Contents, file: Path) -> list[FormationStatus]:
+    try:
+        return [
+            deserialize_message(data, FormationStatus) for data in contents.messages.get(topics.STATUS, [])
+        ]
+    except RuntimeError as error:
+        raise BagError(f"{file}: {topics.STATUS} has messages of another form: {error}") from None
+
+
+def _events(contents: _Contents, scenario: Scenario, file: Path) -> Plan:
+    """What happened in the flight, unforeseen."""
+    changes: list[tuple[str, ParameterChange]] = []
+    try:
+        for satellite in scenario.satellites:
+            topic = topics.parameter_changes(satellite.name)
+            changes += [
+                (satellite.name, deserialize_message(data, ParameterChange))
+                for data in contents.messages.get(topic, [])
+            ]
+        return happened(_statuses(contents, file), changes, scenario)
+    except (RuntimeError, ValueError) as error:
+        raise BagError(f"{file}: what happened in the flight cannot be read: {error}") from None
+
+
+def _history(contents: _Contents, file: Path) -> Events:
+    told = [
+        Told(topic, schema.name, schema.data.decode(errors="replace"), tuple(contents.messages[topic]))
+        for topic, schema in contents.definitions.items()
+        if schema.name in TYPES and topic in contents.messages
+    ]
+    try:
+        return read_events(told)
+    except EventError as error:
+        raise BagError(f"{file}: {error}") from None
+
+
+def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord:
+    names = tuple(satellite.name for satellite in scenario.satellites)
+    satellites = [scenario.satellite(index) for index in range(len(names))]
+
+    absences = Absences(scenario)
+    last_words: dict[tuple[str, int], Command] = {}
+    early_end: EarlyEnd | None = None
+    for status in _statuses(contents, file):
+        absences.take(status)
+        early_end = early_end_of(status, scenario.timing.step) or early_end
+        for name, command in zip(status.lost, status.last_words, strict=False):
+            if command.header.frame_id and command.step + 1 == status.step:
+                last_words[name, status.step] = command
+
+    def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
+        """Each satellite's table of one kind of message, or of another kind where it has none of these."""
+        chosen = [kind if wanted(satellite) else instead for satellite in satellites]
+        return [
+            _table(contents, (kind, index), topic_name(kind, names[index]), absences, last_words, file)
+            for index, kind in enumerate(chosen)
+        ]
+
+    state, tracking = tables("state"), tables("tracking")
+    announced = tables(scenario.consensus.announces)
+    truth = tables("truth", "state", lambda satellite: satellite.sensor)
+    command = tables("command")
+    given = tables("propulsion", "command", lambda satellite: satellite.thruster)
+    attitude = tables("attitude", "state", lambda satellite: satellite.attitude)
+    estimate = tables("estimate", "tracking", lambda satellite: satellite.filter)
+    states = min(len(table) for table in (*state, *truth, *announced, *attitude))
+    if states == 0:
+        why = "" if early_end is None else f": {early_end.sentence}"
+        raise BagError(f"{file}: holds no complete step{why}")
+    steps = min(states - 1, *(len(table) for table in (*command, *given, *tracking, *estimate)))
+    record = FlightRecord(
+        satellites=names,
+        step=scenario.timing.step,
+        position=_vectors(truth, "position", steps + 1),
+        velocity=_vectors(truth, "velocity", steps + 1),
+        measured_position=_vectors(state, "position", steps + 1),
+        measured_velocity=_vectors(state, "velocity", steps + 1),
+        acceleration=_vectors(command, "acceleration", steps),
+        given_acceleration=_vectors(state, "applied_acceleration", steps + 1)[1:],
+        **_phases(announced, scenario.consensus.announces, steps + 1),
+        reference_position=_vectors(tracking, "reference_position", steps),
+        reference_velocity=_vectors(tracking, "reference_velocity", steps),
+        reference_acceleration=_vectors(tracking, "reference_acceleration", steps),
+        sliding_variable=_vectors(tracking, "sliding_variable", steps),
+        believed_position_error=_vectors(tracking, "position_error", steps),
+        believed_velocity_error=_vectors(tracking, "velocity_error", steps),
+        **_propulsion(given, satellites, steps),
+        **_attitudes(attitude, command, satellites, steps),
+        **_estimates(estimate, satellites, steps),
+        **{name: np.empty((0, len(names))) for name in FIGURES},
+        early_end=early_end,
+    )
+    if not any(satellite.attitude for satellite in satellites):
+        return record
+    known = {name: getattr(record, name) for name in QUANTITIES}
+    figures: dict[str, Any] = attitude_figures(scenario, known)
+    return replace(record, **figures)
+
+
+def _phases(tables: list[Table], announces: Announces, rows: int) -> dict[str, NDArray[np.float64]]:
+    """Arc lengths and their rates as announced; zero where satellites announce something else."""
+    if announces != "arc_length":
+        return {name: np.zeros((rows, len(tables))) for name in ("arc_length", "rate")}
+    return {name: _series(tables, (name,), rows)[..., 0] for name in ("arc_length", "rate")}
+
+
+def _series(tables: list[Table], fields: tuple[str, ...], rows: int) -> NDArray[np.float64]:
+    """Fields of every satellite's messages, shape (rows, N, fields)."""
+    columns = [np.stack([table[field][:rows] for field in fields], axis=-1) for table in tables]
+    return np.stack(columns, axis=1)
+
+
+def _vectors(tables: list[Table], field: str, rows: int) -> NDArray[np.float64]:
+    return _series(tables, tuple(f"{field}.{axis}" for axis in "xyz"), rows)
+
+
+def _propulsion(
+    tables: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """What the thrusters counted at each state; at the first one the tanks are as the scenario fills them."""
+    found = no_propulsion(steps + 1, len(satellites))
+    for column, (table, satellite) in enumerate(zip(tables, satellites, strict=True)):
+        if satellite.thruster is None:
+            continue
+        for name, values in found.items():
+            values[0, column] = satellite.thruster.propellant if name == "propellant" else 0.0
+            values[1:, column] = table[name][:steps]
+    return found
+
+
+def _attitudes(
+    tables: list[Table], commands: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """What was told and commanded of the attitudes of the satellites that have one."""
+    turning = [column for column, satellite in enumerate(satellites) if satellite.attitude is not None]
+    found = no_attitude(steps if turning else -1, len(satellites))
+    for column in turning:
+        for name in ATTITUDE_VECTORS:
+            found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
+        for name in ("torque_limited", "momentum_limited"):
+            found[name][:, column] = tables[column][name][: steps + 1]
+        found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
+    return found
+
+
+def _estimates(
+    tables: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """What the filters estimated; not a number for satellites without one and while they are absent."""
+    filtering = [column for column, satellite in enumerate(satellites) if satellite.filter is not None]
+    found = no_estimates(steps if filtering else 0, len(satellites))
+    for column in filtering:
+        table = tables[column][:steps]
+        elements = [table[f"covariance[{index}]"] for index in range(36)]
+        covariance = np.stack(elements, axis=-1).reshape(-1, 6, 6)
+        found["estimate_covariance"][:, column] = covariance
+        found["innovation"][:, column] = table["innovation"]
+        found["rejected_measurements"][:, column] = np.where(
+            np.isnan(covariance[:, 0, 0]), np.nan, table["rejected"]
+        )
+    return found
+
+
+def _table(
+    contents: _Contents,
+    whose: tuple[str, int],
+    topic: str,
+    absences: Absences,
+    last_words: Mapping[tuple[str, int], Command],
+    file: Path,
+) -> Table:
+    """All messages of a topic as one structured array, with steps 0, 1, 2, ... without a gap.
+
+    A satellite that was absent commanded nothing, and what else it would have said is not a number.
+
+    Args:
+        contents: of the bag.
+        whose: kind of the topic, and place of the satellite it is about.
+        topic: its name.
+        absences: when satellites did not take part.
+        last_words: what lost satellites had commanded last, by name and the step in which they were lost.
+        file: for the sentences.
+    """
+    kind, satellite = whose
+    form = layout(topics.TYPES[kind], topics.FRAME)
+    messages = contents.messages.get(topic, [])
+    if any(len(message) != form.size for message in messages):
+        raise BagError(f"{file}: {topic} has messages of another form than satform's {kind} message")
+    table = np.frombuffer(b"".join(messages), dtype=form.dtype)
+    if kind in SAID_BY_SATELLITE and contents.clocked:
+        assert contents.scenario is not None  # noqa: S101 - a bag without one is refused before
+        held = held_steps(contents.scenario.command_timeout, contents.scenario.timing.step)
+        states = len(contents.messages.get(topics.CLOCK, []))
+        table = _held(table, kind, states, held, absences.spells[satellite])
+    elif kind in SAID_BY_SATELLITE:
+        name = topic.strip("/").partition("/")[0]
+        states = len(contents.messages.get(topics.CLOCK, []))
+        table = _with_silence(table, (kind, name), absences.spells[satellite], last_words, states)
+    gaps = np.flatnonzero(table["step"] != np.arange(len(table), dtype=np.uint64))
+    if gaps.size:
+        found = int(table["step"][gaps[0]])
+        raise BagError(f"{file}: {topic} has step {found} where step {int(gaps[0])} was to follow")
+    return table
+
+
+def _held(table: Table, kind: str, states: int, held: int, spells: list[tuple[int, int]]) -> Table:
+    """A satellite's messages on the wall clock, one a step: a command is held on, all else is missed.
+
+    Args:
+        table: the messages.
+        kind: of the topic.
+        states: of the flight.
+        held: steps after its own for which a command is held; after them nothing is commanded.
+        spells: from which step to which the satellite was lost and commanded nothing.
+    """
+    rows = states if kind in ANNOUNCEMENTS else states - 1
+    present = table["step"].astype(np.int64)
+    latest = np.searchsorted(present, np.arange(max(rows, 0)), side="right") - 1
+    whole = np.zeros(len(latest), dtype=table.dtype)
+    heard = latest >= 0
+    whole[heard] = table[latest[heard]]
+    if kind == "command":
+        step = np.arange(len(latest))
+        old = step - whole["step"].astype(np.int64) > held
+        for begin, end in spells:
+            old |= (step >= begin) & (step < end)
+        whole[old] = np.zeros(1, dtype=table.dtype)
+    else:
+        missed = ~heard | (whole["step"] != np.arange(len(latest), dtype=np.uint64))
+        _blank(whole, missed)
+    whole["step"] = np.arange(len(latest))
+    return whole
+
+
+def _blank(table: Table, rows: NDArray[np.bool_]) -> None:
+    """Make the numbers of some rows not a number."""
+    for name in table.dtype.names or ():
+        if table.dtype[name].kind == "f":
+            table[name][rows] = np.nan
+
+
+def _with_silence(
+    table: Table,
+    whose: tuple[str, str],
+    spells: list[tuple[int, int]],
+    last_words: Mapping[tuple[str, int], Command],
+    states: int,
+) -> Table:
+    """A satellite's messages with a row for each step in which it was absent.
+
+    What it says in such a step counts for nothing: a process that was held still and goes on does not
+    know yet that it has been given up. What it had said shortly before may have been lost with it on the
+    way to the recorder, and is not a number; its last command the plant has passed on.
+    """
+    kind, name = whose
+    for begin, end in spells:
+        silent_from = begin + 1 if kind in ANNOUNCEMENTS else begin
+        table = table[(table["step"] < silent_from) | (table["step"] >= end)]
+        first = max(0, begin - topics.STEPPED.depth)
+        # Back at once, its last announcement is still the one for the step of its loss.
+        until = min(max(end, silent_from), states - (kind not in ANNOUNCEMENTS))
+        present = set(table["step"].tolist())
+        missing = [step for step in range(first, until) if step not in present]
+        silence = np.zeros(len(missing), dtype=table.dtype)
+        silence["step"] = missing
+        # Who is absent commands nothing.
+        _blank(silence, (silence["step"] < begin) | (kind != "command"))
+        last_word = last_words.get((name, begin))
+        if last_word is not None and kind in ANNOUNCEMENTS and begin in missing:
+            _fill_in(silence, missing.index(begin), last_word, "announced_")
+        if last_word is not None and kind == "command" and begin - 1 in missing:
+            _fill_in(silence, missing.index(begin - 1), last_word)
+        table = np.concatenate([table, silence])
+        table = table[np.argsort(table["step"], kind="stable")]
+    return table
+
+
+def _fill_in(table: Table, row: int, command: Command, prefix: str = "") -> None:
+    """What a lost satellite had commanded and announced last, as the plant had it."""
+    for name in table.dtype.names or ():
+        try:
+            table[name][row] = reduce(getattr, f"{prefix}{name}".split("."), command)
+        except AttributeError:
+            # The command has nothing of that name to tell.
+            continue

@@ -1,0 +1,257 @@
+"""The node that shows the flight: markers, poses, paths and transforms for RViz and Foxglove.
+
+It only looks on. It takes the newest message of each topic, if it comes, so that no other node ever
+waits for it, and a flight is the same with and without it.
+"""
+
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from multiprocessing.connection import Connection
+
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.duration import Duration
+from rclpy.exceptions import ParameterException
+from rclpy.node import Node
+from satform_msgs.msg import FormationStatus
+
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.communication.topic_graph import relative, topic_name
+from satform.display.scene import Scene
+from satform.scenario import Scenario
+from satform_nodes.display.markers import PictureMessages
+from satform_nodes.runtime.lifecycle import patience, plant_timeout, run, scenario_of
+from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.parameters import declare_start
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.sim_time import Stamps
+from satform_nodes.runtime.start_parameters import START_PARAMETERS
+from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.transport import topics
+from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.executor import StepExecutor
+
+_PATH_EVERY = 10
+"""Pictures between two publications of the paths, which are long."""
+
+_NICENESS = 10
+"""By how much the display stands back where processors are few."""
+
+_GLANCE = 0.02
+"""Wall-clock time between two looks at what has arrived: messages in between are not even taken, s."""
+
+_MOTION = tuple(f"{vector}.{axis}" for vector in ("position", "velocity") for axis in "xyz")
+_MRP = ("mrp.x", "mrp.y", "mrp.z")
+
+_LAST_SIGHT = 0.2
+"""Wall-clock time after the end of the flight in which the last states may still arrive, s."""
+
+_FAREWELL = Duration(seconds=2)
+"""How long the display stays for the sake of its last picture."""
+
+
+class DisplayNode:
+    """Looks at the formation's topics and publishes pictures; what is in them is decided in `satform`."""
+
+    def __init__(self, node: Node, executor: StepExecutor, scenario: Scenario) -> None:
+        scale = _positive(node, "display_scale")
+        per_lap = round(_positive(node, "frames_per_lap"))
+        trail = round(_positive(node, "trail"))
+        rate = _positive(node, "frame_rate")
+        self.node = node
+        self.ended: FormationStatus | None = None
+        self.seen_anything = False
+        self.pictures = 0
+        self.scene = Scene(scenario, max(per_lap, 1), max(trail, 2))
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._messages = PictureMessages(self._stamps, scale, self.scene.extent, node.get_namespace())
+        self._period = 1.0 / rate
+        self._next_picture = 0.0
+        # The newest message of each topic, and who understands it; taken apart only for a picture.
+        self._newest: dict[int, bytes] = {}
+        self._readers: list[Callable[[bytes], None]] = []
+
+        types = topics.TYPES
+        self._say_markers = node.create_publisher(types["markers"], relative(topics.MARKERS), topics.PICTURE)
+        self._say_transforms = node.create_publisher(types["tf"], topics.TF, topics.TRANSFORMS)
+        self._say_pose, self._say_path = {}, {}
+        for name in self.scene.names:
+            self._say_pose[name] = node.create_publisher(
+                types["pose"], relative(topics.pose(name)), topics.PICTURE
+            )
+            self._say_path[name] = node.create_publisher(
+                types["path"], relative(topics.path(name)), topics.PICTURE
+            )
+        for index, name in enumerate(self.scene.names):
+            spec = scenario.satellite(index)
+            moved = ("truth", topics.truth) if spec.sensor is not None else ("state", topics.state)
+            self._look_at(executor, moved[0], moved[1](name), self._on_state(index), _MOTION)
+            if spec.attitude is not None:
+                self._look_at(executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP)
+            # Looked at last: what was announced is then at least as new as what it is compared with.
+            said = scenario.consensus.announces
+            self._look_at(executor, said, topic_name(said, name), self._on_announcement(index), ())
+        node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, topics.GLANCED)
+        # What was decided before this node came is only kept for readers whom the plant waits for at the
+        # end of the flight; so this subscription is given up once it has been heard.
+        self._history = node.create_subscription(
+            types["status"], relative(topics.STATUS), self._on_status, topics.LATCHED
+        )
+
+    def begin(self, executor: StepExecutor, stop: StopRequest, longest: float) -> None:
+        """Wait for the formation to appear.
+
+        Args:
+            executor: does the waiting.
+            stop: ends it early.
+            longest: wall-clock time after which to give up, s.
+
+        Raises:
+            NodeError: there is none.
+        """
+        if not executor.spin_until(lambda: self.seen_anything or stop.asked, longest):
+            raise NodeError(f"nothing to show within {longest:g} s: no formation is heard", EXIT_LOST)
+        self.node.destroy_subscription(self._history)
+
+    def show_if_due(self) -> None:
+        """Publish a picture if enough simulated time has passed, and not too little of the wall clock."""
+        now = time.monotonic()
+        if now < self._next_picture:
+            return
+        self._read_newest()
+        if self.scene.due:
+            self._next_picture = now + self._period
+            self.show(paths=self.pictures % _PATH_EVERY == 0)
+
+    def show_last(self) -> None:
+        """Publish how the flight ended, and stay until it has arrived, for a bounded time."""
+        self._read_newest()
+        if self.scene.step < 0:
+            return
+        self.show(paths=True)
+        for publisher in (self._say_markers, *self._say_pose.values(), *self._say_path.values()):
+            if not publisher.wait_for_all_acked(_FAREWELL):
+                return
+
+    def show(self, *, paths: bool) -> None:
+        """Publish a picture of what was last seen."""
+        picture = self.scene.picture()
+        self.pictures += 1
+        self._say_markers.publish(self._messages.markers(picture))
+        self._say_transforms.publish(self._messages.transforms(picture))
+        for view in picture.satellites:
+            self._say_pose[view.name].publish(self._messages.pose(view.pose))
+            if paths:
+                self._say_path[view.name].publish(self._messages.path(view))
+
+    def _look_at(
+        self,
+        executor: StepExecutor,
+        kind: str,
+        topic: str,
+        read: Callable[[int, int, int, list[float]], None],
+        fields: tuple[str, ...],
+    ) -> None:
+        """Keep the newest message of a topic until a picture is made.
+
+        Args:
+            executor: hands out the messages.
+            kind: of topic, for its type.
+            topic: name of the topic.
+            read: takes seconds, nanoseconds and step of a message, and the wanted numbers in it.
+            fields: names of these numbers.
+        """
+        form, place = layout(topics.TYPES[kind], topics.FRAME), len(self._readers)
+        step, *wanted = (form.fields.index(name) for name in ("step", *fields))
+
+        def take_apart(data: bytes) -> None:
+            numbers = form.unpack(data)
+            if numbers is not None:
+                read(numbers[0], numbers[1], numbers[step], [numbers[index] for index in wanted])
+
+        def keep(data: bytes, _name: str) -> None:
+            self._newest[place] = data
+            self.seen_anything = True
+
+        self._readers.append(take_apart)
+        executor.subscribe(self.node, topics.TYPES[kind], topic, keep, topics.GLANCED)
+
+    def _read_newest(self) -> None:
+        newest, self._newest = self._newest, {}
+        for place, data in newest.items():
+            self._readers[place](data)
+
+    def _on_state(self, index: int) -> Callable[[int, int, int, list[float]], None]:
+        def moved(seconds: int, nanoseconds: int, _step: int, numbers: list[float]) -> None:
+            # A measurement may be told later than it was taken: what counts is when the satellite was there.
+            self.scene.moved(index, self._stamps.step(seconds, nanoseconds), numbers[:3], numbers[3:])
+
+        return moved
+
+    def _on_attitude(self, index: int) -> Callable[[int, int, int, list[float]], None]:
+        def turned(_seconds: int, _nanoseconds: int, step: int, numbers: list[float]) -> None:
+            self.scene.turned(index, step, numbers)
+
+        return turned
+
+    def _on_announcement(self, index: int) -> Callable[[int, int, int, list[float]], None]:
+        def spoke(seconds: int, nanoseconds: int, _step: int, _numbers: list[float]) -> None:
+            self.scene.spoke(index, self._stamps.time(seconds, nanoseconds))
+
+        return spoke
+
+    def _on_status(self, status: FormationStatus) -> None:
+        self.seen_anything = True
+        self.scene.decided(status.alive, status.listeners, status.speakers)
+        if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
+            self.ended = status
+
+
+def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) -> int:
+    """Show the flight until it has ended."""
+    os.nice(_NICENESS)
+    declare_start(node, "scenario")
+    scenario = scenario_of(node)
+    display = DisplayNode(node, executor, scenario)
+    first = patience(len(scenario.satellites))
+    display.begin(executor, stop, first)
+
+    def flying() -> bool:
+        display.show_if_due()
+        return display.ended is None and not stop.asked
+
+    longest = max(first, plant_timeout(scenario.tolerated_silence))
+    if not executor.spin_at_leisure(flying, longest, lambda _leisure: stop.pause(_GLANCE)):
+        raise NodeError(f"nothing to show for {longest:g} s: the formation is silent", EXIT_LOST)
+    executor.spin_while(lambda: not stop.asked, _LAST_SIGHT)
+    display.show_last()
+    return EXIT_STOPPED if stop.asked else EXIT_DONE
+
+
+def _positive(node: Node, name: str) -> float:
+    """A number above zero that is given at the start; whole numbers may be written without a point.
+
+    Raises:
+        NodeError: it is something else.
+    """
+    default, description = START_PARAMETERS[name].default, START_PARAMETERS[name].description
+    descriptor = ParameterDescriptor(read_only=True, description=description, dynamic_typing=True)
+    try:
+        value = node.declare_parameter(name, default, descriptor).value
+    except ParameterException as error:
+        raise NodeError(f"{name}: {error}", EXIT_BAD_INPUT) from None
+    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
+    if not (math.isfinite(number) and number > 0.0):
+        raise NodeError(f"{name} is {value!r}; it is a number above zero: {description}", EXIT_BAD_INPUT)
+    return number
+
+
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
+    """Show a flight; entry point of the executable `display_node`."""
+    return run("display", fly, arguments, Report(pipe))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

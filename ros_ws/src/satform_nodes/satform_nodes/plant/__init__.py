@@ -1,0 +1,1 @@
+"""The node of the plant: publishers, subscriptions, services and the node itself."""

@@ -1,0 +1,501 @@
+"""The node of the plant: it moves all satellites, decides who takes part and when a step is complete."""
+
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+from satform_msgs.msg import FormationStatus
+
+from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
+from satform.common.wording import listed
+from satform.communication.topic_graph import PLANT, RECORDER, channels, heard_by, said_by
+from satform.flight.command_timeout import held_steps
+from satform.flight.early_end import EarlyEnd
+from satform.flight.limits import LimitCheck
+from satform.flight.plant import Plant
+from satform.membership.manager import NOBODY_LEFT, Change, Muster
+from satform.membership.state import Event
+from satform.scenario import Scenario
+from satform_nodes.plant.publishers import PlantVoice
+from satform_nodes.plant.services import FormationServices
+from satform_nodes.plant.subscriptions import PlantEars
+from satform_nodes.runtime.diagnostics import Condition, Course, Health
+from satform_nodes.runtime.formation_view import STOPPED
+from satform_nodes.runtime.lifecycle import run, scenario_of, start_timeout
+from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
+from satform_nodes.runtime.realtime_loop import fly_on_the_clock, processor_seconds
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.sim_time import Stamps
+from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.transport import topics
+from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.missing_endpoints import in_words, shortcomings
+
+_PROGRESS_PERIOD = 0.1
+"""Wall-clock time between two reports of progress, s."""
+
+_SIGN_PERIOD = 0.5
+"""Wall-clock time between two signs of life while no step is taken, s; a fraction of any silence."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the plant's node is told at its start beside the scenario.
+
+    Attributes:
+        recorded: whether a recorder takes part, to be waited for.
+        recorder_needed: whether the flight ends when the recorder is lost.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+    """
+
+    recorded: bool
+    recorder_needed: bool
+    rate: float
+
+
+class PlantNode:
+    """Carries the plant; every formula is in `satform`."""
+
+    def __init__(
+        self,
+        node: FormationNode,
+        executor: StepExecutor,
+        scenario: Scenario,
+        settings: "Settings",
+        report: Report,
+    ) -> None:
+        recorded = settings.recorded
+        self.clocked = settings.rate > 0.0
+        self.node = node
+        self.scenario = scenario
+        self.report = report
+        self.plant = Plant(scenario)
+        self.muster = Muster(scenario, [RECORDER] if recorded else [], lockstep=not self.clocked)
+        self.recorded = recorded
+        self.refusals = node.refusals
+        self.busy_seconds = 0.0
+        self.flying = False
+        self.aborted: tuple[list[str], str] | None = None
+        self.early_end: EarlyEnd | None = None
+        self.flown_steps = 0
+        self._limits = LimitCheck(scenario)
+        self._held_steps = held_steps(scenario.command_timeout, scenario.timing.step)
+        self.stop_asked = False
+        self.names = self.muster.names
+        self.start_timeout = start_timeout(len(self.names))
+        self._settings = settings
+        self._awaited_since = 0.0
+        self._paused = False
+        self._single_steps = 0
+        self._pulse = 0
+        self._next_sign = 0.0
+        self._next_progress = 0.0
+        self._course = Course(self.refusals)
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+
+        table = channels(scenario)
+        self._voice = PlantVoice(node, scenario, self.plant, said_by(PLANT, table))
+        self.ears = PlantEars(
+            node,
+            executor,
+            heard_by(PLANT, table),
+            self.muster,
+            self.refusals,
+            self._advance_if_complete,
+            self._on_ready,
+            self._stamps,
+            clocked=self.clocked,
+        )
+        self._company = Company(node)
+        self.ears.expect_speakers(self._company)
+        if recorded:
+            self.ears.hear_recorder(self._company, self._go_on)
+        self._voice.expect_listeners(self._company, recorded=recorded)
+        self._health = Health(node, "plant: formation", "plant", self._condition, self._now)
+        if recorded:
+            self._company.listens(self._health.publisher, [RECORDER])
+        executor.add_chore(self._health.due)
+        self._services = FormationServices(node, self)
+        executor.add_chore(self._chore)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the last state has been published, and recorded if a recorder takes part."""
+        return self.flown and (not self.recorded or self.ears.recorded_step >= self.scenario.timing.steps)
+
+    @property
+    def flown(self) -> bool:
+        """Whether the last step has been taken."""
+        return self.muster.over
+
+    @property
+    def last_step_taken(self) -> bool:
+        """Whether no step follows in which something could take effect."""
+        return self.muster.last_step_taken
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to be done, for whatever reason."""
+        return self.finished or self.stop_asked or self.aborted is not None or self.early_end is not None
+
+    def progress(self) -> tuple[int, ...]:
+        """What changes as long as the flight goes on."""
+        muster = self.muster
+        return (
+            muster.step,
+            len(muster.answered),
+            self.ears.recorded_step,
+            muster.formation.number,
+            self._pulse,
+        )
+
+    def everyone_is_ready(self) -> bool:
+        """Whether all nodes have said that they are ready, and are there seen from this side."""
+        return not self.muster.unready and self._company.complete()
+
+    def not_ready(self) -> tuple[list[str], str]:
+        """Who keeps the flight from beginning, and what is wrong with them."""
+        unready = self.muster.unready
+        found = shortcomings(self.node, channels(self.scenario), recorded=self.recorded)
+        who = list(dict.fromkeys(each.node for each in found)) or unready or [PLANT]
+        return who, f"not ready within {self.start_timeout:g} s: {in_words(found, unready or [PLANT])}"
+
+    @property
+    def waits_for_return(self) -> bool:
+        """Whether a satellite is awaited that the scenario brings back at this step."""
+        return bool(self.muster.awaited)
+
+    def missing(self) -> list[str]:
+        """Who keeps the step from going on."""
+        muster = self.muster
+        satellites = muster.awaited or not (muster.open or muster.over)
+        return muster.missing if satellites else [RECORDER]
+
+    def begin(self) -> None:
+        """Publish the first states; everything else follows from the answers."""
+        self.flying = True
+        self.ears.begin()
+        self.say_status(FormationStatus.FLYING, "")
+        if self._within_limits():
+            self._begin_step()
+
+    # Who takes part
+
+    def lose(self, names: Iterable[str], reason: str) -> None:
+        """Go on without some satellites, or end the flight when nobody is left or the recorder is needed.
+
+        Args:
+            names: of satellites, or `recorder`.
+            reason: in words, for everyone.
+        """
+        for name in names:
+            if name == RECORDER:
+                self._lose_recorder(reason)
+            elif name in self.names:
+                self._lose(self.names.index(name), reason)
+        self._advance_if_complete()
+
+    def _lose(self, index: int, reason: str) -> None:
+        loss = self.muster.lose(index, reason)
+        self._tell_change(loss.change)
+        if loss.end:
+            self.aborted = ([self.names[index]], loss.end)
+
+    def _lose_recorder(self, reason: str) -> None:
+        if not self.recorded:
+            return
+        if self._settings.recorder_needed:
+            self.aborted = ([RECORDER], reason)
+            return
+        self.recorded = False
+        self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
+        self.report.say("loss", who=RECORDER, step=self.plant.step, reason=reason)
+        self._go_on()
+
+    def _tell_change(self, change: Change | None) -> None:
+        """Tell everyone that the formation is another one from the present step on."""
+        if change is None:
+            return
+        formation, step = self.muster.formation, self.muster.step
+        self.ears.take(change)
+        for index in change.lost:
+            self.report.say("loss", who=self.names[index], step=step, reason=formation.reason)
+        for event in change.back:
+            self.report.say("return", who=self.names[event.satellite], step=step)
+        phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
+        last_words = [self.ears.last_word(index) for index in change.lost]
+        self._voice.say_status(formation, phase, formation.reason, change, last_words)
+        self._health.changed()
+
+    def rewire(self, event: Event) -> int:
+        """Take up an event for the next step; the step's number."""
+        return self.muster.take_up(event)
+
+    def _on_ready(self, name: str, checkpoint: int) -> None:
+        self.muster.is_ready(name)
+        if self.flying and name in self.names:
+            self.muster.offer(self.names.index(name), checkpoint)
+            self._go_on()
+
+    # Steps
+
+    def _begin_step(self) -> None:
+        """Let happen what is due at this step, and publish its states when nothing stands against it."""
+        self._tell_change(self.muster.begin(self.plant.step))
+        self._awaited_since = time.monotonic()
+        self._go_on()
+
+    def _go_on(self) -> None:
+        """Publish the states that are due, unless someone has to be waited for."""
+        if not self.muster.open or self.early_end:
+            return
+        behind = self.plant.step - self.ears.recorded_step
+        if self.recorded and not self.clocked and behind > topics.RECORDER_WINDOW:
+            return
+        if self._paused and not self._single_steps:
+            return
+        if not self.muster.assembled:
+            return
+        self._single_steps = max(0, self._single_steps - 1)
+        change = self.muster.close()
+        self._tell_change(change)
+        if change is not None and change.lost and self.muster.deserted:
+            names = [self.names[index] for index in change.lost]
+            self.aborted = (names, f"{self.muster.formation.reason}; {NOBODY_LEFT}")
+            return
+        self._voice.tell_states(self.muster.formation.number)
+
+    def pause(self) -> int:
+        """Take no more steps; the number of the first one that is not taken."""
+        self._paused = True
+        self.say_status(FormationStatus.PAUSED, "paused")
+        return self.muster.next_step
+
+    def resume(self) -> int:
+        """Take steps again; the number of the first one."""
+        self._paused = False
+        self._single_steps = 0
+        self.ears.promptness.begin()
+        self.say_status(FormationStatus.FLYING, "resumed")
+        step = self.plant.step
+        self._go_on()
+        return step
+
+    def single_step(self) -> int:
+        """Take one step and pause again; the number of the step that is taken."""
+        step = self.muster.next_step
+        if not self._paused:
+            self.pause()
+        self._single_steps += 1
+        self._go_on()
+        return step
+
+    @property
+    def paused(self) -> bool:
+        """Whether steps are taken only when asked for."""
+        return self._paused
+
+    def say_again(self) -> None:
+        """Repeat what was said last: the step does not go on, and somebody may not have heard it."""
+        # Who has not heard of a change of the formation cannot answer.
+        self._voice.repeat_status()
+        if not (self.muster.open or self.muster.over):
+            self._voice.tell_again(self.muster.unanswered)
+
+    def _chore(self) -> None:
+        """Off the path of a step: what the starter says, and whether standing still is meant."""
+        for said in self.report.heard():
+            if said["event"] == "lost":
+                self.lose([said["who"]], said["reason"])
+        waits = self.muster.awaited and time.monotonic() - self._awaited_since < self.start_timeout
+        if (self._paused and self.muster.open) or waits:
+            self._pulse += 1
+            now = time.monotonic()
+            if now >= self._next_sign:
+                # Whoever hears nothing would take the plant for lost.
+                self._next_sign = now + _SIGN_PERIOD
+                self._voice.repeat_status()
+
+    def _now(self) -> tuple[int, int]:
+        """Simulated time, as a stamp."""
+        return self._stamps.at(self.plant.step)
+
+    def _condition(self) -> Condition:
+        lost_at = self.muster.formation.lost_at
+        lost = {self.names[index]: self.plant.step - lost_at[index] for index in self.muster.lost}
+        return self._course.condition(self.plant.step, lost)
+
+    def say_status(self, phase: int, reason: str) -> None:
+        """Tell everyone in what phase the formation is, from which step, and why."""
+        self._voice.say_status(self.muster.formation, phase, reason, early_end=self.early_end)
+        if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
+            return
+        # What the plant said last would be lost with it; what a recorder has is not on its way any more.
+        recorded = phase == FormationStatus.FINISHED and self.recorded
+        present = self.muster.everyone - {self.names[index] for index in self.muster.lost}
+        if not self._voice.see_off(present, recorded=recorded):
+            self.node.get_logger().warning("not everyone has heard how the flight ended")
+
+    @property
+    def stands_still(self) -> bool:
+        """Whether no step is to be taken at present."""
+        return self.muster.open
+
+    def judge_waiting(self) -> None:
+        """End the flight when a satellite that the scenario brings back has been awaited for too long."""
+        if self.muster.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
+            silent = self.missing()
+            self.aborted = (silent, f"{listed(silent)} has not come back within {self.start_timeout:g} s")
+
+    def tick(self) -> None:
+        """Take the next step with the commands that there are; one that is too old is none any more."""
+        silence = self.scenario.tolerated_silence
+        for index in self.ears.promptness.judge(self.muster.flying, self.plant.step, silence):
+            self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
+        for index in self.ears.promptness.expired(self.muster.flying, self.plant.step, self._held_steps):
+            self.ears.commands[index] = 0.0
+        if not self.over and self.plant.step < self.scenario.timing.steps:
+            self._advance()
+
+    def _advance_if_complete(self) -> None:
+        if self.clocked or self.muster.open or not self.flying or self.aborted or not self.muster.complete:
+            return
+        if self.plant.step < self.scenario.timing.steps:
+            self._advance()
+
+    def _within_limits(self) -> bool:
+        """Whether the states of the present step are finite and within the limits; else the flight ends."""
+        self.early_end = self._limits.of_plant(self.plant)
+        # The step that led to states beyond the limits is no part of the flight.
+        self.flown_steps = max(0, self.plant.step - 1)
+        return self.early_end is None
+
+    def _commands_within_limits(self) -> bool:
+        """Whether no satellite has computed anything that it must not fly by; else the flight ends."""
+        step = self.plant.step
+        self.early_end, self.flown_steps = self._limits.computed_end(self.ears.violations, step), step
+        return self.early_end is None
+
+    def _advance(self) -> None:
+        if not self._commands_within_limits():
+            return
+        commands = self.ears.commands
+        # The processor's time: the wall clock would count those who are let in meanwhile.
+        begin = time.thread_time()
+        self.plant.advance(commands[:, :3], commands[:, 3:])
+        within = self._within_limits()
+        self.busy_seconds += time.thread_time() - begin
+        if not within:
+            return
+        self._voice.show_propulsion()
+        self._begin_step()
+        now = time.monotonic()
+        if now >= self._next_progress:
+            self._next_progress = now + _PROGRESS_PERIOD
+            self.report.say_if_heard("step", step=self.plant.step)
+
+
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+    """Wait for everyone, fly the scenario to its end, and say how it went."""
+    declare_start(node, "scenario")
+    settings = Settings(
+        recorded=declare_start(node, "recorded"),
+        recorder_needed=declare_start(node, "recorder_needed"),
+        rate=declare_rate(node),
+    )
+    scenario = scenario_of(node)
+    plant = PlantNode(node, executor, scenario, settings, report)
+    if not executor.spin_until(
+        lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, plant.start_timeout
+    ):
+        return _abort(plant, *plant.not_ready())
+    begin = time.perf_counter()
+    plant.report.say("flying")
+    node.get_logger().info(f"flying {_in_words(scenario, settings.rate)}")
+    if not (stop.asked or plant.stop_asked):
+        plant.begin()
+    timing: dict[str, Any] = {}
+    if plant.clocked:
+        kept = fly_on_the_clock(plant, executor, stop, scenario.timing.step / settings.rate)
+        timing = {**kept.data(), "processor": processor_seconds(), **plant.ears.promptness.data(plant.names)}
+    _fly_on(plant, executor, stop)
+    if plant.early_end:
+        return _end_early(plant, plant.early_end)
+    if plant.aborted:
+        return _abort(plant, *plant.aborted)
+    if stop.asked or plant.stop_asked:
+        plant.report.say("stopped", step=plant.plant.step)
+        node.get_logger().info(f"stopped at step {plant.plant.step}")
+        plant.say_status(FormationStatus.ABORTED, STOPPED)
+        return EXIT_STOPPED
+    seconds = time.perf_counter() - begin
+    plant.report.say(
+        "finished",
+        step=plant.plant.step,
+        seconds=seconds,
+        busy=plant.busy_seconds,
+        refused=plant.refusals.sentences(),
+        timing=timing,
+    )
+    step = plant.plant.step
+    node.get_logger().info(
+        f"finished: {step} steps, {step * scenario.timing.step:g} s, in {seconds:.2f} s "
+        f"({step / max(seconds, 1e-9):.0f} steps/s)"
+    )
+    plant.say_status(FormationStatus.FINISHED, "")
+    return EXIT_DONE
+
+
+def _in_words(scenario: Scenario, rate: float) -> str:
+    """What is flown, and how time passes."""
+    manner = f"{rate:g} simulated seconds in each second" if rate else "in lockstep"
+    timing = scenario.timing
+    return (
+        f"{scenario.name}: {len(scenario.satellites)} satellites, {timing.steps} steps of {timing.step:g} s, "
+        f"{manner}"
+    )
+
+
+def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None:
+    """Take steps until the flight is over; whoever is silent for too long is lost."""
+    silence = plant.scenario.tolerated_silence
+    while not executor.spin_while(
+        lambda: not (plant.over or stop.asked), silence, plant.say_again, plant.progress
+    ):
+        silent = plant.missing()
+        if plant.waits_for_return:
+            late = f"{listed(silent)} has not come back within {plant.start_timeout:g} s"
+            plant.aborted = (silent, late)
+        else:
+            # Where nobody is quiet nobody is to blame, and all the same it does not go on.
+            quiet = plant.ears.quiet(silent, silence) or silent
+            plant.lose(quiet, f"no answer within {silence:g} s from {listed(quiet)}")
+
+
+def _end_early(plant: PlantNode, end: EarlyEnd) -> int:
+    """Tell everyone that a quantity was not finite or beyond its limit, and that the flight ends."""
+    plant.report.say("ended_early", step=plant.flown_steps, end=end.data())
+    plant.say_status(FormationStatus.ABORTED, end.sentence)
+    raise NodeError(f"the flight ended early: {end.sentence}", EXIT_ENDED_EARLY)
+
+
+def _abort(plant: PlantNode, who: list[str], reason: str) -> int:
+    step = plant.plant.step
+    sentence = f"lost at step {step}: {reason}" if plant.flying else reason
+    plant.report.say("lost", who=who, step=step, reason=sentence)
+    plant.say_status(FormationStatus.ABORTED, sentence)
+    raise NodeError(sentence, EXIT_LOST)
+
+
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
+    """Run the plant; entry point of the executable `plant_node`."""
+    return run("plant", fly, arguments, Report(pipe))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

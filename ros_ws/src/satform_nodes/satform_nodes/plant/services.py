@@ -1,0 +1,148 @@
+"""What anyone may ask of a formation in flight: pause, resume, take one step, stop, another graph."""
+
+from typing import Any, Protocol
+
+import numpy as np
+from rclpy.node import Node
+from satform_msgs.srv import SetGraph
+from std_srvs.srv import Trigger
+
+from satform.attitude.satellite_pointing import SatellitePointingSpec
+from satform.communication.topic_graph import relative
+from satform.consensus.graph import Graph
+from satform.membership.state import Event, Rewired
+from satform.scenario import Scenario
+
+PAUSE = "/formation/pause"
+RESUME = "/formation/resume"
+STEP = "/formation/step"
+STOP = "/formation/stop"
+SET_GRAPH = "/formation/set_graph"
+
+
+class Conductor(Protocol):
+    """What the services need of the plant's node."""
+
+    scenario: Scenario
+    names: list[str]
+    flying: bool
+    stop_asked: bool
+
+    @property
+    def paused(self) -> bool:
+        """Whether steps are taken only when asked for."""
+
+    @property
+    def last_step_taken(self) -> bool:
+        """Whether no step follows in which something could take effect."""
+
+    def pause(self) -> int:
+        """Take no more steps; the number of the first one that is not taken."""
+
+    def resume(self) -> int:
+        """Take steps again; the number of the first one."""
+
+    def single_step(self) -> int:
+        """Take one step and pause again; the number of the step that is taken."""
+
+    def rewire(self, event: Event) -> int:
+        """Take up an event for the next step; the step's number."""
+
+
+class FormationServices:
+    """The services of the plant's node."""
+
+    def __init__(self, node: Node, conductor: Conductor) -> None:
+        self._conductor = conductor
+        node.create_service(Trigger, relative(PAUSE), self._pause)
+        node.create_service(Trigger, relative(RESUME), self._resume)
+        node.create_service(Trigger, relative(STEP), self._step)
+        node.create_service(Trigger, relative(STOP), self._stop)
+        node.create_service(SetGraph, relative(SET_GRAPH), self._set_graph)
+
+    def _pause(self, _request: Any, reply: Any) -> Any:
+        if self._conductor.paused:
+            return _refused(reply, "the flight is paused already")
+        if not self._conductor.flying:
+            return _refused(reply, "the flight has not begun")
+        return _done(reply, f"pauses before step {self._conductor.pause()}")
+
+    def _resume(self, _request: Any, reply: Any) -> Any:
+        if not self._conductor.paused:
+            return _refused(reply, "the flight is not paused")
+        return _done(reply, f"goes on with step {self._conductor.resume()}")
+
+    def _step(self, _request: Any, reply: Any) -> Any:
+        if not self._conductor.flying:
+            return _refused(reply, "the flight has not begun")
+        return _done(reply, f"takes step {self._conductor.single_step()} and pauses")
+
+    def _stop(self, _request: Any, reply: Any) -> Any:
+        self._conductor.stop_asked = True
+        return _done(reply, "stops")
+
+    def _set_graph(self, request: Any, reply: Any) -> Any:
+        if not self._conductor.flying:
+            return _refused(reply, "the flight has not begun")
+        if self._conductor.last_step_taken:
+            return _refused(reply, "the last step has been taken")
+        try:
+            graph = wanted_graph(request.adjacency, self._conductor.scenario)
+        except ValueError as error:
+            return _refused(reply, str(error))
+        reply.step = self._conductor.rewire(Rewired(graph, "the graph was changed by a service"))
+        return _done(reply, f"takes effect at step {reply.step}")
+
+
+def wanted_graph(adjacency: Any, scenario: Scenario) -> Graph:
+    """The graph that someone asks for.
+
+    Args:
+        adjacency: row-major, of zeros and ones, shape (N * N,).
+        scenario: that is flown.
+
+    Returns:
+        The graph.
+
+    Raises:
+        ValueError: it is not a graph of this formation, or cannot be had in flight.
+    """
+    count = len(scenario.satellites)
+    numbers = np.array(adjacency, dtype=np.float64)
+    if numbers.size != count * count:
+        raise ValueError(f"adjacency has {numbers.size} entries; {count} satellites have {count * count}")
+    matrix = numbers.reshape(count, count)
+    if not np.isin(matrix, (0.0, 1.0)).all():
+        raise ValueError("adjacency has entries other than 0 and 1")
+    if np.diagonal(matrix).any():
+        raise ValueError("adjacency has a 1 on its diagonal: a satellite does not hear itself")
+    if scenario.consensus.announces == "motion":
+        raise ValueError("a satellite that follows a neighbour has to hear it all the time")
+    new = matrix > scenario.possible_graph().adjacency
+    points = any(
+        own.attitude is not None and isinstance(own.attitude.pointing, SatellitePointingSpec)
+        for own in map(scenario.satellite, range(count))
+    )
+    if points and new.any():
+        raise ValueError(
+            "satellites that point at each other know their neighbours from the scenario: only edges that it "
+            "has at some time can be used"
+        )
+    if scenario.links is not None and new.any():
+        listener, speaker = (int(place) for place in np.argwhere(new)[0])
+        names = [satellite.name for satellite in scenario.satellites]
+        raise ValueError(
+            f"{names[listener]} has no link from {names[speaker]} in this scenario, which describes its "
+            "links: only edges that it has at some time can be used"
+        )
+    return Graph(matrix)
+
+
+def _done(reply: Any, sentence: str) -> Any:
+    reply.success, reply.message = True, sentence
+    return reply
+
+
+def _refused(reply: Any, sentence: str) -> Any:
+    reply.success, reply.message = False, sentence
+    return reply

@@ -1,0 +1,227 @@
+"""What the plant hears: commands, who can fly, and how far the recorder is."""
+
+import time
+from collections.abc import Callable, Iterable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from satform_msgs.msg import Command, Ready, Recorded
+
+from satform.communication.topic_graph import RECORDER, Channel
+from satform.flight.limits import QUANTITIES, Violation
+from satform.membership.manager import Change, Muster
+from satform_nodes.runtime.realtime_loop import Promptness
+from satform_nodes.runtime.sim_time import Stamps
+from satform_nodes.transport import topics
+from satform_nodes.transport.authorised_publishers import Speakers, decoded
+from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.transport.executor import MANY, StepExecutor
+from satform_nodes.transport.message_validator import CONTRADICTION, Entry, Refusals
+
+_COMMAND = layout(Command, topics.FRAME)
+_RECORDED = layout(Recorded, topics.FRAME)
+
+_ACCELERATION_AND_TORQUE = slice(3, 9)
+"""Where a command message has what the plant needs."""
+
+_VIOLATION, _VALUE = _COMMAND.fields.index("violation"), _COMMAND.fields.index("violating_value")
+
+
+class PlantEars:
+    """The plant's subscriptions, and what of their messages it goes by.
+
+    Attributes:
+        commands: acceleration and wheel torque of each satellite, m/s^2 and N m, shape (N, 6).
+        violations: what satellites computed in the present step and must not fly by, by their places.
+        promptness: how well the satellites keep to the clock.
+        recorded_step: last step that is in the bag.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        executor: StepExecutor,
+        heard: Iterable[Channel],
+        muster: Muster,
+        refusals: Refusals,
+        on_answer: Callable[[], None],
+        on_offer: Callable[[str, int], None],
+        stamps: Stamps,
+        *,
+        clocked: bool,
+    ) -> None:
+        """Nothing has been heard yet.
+
+        Args:
+            node: of the plant.
+            executor: hands out the messages.
+            heard: the topics to which the plant listens.
+            muster: is told who has commanded, and knows whose command is due.
+            refusals: where messages that are not believed are counted.
+            on_answer: called after each command that counts.
+            on_offer: called with the name of a node that can fly or watch, and the step of its checkpoint.
+            stamps: of the scenario's steps.
+            clocked: whether the flight goes by the wall clock.
+        """
+        names = muster.names
+        self.commands = np.zeros((len(names), 6))
+        self.violations: dict[int, Violation] = {}
+        self.promptness = Promptness(len(names))
+        self.recorded_step = 0
+        self._node = node
+        self._executor = executor
+        self._muster = muster
+        self._refusals = refusals
+        self._on_answer = on_answer
+        self._on_offer = on_offer
+        self._stamps = stamps
+        self._clocked = clocked
+        self._last_commands: dict[int, bytes] = {}
+        self._turn = (-1, 0)
+        self._heard_at = [time.monotonic()] * len(names)
+        speakers = {channel.topic: channel.speakers for channel in heard}
+        self._ready_speakers = Speakers(node, topics.READY, speakers[topics.READY], refusals)
+        executor.subscribe(
+            node, Ready, topics.READY, self._on_ready, topics.LATCHED_READER, self._ready_speakers
+        )
+        commands = [topics.command(name) for name in names]
+        self._speakers = [Speakers(node, topic, speakers[topic], refusals) for topic in commands]
+        # The value of a violation is what no other number may be.
+        self._entries = [Entry(topic, _COMMAND, refusals, stamps, unbounded=1) for topic in commands]
+        self._subscriptions = [
+            executor.subscribe(
+                node,
+                Command,
+                topic,
+                partial(self._on_command, index),
+                topics.NEWEST if clocked else topics.STEPPED_READER,
+                self._speakers[index],
+            )
+            for index, topic in enumerate(commands)
+        ]
+
+    def begin(self) -> None:
+        """The flight begins: from now on commands are due."""
+        self.promptness.begin()
+        if len(self._subscriptions) >= MANY and not self._clocked:
+            self._executor.await_in_turn(self._next_awaited)
+
+    def _next_awaited(self) -> Any:
+        """The subscription of the last satellite whose command is due; None when none is.
+
+        It was told its state after all others: when its command comes theirs have come as a rule.
+        """
+        muster = self._muster
+        if muster.open or muster.over:
+            return None
+        step, place = self._turn
+        if step != muster.step:
+            place = len(self._subscriptions) - 1
+        answered, alive = muster.answered, muster.formation.alive
+        while place >= 0 and (place in answered or not alive[place]):
+            place -= 1
+        self._turn = (muster.step, place)
+        return self._subscriptions[place] if place >= 0 else None
+
+    def expect_speakers(self, company: Company) -> None:
+        """Have those waited for that are to command."""
+        for subscription, speakers in zip(self._subscriptions, self._speakers, strict=True):
+            company.speaks(subscription, speakers)
+
+    def hear_recorder(self, company: Company, on_recorded: Callable[[], None]) -> None:
+        """Listen to how far the recorder is.
+
+        Args:
+            company: waits for the recorder.
+            on_recorded: called whenever it has come further.
+        """
+        stamps = self._stamps
+
+        def note(data: bytes, _name: str) -> None:
+            numbers = _RECORDED.unpack(data)
+            if numbers is None:
+                self._refusals.note(topics.RECORDED, "another form")
+                return
+            if stamps.contradict(*numbers[:3], exact=True):
+                self._refusals.note(topics.RECORDED, CONTRADICTION)
+                return
+            self.recorded_step = max(self.recorded_step, min(numbers[2], self._muster.step))
+            on_recorded()
+
+        speakers = Speakers(self._node, topics.RECORDED, [RECORDER], self._refusals)
+        progress = self._executor.subscribe(
+            self._node, Recorded, topics.RECORDED, note, topics.STEPPED_READER, speakers
+        )
+        company.speaks(progress, speakers)
+
+    def take(self, change: Change) -> None:
+        """Go by the commands of those who fly from now on, and by nobody else's."""
+        for index in change.lost:
+            name = self._muster.names[index]
+            self.commands[index] = 0.0
+            self.violations.pop(index, None)
+            self._speakers[index].vacate(name)
+            self._ready_speakers.vacate(name)
+        for event in change.back:
+            if self._muster.formation.lost_at.get(event.satellite) != self._muster.step:
+                # What it said before it was lost is no last word of what it says now.
+                self._last_commands.pop(event.satellite, None)
+            self.promptness.heard(event.satellite)
+
+    def quiet(self, names: Iterable[str], silence: float) -> list[str]:
+        """Those of some nodes that have not even repeated themselves.
+
+        A satellite that waits for another one's word does not answer either, but repeats what it said last.
+
+        Args:
+            names: of nodes that keep a step from going on.
+            silence: wall-clock time within which one that is there says something, s.
+        """
+        now = time.monotonic()
+        places = {name: index for index, name in enumerate(self._muster.names)}
+        return [name for name in names if name not in places or now - self._heard_at[places[name]] >= silence]
+
+    def last_word(self, satellite: int) -> Command:
+        """The last command of a satellite since it joined; an empty one when it has not commanded since."""
+        data = self._last_commands.get(satellite)
+        return deserialize_message(data, Command) if data else Command()
+
+    def _on_command(self, index: int, data: bytes, _name: str) -> None:
+        muster = self._muster
+        self._heard_at[index] = time.monotonic()
+        if not muster.formation.alive[index]:
+            return
+        step = muster.step
+        first = self.promptness.first_due(index) if self._clocked else step
+        numbers = self._entries[index].admit(data, first, step)
+        if numbers is None or index in muster.answered or muster.open:
+            return
+        if numbers[_VIOLATION] > len(QUANTITIES):
+            self._refusals.note(topics.command(muster.names[index]), "a violation of an unknown quantity")
+            return
+        if self._clocked:
+            self.promptness.note(index, int(numbers[2]), step)
+        if numbers[_VIOLATION]:
+            self.violations[index] = Violation(int(numbers[_VIOLATION]), float(numbers[_VALUE]))
+        self.commands[index] = numbers[_ACCELERATION_AND_TORQUE]
+        self._last_commands[index] = data
+        if numbers[2] == step:
+            muster.answer(index)
+        self._on_answer()
+
+    def _on_ready(self, data: bytes, name: str) -> None:
+        ready = decoded(data, Ready, topics.READY, self._refusals)
+        if ready is None:
+            return
+        if ready.node.rpartition("/")[2] != name:
+            self._refusals.note(topics.READY, f"{name} speaks for another node")
+            return
+        stamp = ready.header.stamp
+        if self._stamps.contradict(stamp.sec, stamp.nanosec, ready.step, exact=True):
+            self._refusals.note(topics.READY, CONTRADICTION)
+            return
+        self._on_offer(name, int(ready.checkpoint))

@@ -1,0 +1,1 @@
+"""The node that records every message of a flight into a bag."""

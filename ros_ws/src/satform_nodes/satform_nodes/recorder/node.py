@@ -1,0 +1,422 @@
+"""The node that keeps the flight: every message of every step, written as it passes."""
+
+import sys
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
+
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
+from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, heard_by, relative
+from satform.files.durable_file import reason_in_words
+from satform.scenario import Scenario
+from satform_nodes.bag.absence_log import Absences
+from satform_nodes.bag.definitions import described
+from satform_nodes.bag.metadata import offered
+from satform_nodes.bag.writer import BagWriter
+from satform_nodes.runtime.diagnostics import Condition, Course, Health
+from satform_nodes.runtime.flight_loop import exit_code_of
+from satform_nodes.runtime.formation_view import FormationView, early_end_of
+from satform_nodes.runtime.lifecycle import patience, plant_timeout, run, scenario_of
+from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.sim_time import NANOSECONDS, Stamps
+from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.transport import topics
+from satform_nodes.transport.authorised_publishers import Speakers, decoded
+from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.message_validator import CONTRADICTION, EARLIER_STAMPS, Entry
+from satform_nodes.transport.missing_endpoints import OPTIONAL
+
+_RECORDED = layout(Recorded, topics.FRAME)
+
+_CLOCK_BYTES = 12
+"""Length of a serialised clock: encapsulation, seconds, nanoseconds."""
+
+_REPORT_EVERY = 128
+"""Steps between two words to the plant about how far the recording is."""
+
+_LATE = 2.0
+"""Wall-clock time without a message after which those that are missing at the end count as lost, s."""
+
+_LAST_WORDS = 0.1
+"""Wall-clock time after the end of the flight in which words still count, s."""
+
+
+@dataclass
+class _Followed:
+    """A topic with a message at each step.
+
+    Attributes:
+        number: of the topic in the bag.
+        topic: its name.
+        kind: of topic.
+        satellite: place of the satellite that speaks there; -1 for the plant.
+        last: step of its last message.
+        latest: step of the newest message in the bag; -1 before the first.
+        gaps: first and last step of each stretch without messages.
+        entry: what may come in; None for the clock, whose messages are of another kind.
+    """
+
+    number: int
+    topic: str
+    kind: str
+    satellite: int
+    last: int
+    latest: int = -1
+    gaps: list[tuple[int, int]] = field(default_factory=list)
+    entry: Entry | None = None
+
+
+class RecorderNode:
+    """Writes what passes on the formation's topics, and knows what has to pass."""
+
+    def __init__(
+        self,
+        node: FormationNode,
+        executor: StepExecutor,
+        scenario: Scenario,
+        folder: Path,
+        report: Report,
+        clocked: bool,
+    ) -> None:
+        self.node = node
+        self.report = report
+        self.folder = folder
+        self.missed: list[str] = []
+        self.refusals = node.refusals
+        self._course = Course(self.refusals)
+        self.view = FormationView(scenario)
+        self._absences = Absences(scenario)
+        self._clocked = clocked
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._names = [satellite.name for satellite in scenario.satellites]
+        self._last_step = scenario.timing.steps
+        self._reported = 0
+        self._channels: list[_Followed] = []
+        self._speakers: list[Speakers] = []
+        self._last_status: FormationStatus | None = None
+        try:
+            self.bag = BagWriter(
+                folder,
+                scenario,
+                {name: version(name) for name in ("satform", "numpy", "scipy")},
+                clocked=clocked,
+            )
+        except FileExistsError:
+            raise NodeError(f"{folder}: holds a bag already; choose another folder", EXIT_BAD_INPUT) from None
+        except OSError as error:
+            raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_BAD_INPUT) from None
+
+        self._say_ready = node.create_publisher(Ready, relative(topics.READY), topics.LATCHED)
+        self._say_recorded = node.create_publisher(Recorded, relative(topics.RECORDED), topics.STEPPED)
+        self._company = Company(node)
+        self._company.listens(self._say_recorded, [PLANT])
+        self._company.listens(self._say_ready, [PLANT])
+        heard = heard_by(RECORDER, channels(scenario))
+        # Before all else: who is lost or back has to be known before what they say is judged.
+        self._listen(executor, "status", topics.STATUS, PLANT, self._on_status)
+        for channel in heard:
+            if channel.kind == "parameter_changes":
+                self._listen(executor, channel.kind, channel.topic, channel.speakers[0], self._write_stepped)
+        for channel in heard:
+            if channel.rhythm != "now and then":
+                self._follow(executor, channel)
+        self._now = (0, 0)
+        (health,) = [channel for channel in heard if channel.kind == "diagnostics"]
+        self._overhear(executor, health)
+        self._health = Health(node, "recorder: bag", "recorder", self._condition, lambda: self._now)
+        executor.add_chore(self._health.due)
+
+    @property
+    def ended(self) -> FormationStatus | None:
+        """The plant's last word; None while the flight goes on."""
+        return self.view.ended
+
+    def _condition(self) -> Condition:
+        """How the recording is."""
+        return self._course.condition(max(0, self.recorded_step), {})
+
+    def _expected(self) -> list[_Followed]:
+        """Topics on which someone speaks at every step at present; on the wall clock only the plant does."""
+        alive = self.view.formation.alive & (not self._clocked)
+        return [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
+
+    @property
+    def recorded_step(self) -> int:
+        """Last step of which everything is in the bag; -1 before the first."""
+        return min(channel.latest for channel in self._expected())
+
+    def lags(self) -> bool:
+        """Whether messages are missing of the steps that were complete when the flight ended."""
+        ended = self.ended
+        return ended is not None and any(
+            channel.latest < min(channel.last, ended.step - 1) for channel in self._expected()
+        )
+
+    @property
+    def complete(self) -> bool:
+        """Whether every message of the whole flight is in the bag."""
+        return all(channel.latest >= channel.last for channel in self._expected())
+
+    def judge_gaps(self) -> None:
+        """Count as missed what is absent though its satellite was not."""
+        for channel in self._channels:
+            for first, last in channel.gaps:
+                # On the wall clock satellites may miss steps.
+                if self._clocked and channel.satellite >= 0:
+                    continue
+                if not self._absences.explain(channel.satellite, channel.kind, first, last):
+                    self.missed.append(f"{channel.topic}: nothing from step {first} to {last}")
+
+    def told(self) -> str:
+        """What is in the bag, in words."""
+        whole = "the whole flight" if self.complete else f"complete to step {self.recorded_step}"
+        gaps = f", {len(self.missed)} gaps" if self.missed else ""
+        return f"bag: {self.folder}, {self.bag.messages} messages, {whole}{gaps}"
+
+    def matched(self) -> bool:
+        """Whether all topics have their publisher, seen from this side."""
+        return self._company.complete()
+
+    def say_ready(self) -> None:
+        """Tell the plant that recording can begin."""
+        self._say_ready.publish(Ready(node=self.node.get_fully_qualified_name(), step=0, checkpoint=-1))
+
+    def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
+        message_type = topics.TYPES[kind]
+        # With the name that it really has, which a namespace or a remapping may have changed.
+        name = self.node.resolve_topic_name(relative(topic))
+        return self.bag.add_topic(name, described(message_type), [offered(profile)], role=topic)
+
+    def _follow(self, executor: StepExecutor, followed: Channel) -> None:
+        """Write every message of a topic that has one at each step, and notice a gap.
+
+        Args:
+            executor: hands out the messages.
+            followed: the topic.
+        """
+        topic, kind, (speaker,) = followed.topic, followed.kind, followed.speakers
+        satellite = self._names.index(speaker) if speaker in self._names else -1
+        last = self._last_step - (followed.rhythm == "steps")
+        channel = _Followed(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
+        if kind != "clock":
+            channel.entry = Entry(
+                topic,
+                layout(topics.TYPES[kind], topics.FRAME),
+                self.refusals,
+                self._stamps,
+                exact=kind not in EARLIER_STAMPS,
+                # A command may tell of a value that is beyond every limit.
+                unbounded=1 if kind == "command" else 0,
+            )
+        self._channels.append(channel)
+
+        def _on_message(data: bytes, _name: str) -> None:
+            numbers = self._admitted(channel, data)
+            if numbers is None:
+                return
+            seconds, nanoseconds, step = numbers[:3]
+            if step > channel.latest + 1:
+                channel.gaps.append((channel.latest + 1, step - 1))
+            channel.latest = step
+            self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
+            self._report_progress(step)
+
+        speakers = self._only(topic, [speaker])
+        subscription = executor.subscribe(
+            self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED_READER, speakers
+        )
+        self._company.speaks(subscription, speakers)
+
+    def _only(self, topic: str, names: Collection[str]) -> Speakers:
+        """The nodes that are to be believed on a topic, and nobody else."""
+        speakers = Speakers(self.node, topic, names, self.refusals)
+        self._speakers.append(speakers)
+        return speakers
+
+    def _admitted(self, channel: _Followed, data: bytes) -> tuple[Any, ...] | None:
+        """The numbers of a message that belongs into the bag."""
+        if channel.entry is not None:
+            return channel.entry.admit(data, channel.latest + 1, self._last_step)
+        moment = self._read_clock(data)
+        if moment is None or not channel.latest < moment[2] <= self._last_step:
+            self.refusals.note(channel.topic, "another form, or a step that is not due")
+            return None
+        if self._stamps.contradict(*moment, exact=True):
+            self.refusals.note(channel.topic, CONTRADICTION)
+            return None
+        self._now = moment[:2]
+        return moment
+
+    def _read_clock(self, data: bytes) -> tuple[int, int, int] | None:
+        """Seconds, nanoseconds and step of a clock message, which has no header."""
+        if len(data) != _CLOCK_BYTES:
+            return None
+        seconds = int.from_bytes(data[4:8], "little", signed=True)
+        nanoseconds = int.from_bytes(data[8:12], "little")
+        return seconds, nanoseconds, self._stamps.step(seconds, nanoseconds)
+
+    def _listen(
+        self,
+        executor: StepExecutor,
+        kind: str,
+        topic: str,
+        speaker: str,
+        callback: Callable[[Any, int], None],
+    ) -> None:
+        """Write a topic on which something is said now and then."""
+        message_type = topics.TYPES[kind]
+        channel = self._add_topic(topic, kind, topics.LATCHED)
+
+        def _on_message(data: bytes, _name: str) -> None:
+            message = decoded(data, message_type, topic, self.refusals)
+            if message is None:
+                return
+            stamp = message.header.stamp
+            if self._stamps.contradict(stamp.sec, stamp.nanosec, message.step, exact=True):
+                self.refusals.note(topic, CONTRADICTION)
+                return
+            callback(message, channel)
+
+        speakers = self._only(topic, [speaker])
+        subscription = executor.subscribe(
+            self.node, message_type, topic, _on_message, topics.LATCHED_READER, speakers
+        )
+        if kind not in OPTIONAL:
+            self._company.speaks(subscription, speakers)
+
+    def _overhear(self, executor: StepExecutor, channel: Channel) -> None:
+        """Write what the nodes say of their health, which nobody waits for.
+
+        It has the simulated time at which it came, as all else in the bag.
+        """
+        topic = channel.topic
+        number = self._add_topic(topic, channel.kind, topics.SEEN)
+
+        def _on_message(data: bytes, _name: str) -> None:
+            # A stranger's process may have one of the names; the bag has to be readable all the same.
+            if decoded(data, topics.TYPES[channel.kind], topic, self.refusals) is not None:
+                seconds, nanoseconds = self._now
+                self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
+
+        speakers = self._only(topic, channel.speakers)
+        executor.subscribe(
+            self.node,
+            topics.TYPES[channel.kind],
+            topic,
+            _on_message,
+            topics.STEPPED_READER,
+            speakers,
+            vital=False,
+        )
+
+    def _write_stepped(self, message: ParameterChange | FormationStatus, channel: int) -> None:
+        stamp = message.header.stamp
+        self.bag.write(
+            channel, stamp.sec * NANOSECONDS + stamp.nanosec, serialize_message(message), message.step
+        )
+
+    def _on_status(self, status: FormationStatus, channel: int) -> None:
+        if status == self._last_status:
+            # A sign of life while nothing happens.
+            return
+        self._last_status = status
+        self._write_stepped(status, channel)
+        number = self.view.formation.number
+        if not self.view.take(status) or self.view.formation.number == number:
+            return
+        self._absences.take(status)
+        for name in status.lost:
+            for speakers in self._speakers:
+                speakers.vacate(name)
+
+    def _report_progress(self, step: int) -> None:
+        if step < self._reported + _REPORT_EVERY and step < self._last_step - 1:
+            return
+        reached = self._last_step if self.complete else self.recorded_step
+        if reached <= self._reported and not self.complete:
+            return
+        self._reported = reached
+        self.bag.flush()
+        seconds, nanoseconds = self._stamps.at(reached)
+        self._say_recorded.publish(_RECORDED.pack(seconds, nanoseconds, reached, self.bag.messages))
+
+
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+    """Be ready before the first step, write until the flight has ended, and close the bag."""
+    declare_start(node, "scenario")
+    folder = declare_start(node, "bag")
+    clocked = declare_rate(node) > 0.0
+    scenario = scenario_of(node)
+    if not folder:
+        raise NodeError(
+            "recorder needs the parameter bag: the folder of the bag to be written", EXIT_BAD_INPUT
+        )
+    recorder = RecorderNode(node, executor, scenario, Path(folder), report, clocked)
+    try:
+        _record(recorder, executor, stop, scenario)
+    except OSError as error:
+        step = max(0, recorder.recorded_step)
+        reason = reason_in_words(error, Path(folder))
+        sentence = f"{folder}: the bag cannot be written after step {step}: {reason}"
+        raise NodeError(sentence, EXIT_LOST) from None
+    finally:
+        end = None if recorder.ended is None else early_end_of(recorder.ended, scenario.timing.step)
+        if recorder.ended is not None and recorder.ended.phase == FormationStatus.ABORTED:
+            recorder.report.say("aborted", reason=recorder.ended.reason)
+        if end is not None:
+            # On a host without the plant nobody else knows.
+            recorder.report.say("end_heard", end=end.data())
+        recorder.report.say(
+            "recorded",
+            messages=recorder.bag.messages,
+            complete=recorder.complete,
+            missed=recorder.missed[:20],
+        )
+        node.get_logger().info(recorder.told())
+    return exit_code_of(stop, recorder.ended)
+
+
+def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, scenario: Scenario) -> None:
+    """Write until the flight is over or a stop is asked for; the bag is closed in any case."""
+    first = patience(len(scenario.satellites))
+    longest = max(first, plant_timeout(scenario.tolerated_silence))
+    try:
+        if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, first):
+            raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)
+        recorder.say_ready()
+        recorder.report.say("ready", node="recorder")
+        recorder.node.get_logger().info(f"recording into {recorder.folder}")
+        heard = executor.spin_at_leisure(
+            lambda: recorder.ended is None and not stop.asked, longest, stop.pause
+        )
+        if not heard:
+            sentence = f"nothing to record for {longest:g} s: the plant is silent"
+            recorder.report.say("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
+            raise NodeError(sentence, EXIT_LOST)
+        # What was said in the last steps may still be on its way, or be sent once more.
+        executor.spin_while(lambda: recorder.lags() and not stop.asked, _LATE)
+        # So may what was said on topics that are looked at now and then.
+        executor.spin_until(lambda: stop.asked, _LAST_WORDS)
+    finally:
+        recorder.judge_gaps()
+        recorder.bag.close()
+
+
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
+    """Record a flight; entry point of the executable `recorder_node`."""
+    return run("recorder", fly, arguments, Report(pipe))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

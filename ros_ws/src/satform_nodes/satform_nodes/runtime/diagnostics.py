@@ -1,0 +1,237 @@
+"""How a node is, told on /diagnostics as REP 107 has it: once a second, and when something changes."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from enum import IntEnum
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from satform.communication import topic_graph
+from satform_nodes.transport.message_validator import Refusals
+
+DIAGNOSTICS = topic_graph.DIAGNOSTICS
+"""The topic on which everything that has a health tells it (REP 107)."""
+
+PERIOD = 1.0
+"""Wall-clock time between two reports when nothing changes, s."""
+
+LATEST = 1.25
+"""Wall-clock time after which a report is made without the timer, which a flood may keep waiting, s."""
+
+SHORTEST = 0.1
+"""Wall-clock time between two reports at least, s."""
+
+WALL_TIME = "wall-clock time"
+"""Key of the moment at which a report was made: UTC, ISO 8601."""
+
+Value = str | int | float | bool
+"""What a key may stand for; it is told as text."""
+
+
+class Level(IntEnum):
+    """How bad it is, as `diagnostic_msgs/DiagnosticStatus` numbers it."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+    STALE = 3
+
+
+@dataclass(frozen=True)
+class Condition:
+    """How a part is at one moment.
+
+    Attributes:
+        level: how bad it is.
+        message: that in a few words; never empty.
+        values: figures behind it, by name: counts, rates, the names of those who are silent.
+    """
+
+    level: Level
+    message: str
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+
+class Health:
+    """Tells the condition of one part of a node.
+
+    The condition is asked for, not stored: once a second by a timer of the node, and at once when the
+    node says that it may have changed. Only another level or another message is a change; figures that
+    merely grow wait for the timer. All of this is off the path that a step takes.
+
+        self.health = Health(node, "sat1: flight software", "sat1", self.condition, self.now)
+        # where something goes wrong or right again, such as a refused message or a silent neighbour:
+        self.health.changed()
+
+    Attributes:
+        publisher: on `/diagnostics`.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        hardware_id: str,
+        condition: Callable[[], Condition],
+        stamp: Callable[[], tuple[int, int]],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Begin to tell.
+
+        Args:
+            node: that the part belongs to; its executor runs the timer.
+            name: of the part, below its node's: `sat1: flight software`.
+            hardware_id: of what it runs on or flies: the satellite, or the plant.
+            condition: asked whenever there is something to tell.
+            stamp: seconds and nanoseconds of the simulated time to which the part has come.
+            clock: wall clock, s.
+        """
+        self._node = node
+        # Two formations may tell of their health in one domain.
+        space = node.get_namespace().strip("/")
+        self._name = f"{space}/{name}" if space else name
+        self._hardware_id = f"{space}/{hardware_id}" if space else hardware_id
+        self._condition = condition
+        self._stamp = stamp
+        self._clock = clock
+        self._told: tuple[Level, str] | None = None
+        self._told_at = float("-inf")
+        self._begun = clock()
+        self.publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=10))
+        self._timer = node.create_timer(PERIOD, self.tell)
+
+    def changed(self) -> None:
+        """Tell at once if level or message are others than those told last.
+
+        Within `SHORTEST` after a report nothing is told and nothing is asked: the timer tells it.
+        """
+        if self._clock() - self._told_at < SHORTEST:
+            return
+        condition = self._condition()
+        if (condition.level, condition.message) != self._told:
+            self._publish(condition)
+
+    def due(self) -> None:
+        """Tell if nothing has been told for `LATEST`; to be called now and then while the node is at work."""
+        if self._clock() - max(self._told_at, self._begun) > LATEST:
+            self._timer.reset()
+            self.tell()
+
+    def tell(self) -> None:
+        """Tell how it is, whether that has changed or not."""
+        self._publish(self._condition())
+
+    def close(self) -> None:
+        """Tell a last time, and no more."""
+        self._node.destroy_timer(self._timer)
+        self.tell()
+
+    def _publish(self, condition: Condition) -> None:
+        self._told = (condition.level, condition.message)
+        self._told_at = self._clock()
+        # All stamps are simulated time, so that a bag has one clock; the wall clock's time is a figure.
+        moment = datetime.now(UTC).isoformat(timespec="milliseconds")
+        timed = replace(condition, values={**condition.values, WALL_TIME: moment})
+        message = DiagnosticArray(status=[status(self._name, self._hardware_id, timed)])
+        message.header.stamp.sec, message.header.stamp.nanosec = self._stamp()
+        self.publisher.publish(message)
+
+
+def status(name: str, hardware_id: str, condition: Condition) -> DiagnosticStatus:
+    """A condition as a message.
+
+    Args:
+        name: of the part.
+        hardware_id: of what it runs on or flies.
+        condition: how it is.
+
+    Returns:
+        With the figures in the order of their names' first mention, as text.
+    """
+    values = [KeyValue(key=key, value=_text(value)) for key, value in condition.values.items()]
+    return DiagnosticStatus(
+        level=bytes([condition.level]),
+        name=name,
+        message=condition.message,
+        hardware_id=hardware_id,
+        values=values,
+    )
+
+
+def refused_values(refused: Mapping[str, int]) -> dict[str, Value]:
+    """Figures for messages that were refused, by reason, the total first."""
+    return {
+        "refused messages": sum(refused.values()),
+        **{f"refused messages: {reason}": count for reason, count in sorted(refused.items()) if count},
+    }
+
+
+def flight_condition(
+    *,
+    step: int,
+    step_rate: float,
+    refused: Mapping[str, int],
+    silent: Mapping[str, int],
+    ended: str = "",
+) -> Condition:
+    """The condition of a part that takes steps and hears others.
+
+    Args:
+        step: that it has come to.
+        step_rate: steps a second of wall-clock time.
+        refused: count of refused messages by reason.
+        silent: for each neighbour that is silent now, the steps for which it has been.
+        ended: why it no longer flies though it should; empty while it does.
+
+    Returns:
+        An error when it has ended, a warning when a neighbour is silent or a message was refused.
+    """
+    values: dict[str, Value] = {"step": step, "steps per second": round(step_rate, 1)}
+    values |= refused_values(refused)
+    values["silent neighbours"] = ", ".join(sorted(silent)) or "none"
+    values |= {f"steps of silence: {name}": count for name, count in sorted(silent.items())}
+    if ended:
+        return Condition(Level.ERROR, ended, values)
+    if silent:
+        return Condition(Level.WARN, f"nothing heard from {', '.join(sorted(silent))}", values)
+    if any(refused.values()):
+        return Condition(Level.WARN, "messages were refused", values)
+    return Condition(Level.OK, "flying", values)
+
+
+class Course:
+    """How a part that takes steps gets on, from one report to the next."""
+
+    def __init__(self, refusals: Refusals, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin at step 0.
+
+        Args:
+            refusals: of the messages that the part hears.
+            clock: wall clock, s.
+        """
+        self._refusals = refusals
+        self._clock = clock
+        self._told_step, self._told_at = 0, clock()
+
+    def condition(self, step: int, silent: Mapping[str, int]) -> Condition:
+        """The condition at a step; its rate is that since the report before.
+
+        Args:
+            step: that it has come to.
+            silent: for each neighbour that is silent now, the steps for which it has been.
+        """
+        now = self._clock()
+        rate = (step - self._told_step) / max(now - self._told_at, 1e-9)
+        self._told_step, self._told_at = step, now
+        refused = {f"{topic}: {reason}": count for (topic, reason), count in self._refusals.counts.items()}
+        return flight_condition(step=step, step_rate=rate, refused=refused, silent=silent)
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

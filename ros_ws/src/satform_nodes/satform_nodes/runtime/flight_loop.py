@@ -1,0 +1,114 @@
+"""The flight of the satellites of one process: finding the others, flying, and leaving."""
+
+import resource
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from satform_msgs.msg import FormationStatus
+
+from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.common.wording import listed
+from satform_nodes.runtime.formation_view import STOPPED, early_end_of
+from satform_nodes.runtime.lifecycle import patience, plant_timeout
+from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.transport.executor import StepExecutor
+
+if TYPE_CHECKING:
+    from satform_nodes.satellite.node import SatelliteNode
+
+_KILOBYTE = 1024
+"""Unit in which Linux tells the memory of a process, bytes."""
+
+
+def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop: StopRequest) -> int:
+    """Fly the satellites of one process until the plant says that the flight has ended.
+
+    Args:
+        satellites: with their endpoints made, all on the same executor.
+        executor: does the waiting.
+        stop: ends the flight of these satellites early.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        NodeError: the others are not there, or no longer heard.
+    """
+    names = listed([satellite.name for satellite in satellites])
+    longest = patience(len(satellites[0].scenario.satellites))
+
+    def over() -> bool:
+        return stop.asked or all(satellite.view.ended for satellite in satellites)
+
+    if not executor.spin_until(
+        lambda: all(satellite.matched() for satellite in satellites) or over(), longest
+    ):
+        sentence = f"{names}: neighbours and plant have not been found within {longest:g} s"
+        raise NodeError(sentence, EXIT_LOST)
+    for satellite in satellites:
+        satellite.say_ready()
+        satellite.report.say("ready", node=satellite.name)
+
+    def begun() -> bool:
+        return over() or any(satellite.flying for satellite in satellites)
+
+    def say_again() -> None:
+        for satellite in satellites:
+            satellite.say_again()
+
+    def pulse() -> int:
+        return sum(satellite.pulse for satellite in satellites)
+
+    # The first state comes when the last of all nodes is ready; the next ones soon or never.
+    silence = plant_timeout(satellites[0].scenario.tolerated_silence)
+    in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
+    in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
+    _say_farewell(satellites, in_time=in_time)
+    return exit_code_of(stop, satellites[0].view.ended)
+
+
+def exit_code_of(stop: StopRequest, ended: FormationStatus | None) -> int:
+    """How the process of a node ends that has heard the plant's last status.
+
+    Args:
+        stop: whether this process was asked to end.
+        ended: the last status; None when there was none.
+
+    Returns:
+        3 where the plant has aborted the flight because something was lost.
+    """
+    if stop.asked:
+        return EXIT_STOPPED
+    if ended is None or ended.phase != FormationStatus.ABORTED:
+        return EXIT_DONE
+    return EXIT_DONE if ended.reason == STOPPED or ended.early_end else EXIT_LOST
+
+
+def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> None:
+    """Say how it went, and leave when all has arrived.
+
+    Raises:
+        NodeError: the plant is no longer there.
+    """
+    for satellite in satellites:
+        if in_time:
+            satellite.see_off()
+        else:
+            satellite.command_nothing()
+        satellite.say_how_it_went()
+    first = satellites[0]
+    ended = first.view.ended
+    if ended is not None and ended.phase == FormationStatus.ABORTED:
+        first.report.say("aborted", reason=ended.reason)
+    end = None if ended is None else early_end_of(ended, first.scenario.timing.step)
+    if end is not None:
+        # On a host without the plant nobody else knows.
+        first.report.say("end_heard", end=end.data())
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
+    first.report.say("memory", process=first.name, bytes=memory)
+    if not in_time:
+        sentence = f"nothing heard from the plant at step {first.step}"
+        first.report.say("lost", who=["plant"], step=first.step, reason=sentence)
+        names = listed([satellite.name for satellite in satellites])
+        raise NodeError(f"{names}: {sentence}; thrusters off, stopping", EXIT_LOST)

@@ -1,0 +1,188 @@
+"""Starting and ending a node's process: scenario, signals, exit codes, one sentence on failure."""
+
+import re
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import rclpy
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
+from satform.scenario import Scenario, ScenarioError, load_scenario
+from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.parameters import (
+    NO_SIM_TIME,
+    SIM_TIME,
+    FormationNode,
+    ParameterError,
+    declare_start,
+)
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE
+from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.transport.executor import StepExecutor
+
+
+def start_timeout(satellites: int) -> float:
+    """Wall-clock time within which all nodes of a formation have to find each other, s.
+
+    Every node learns of every other one, so that large formations take longer.
+    """
+    return 60.0 + satellites
+
+
+def plant_timeout(tolerated_silence: float) -> float:
+    """Wall-clock time after which the others count a silent plant as lost, s.
+
+    Twice what the plant waits for a satellite: whoever is missing is named by the plant first, and is not the
+    reason why all others give up the plant.
+
+    Args:
+        tolerated_silence: of the scenario, s.
+    """
+    return 2.0 * tolerated_silence
+
+
+def patience(satellites: int) -> float:
+    """Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
+    return 1.5 * start_timeout(satellites)
+
+
+_EXIT_CODES = 256
+"""How many there are."""
+
+_ACKNOWLEDGED = Duration(seconds=0.1)
+"""Wall-clock time between two looks at who is there, while it is waited for what they have heard."""
+
+
+_SOURCE_LINE = re.compile(r", at \S+:\d+")
+"""Where in its own sources rcl has met an error."""
+
+
+def refuse_sim_time(node: Node) -> None:
+    """Refuse to fly with a node whose clock would go by `/clock`.
+
+    Raises:
+        NodeError: the node was started so.
+    """
+    if node.get_parameter(SIM_TIME).value:
+        raise NodeError(f"{node.get_name()}: {SIM_TIME} is true; {NO_SIM_TIME}", EXIT_BAD_INPUT)
+
+
+def scenario_of(node: Node) -> Scenario:
+    """The scenario named by the node's `scenario` parameter.
+
+    Raises:
+        NodeError: no scenario is named, or it cannot fly.
+    """
+    path = str(node.get_parameter("scenario").value)
+    if not path:
+        raise NodeError(
+            f"{node.get_name()} needs the parameter scenario: the path of a scenario file", EXIT_BAD_INPUT
+        )
+    try:
+        return load_scenario(path)
+    except ScenarioError as error:
+        raise NodeError(str(error), EXIT_BAD_INPUT) from None
+
+
+def _stopped_exit_code(node: Node) -> int:
+    """The exit code of a node that is asked to stop: 130, as of a program that Ctrl-C ends, or as given.
+
+    `ros2 launch` stops a node by SIGINT, and launch_testing then takes 0 alone for success.
+
+    Raises:
+        NodeError: what is given is no exit code.
+    """
+    code = int(declare_start(node, STOPPED_EXIT_CODE))
+    if not 0 <= code < _EXIT_CODES:
+        raise NodeError(f"{STOPPED_EXIT_CODE} is {code}; it is an exit code, 0 to 255", EXIT_BAD_INPUT)
+    return code
+
+
+def see_off(publishers: Iterable[Any], present: Callable[[], bool], patience: float) -> bool:
+    """Wait until what was said last has arrived: it would be lost with the one who said it.
+
+    A reader that was killed never confirms anything, and DDS counts it among the living until its lease
+    ends; so the wait also ends when those who matter have gone.
+
+    Args:
+        publishers: on which something was said.
+        present: whether anyone is there who matters.
+        patience: wall-clock time at most, s.
+
+    Returns:
+        False when the time was up.
+    """
+    end = time.monotonic() + patience
+    for publisher in publishers:
+        while not publisher.wait_for_all_acked(_ACKNOWLEDGED):
+            if not present():
+                return True
+            if time.monotonic() > end:
+                return False
+    return True
+
+
+def run(
+    name: str,
+    fly: Callable[[FormationNode, StepExecutor, StopRequest, Report], int],
+    arguments: Sequence[str] | None,
+    report: Report,
+) -> int:
+    """Make a node, let it fly, and take it down again.
+
+    Args:
+        name: the node's name; remapping (`__node:=`) changes it.
+        fly: does the node's work and returns the exit code.
+        arguments: command line; the process's own when None.
+        report: to whoever started the process.
+
+    Returns:
+        The exit code.
+    """
+    stop = StopRequest()
+    # What is not finite ends the flight with a sentence; a warning would say the same less well.
+    np.seterr(all="ignore")
+    code = EXIT_STOPPED
+    # rclpy's own handlers would tear the context down in the middle of a step.
+    try:
+        rclpy.init(
+            args=None if arguments is None else list(arguments),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+    except RuntimeError as error:
+        # Arguments or a parameter file that ROS itself does not understand; there is no logger yet.
+        reason = _SOURCE_LINE.sub("", " ".join(str(error).split()))
+        sys.stderr.write(f"{name}: ROS cannot be started with these arguments: {reason}\n")
+        return EXIT_BAD_INPUT
+    try:
+        node = FormationNode(name)
+        executor = StepExecutor()
+        executor.add_node(node)
+        try:
+            refuse_sim_time(node)
+            code = _stopped_exit_code(node)
+            ended = fly(node, executor, stop, report)
+            return code if ended == EXIT_STOPPED else ended
+        except NodeError as failure:
+            node.get_logger().error(str(failure))
+            return failure.code
+        except ParameterError as error:
+            node.get_logger().error(str(error))
+            return EXIT_BAD_INPUT
+        finally:
+            executor.shutdown(timeout_sec=0.0)
+            node.destroy_node()
+    except SystemExit as end:
+        # Asked to stop a second time.
+        if end.code != EXIT_STOPPED:
+            raise
+        return code
+    finally:
+        rclpy.try_shutdown()

@@ -1,0 +1,16 @@
+"""All that any node needs, imported and looked up before the processes part ways."""
+
+import scipy.special
+
+from satform_nodes.display import node as display_node
+from satform_nodes.plant import node as plant_node
+from satform_nodes.recorder import node as recorder_node
+from satform_nodes.satellite import group_node
+from satform_nodes.satellite import node as satellite_node
+from satform_nodes.transport import topics
+
+MODULES = (scipy.special, display_node, group_node, plant_node, recorder_node, satellite_node)
+
+for _message_type in topics.TYPES.values():
+    # Loads the C libraries that turn these messages into bytes.
+    _message_type.__class__.__import_type_support__()

@@ -1,0 +1,291 @@
+"""Satellites of one process that act together: one step over arrays for all, with the bits of single ones.
+
+Each keeps its node, its topics and its messages. They part for good, each with its own share of the
+state, as soon as anything out of the ordinary happens: someone is lost or comes back, the graph changes,
+a parameter is changed.
+"""
+
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+from satform_msgs.msg import Command, Tracking
+
+from satform.attitude.guidance import Attitude
+from satform.communication.messages import WIDTH, numbers
+from satform.communication.receiver import Ears
+from satform.control.protocol import Motion
+from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
+from satform.flight.satellite import Decision, Satellite
+from satform.scenario import Scenario
+from satform_nodes.runtime.sim_time import Stamps
+from satform_nodes.satellite.neighbour_messages import Words
+from satform_nodes.satellite.node import SatelliteNode
+from satform_nodes.satellite.publishers import AROUND_NUMBERS, numbers_of, violation_command
+from satform_nodes.transport import topics
+from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.executor import MANY
+
+_STATES, _ATTITUDES, _HEARD = range(3)
+"""What a step needs, by kind."""
+
+_COMMAND = layout(Command, topics.FRAME)
+_TRACKING = layout(Tracking, topics.FRAME)
+
+
+def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool:
+    """Have the satellites of one process act together, if they can; whether they do.
+
+    They cannot where links or faults make each hear in its own way, on the wall clock, where the graph
+    that they begin with has not all edges that it will ever have, where a parameter was given at the
+    start, or where they are of different kinds.
+
+    Args:
+        satellites: before their first step.
+        scenario: what is flown.
+    """
+    ordinary = scenario.links is None and not scenario.faults
+    alike = all(not (node.clocked or node.adjusted) and node.hearsay.hears_all() for node in satellites)
+    if len(satellites) < 2 or not ordinary or not alike:
+        return False
+    try:
+        together = Satellite.together(scenario, [node.index for node in satellites])
+    except ValueError:
+        return False
+    abreast = Abreast(satellites, scenario, together)
+    for row, node in enumerate(satellites):
+        node.fly_abreast(abreast, row)
+    return True
+
+
+class Abreast:
+    """Gathers what arrives at the satellites of a process in a step, and acts for all once it is complete."""
+
+    def __init__(self, satellites: Sequence[SatelliteNode], scenario: Scenario, together: Satellite) -> None:
+        """Nothing has arrived yet.
+
+        Args:
+            satellites: the nodes, in the order in which they are stacked.
+            scenario: what is flown.
+            together: their flight software, stacked.
+        """
+        self._nodes = list(satellites)
+        self._voices = [node.voice for node in satellites]
+        self._satellite = together
+        self._limits = LimitCheck(scenario)
+        self._steps = scenario.timing.steps
+        self._announces = scenario.consensus.announces
+        self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._number = satellites[0].view.formation.number
+        rows = [node.hearsay.neighbours for node in satellites]
+        self._ears = Ears(scenario, np.array([node.index for node in satellites]), rows)
+        self._width = max(len(row) for row in rows)
+        self._places = [
+            {neighbour: row * self._width + slot for slot, neighbour in enumerate(own)}
+            for row, own in enumerate(rows)
+        ]
+        self._turns = satellites[0].turns
+        self._fresh = self._ears.linked(satellites[0].view.formation)
+        # Of the present step (by its lowest bit) and of the next one: what was said, and how much is missing.
+        self._edges = sum(len(row) for row in rows)
+        self._silence: Words = (0.0,) * (1 + WIDTH[self._announces])
+        self._heard = [self._unheard(), self._unheard()]
+        self._missing = [self._edges, self._edges]
+        self._step = self._turn = 0
+        self._begun = False
+        self._begin_step()
+        self._awaited_in_turn = self._expected()
+        self._executor = satellites[0].executor
+        if len(self._awaited_in_turn) >= MANY:
+            self._executor.await_in_turn(self._next_awaited)
+
+    def _expected(self) -> list[tuple[int, int, Any]]:
+        """What a step needs, about in the order in which it comes, the last one first.
+
+        Who waits for the last one is woken once, where all others have come before it.
+
+        Returns:
+            For each the list that it fills, its place there, and its subscription.
+        """
+        kinds = [(_ATTITUDES, "attitude"), (_STATES, "state")] if self._turns else [(_STATES, "state")]
+        own = [
+            (filled, row, node.ears.subscriptions[kind])
+            for filled, kind in kinds
+            for row, node in reversed(list(enumerate(self._nodes)))
+        ]
+        heard = [
+            (_HEARD, slot, node.ears.subscriptions[neighbour])
+            for node, places in zip(self._nodes, self._places, strict=True)
+            for neighbour, slot in places.items()
+        ]
+        return [*own, *heard]
+
+    def _next_awaited(self) -> Any:
+        """The subscription of the last message that the step lacks; None when it has all or none."""
+        if not self._begun:
+            return None
+        filled = (self._states, self._attitudes, self._heard[self._step & 1])
+        awaited, turn = self._awaited_in_turn, self._turn
+        while turn < len(awaited):
+            kind, place, subscription = awaited[turn]
+            if filled[kind][place] is None:
+                self._turn = turn
+                return subscription
+            turn += 1
+        self._turn = turn
+        return None
+
+    def _unheard(self) -> list[Words | None]:
+        """Nothing from those who are heard, zeros where there is nobody to be heard."""
+        slots: list[Words | None] = [self._silence] * (len(self._nodes) * self._width)
+        for own in self._places:
+            for place in own.values():
+                slots[place] = None
+        return slots
+
+    def _begin_step(self) -> None:
+        self._states: list[tuple[Any, ...] | None] = [None] * len(self._nodes)
+        self._attitudes: list[tuple[Any, ...] | None] = [None] * len(self._nodes)
+        self._awaited = len(self._nodes) * (2 if self._turns else 1)
+        self._turn = 0
+
+    def hear(self, row: int, neighbour: int, step: int, words: Words) -> None:
+        """Take in what a neighbour of a satellite says for the present step or for the next one."""
+        slots, place = self._heard[step & 1], self._places[row][neighbour]
+        if slots[place] is None:
+            self._missing[step & 1] -= 1
+        slots[place] = words
+        self._act_if_complete()
+
+    def see(self, row: int, state: tuple[Any, ...]) -> None:
+        """Take in what the plant tells a satellite of its motion."""
+        step, node = int(state[2]), self._nodes[row]
+        if state[3] != self._number:
+            self.part()
+            return
+        if step >= self._steps:
+            return
+        if not node.flying and not node.join(step):
+            self.part()
+            return
+        self._begun = True
+        self._awaited -= self._states[row] is None
+        self._states[row] = state
+        self._act_if_complete()
+
+    def turn(self, row: int, attitude: tuple[Any, ...]) -> None:
+        """Take in what the plant tells a satellite of its attitude."""
+        if int(attitude[2]) >= self._steps:
+            return
+        self._awaited -= self._attitudes[row] is None
+        self._attitudes[row] = attitude
+        self._act_if_complete()
+
+    def part(self) -> None:
+        """Go on one by one, each with its share of the state and of what has arrived."""
+        self._executor.await_in_turn(None)
+        nodes, begun = self._nodes, self._satellite.state.begun
+        for row, node in enumerate(nodes):
+            node.fly_alone(self.single(row) if begun else None)
+            for neighbour, place in self._places[row].items():
+                for step in (self._step, self._step + 1):
+                    words = self._heard[step & 1][place]
+                    if words is not None:
+                        node.hearsay.hear(neighbour, step, words)
+        for node in nodes:
+            node.act_if_complete()
+
+    def single(self, row: int) -> Satellite:
+        """The flight software of one of the satellites by itself."""
+        node = self._nodes[row]
+        return self._satellite.alone(row, node.satellite.plan, len(node.hearsay.neighbours))
+
+    def _act_if_complete(self) -> None:
+        if self._awaited or self._missing[self._step & 1]:
+            return
+        step = self._step
+        # The processor's time: the wall clock would count those who are let in meanwhile.
+        begin = time.thread_time()
+        decision: Decision | None = None
+        with suppress(ArithmeticError):
+            decision = self._decide(step)
+        busy = (time.thread_time() - begin) / len(self._nodes)
+        self._heard[step & 1], self._missing[step & 1] = self._unheard(), self._edges
+        self._step = step + 1
+        self._begin_step()
+        for node in self._nodes:
+            node.has_acted(busy)
+        if decision is None:
+            self._report(step, {0: NO_COMMAND})
+        else:
+            self._say(step, decision)
+
+    def _decide(self, step: int) -> Decision:
+        count = len(self._nodes)
+        first = self._states[0]
+        assert first is not None  # noqa: S101 - everything has arrived
+        told = np.array([state[4:13] for state in self._states if state is not None])
+        motion = Motion(told[:, :3], told[:, 3:6])
+        said = np.array(self._heard[step & 1], dtype=np.float64).reshape(
+            count, self._width, len(self._silence)
+        )
+        heard = self._ears.told(step, said[..., 1:], said[..., 0], self._fresh, self._nodes[0].view.formation)
+        attitude = None
+        if self._turns:
+            turned = np.array([own[3:12] for own in self._attitudes if own is not None])
+            attitude = Attitude(turned[:, :3], turned[:, 3:6], turned[:, 6:9])
+        # Satellites whose filters are told at different times are not stacked.
+        measured_step = self._stamps.step(first[0], first[1])
+        return self._satellite.act(motion, heard, measured_step, attitude, told[:, 6:])
+
+    def _report(self, step: int, violations: dict[int, Violation]) -> None:
+        """Tell the plant who computed what is beyond a limit; the others' commands are not flown either."""
+        within = Violation(0, 0.0)
+        for row, voice in enumerate(self._voices):
+            voice.say_command(violation_command(self._stamps.at(step), step, violations.get(row, within)))
+
+    def _say(self, step: int, decision: Decision) -> None:
+        """Say all commands first, for which the plant waits; then what the neighbours hear; then the rest."""
+        nodes, voices, now = self._nodes, self._voices, self._stamps.at(step)
+        spoken = self._satellite.announce()
+        said = numbers(spoken)
+        violations = self._limits.of_decision(decision, said)
+        if violations:
+            self._report(step, violations)
+            return
+        stamp = self._stamps.at_time(float(spoken.time[0]))
+        blank = np.zeros((len(nodes), 6 if self._announces == "arc_length" else 2))
+        parts = (said, blank) if self._announces == "arc_length" else (blank, said)
+        torque = decision.wheel_torque
+        pushes = np.concatenate(
+            (decision.acceleration, np.zeros((len(nodes), 3)) if torque is None else torque), axis=-1
+        ).tolist()
+        announced = np.concatenate(parts, axis=-1).tolist()
+        for voice, push, words in zip(voices, pushes, announced, strict=True):
+            voice.say_command(_COMMAND.pack(*now, step, *push, *stamp, *words, 0, 0.0))
+        before, after = AROUND_NUMBERS[self._announces]
+        for voice, words in zip(voices, said.tolist(), strict=True):
+            voice.say_announcement(self._announcement.pack(*stamp, step + 1, *before, *words, *after))
+        for row, node in enumerate(nodes):
+            if node.memory.due(step + 1):
+                node.memory.keep(self.single(row), node.hearsay.neighbours)
+        if decision.estimate is not None:
+            for voice, estimate in zip(voices, numbers_of(decision.estimate).tolist(), strict=True):
+                voice.show_estimate(*now, step, estimate)
+        reference, motion = decision.reference, decision.motion
+        shown = np.concatenate(
+            (
+                reference.position,
+                reference.velocity,
+                reference.acceleration,
+                motion.position - reference.position,
+                motion.velocity - reference.velocity,
+                decision.sliding_variable,
+            ),
+            axis=-1,
+        ).tolist()
+        for voice, tracked in zip(voices, shown, strict=True):
+            voice.say_tracking(_TRACKING.pack(*now, step, *tracked))

@@ -1,0 +1,117 @@
+"""A satellite's checkpoints on disk: the last one, written whole or not at all."""
+
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
+from satform.files.bounded_file import read_bounded
+from satform.files.durable_file import reason_in_words, write_durably
+from satform.flight.checkpoint import restore, save
+from satform.flight.satellite import Satellite
+from satform_nodes.runtime.node_error import NodeError
+
+MOST_BYTES = 100_000_000
+"""Size of the largest file that is taken for a checkpoint; those of shipped scenarios have some kilobytes."""
+
+_HEAD = struct.Struct("<qI")
+"""At the beginning of the file: the step, and how many neighbours follow; then the state."""
+
+_PLACE = "<u4"
+"""The place of a neighbour in the formation, as a number of the file."""
+
+
+class CheckpointFile:
+    """The last checkpoint of one satellite.
+
+    Attributes:
+        step: of the checkpoint that was found at the start; -1 when there was none.
+        kept: step of the last checkpoint that is on the disk; -1 when there is none.
+        failures: how many could not be written.
+        problem: why the last one could not be written; empty when it is there.
+    """
+
+    def __init__(self, folder: str, name: str, every: int | None) -> None:
+        """Find the checkpoint of an earlier process of the same satellite.
+
+        Args:
+            folder: where checkpoints are kept; empty to keep none.
+            name: of the satellite.
+            every: steps between two checkpoints; None to keep none.
+
+        Raises:
+            NodeError: there is a file that is no checkpoint.
+        """
+        self._file = Path(folder) / f"{name}.checkpoint" if folder and every else None
+        self._every = every or 0
+        self.step = self.kept = -1
+        self.failures = 0
+        self.problem = ""
+        self._data = b""
+        self._neighbours: list[int] = []
+        self.load()
+
+    def load(self) -> None:
+        """Take up the last checkpoint."""
+        if self._file is None or not self._file.exists():
+            return
+        try:
+            data = read_bounded(self._file, MOST_BYTES, "a checkpoint")
+        except OSError as error:
+            raise NodeError(f"{self._file}: cannot be read: {error.strerror}", EXIT_BAD_INPUT) from None
+        try:
+            step, count = _HEAD.unpack_from(data)
+            places = np.frombuffer(data, _PLACE, count, _HEAD.size)
+        except (struct.error, ValueError):
+            raise NodeError(f"{self._file}: is no checkpoint, or cut short", EXIT_BAD_INPUT) from None
+        self.step = self.kept = step
+        self._neighbours = places.tolist()
+        self._data = data[_HEAD.size + places.nbytes :]
+
+    def restore(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
+        """Put a satellite into the state of the checkpoint.
+
+        Args:
+            satellite: whose state it becomes.
+            neighbours: places of those whom it may hear by now; the graph may have changed since.
+
+        Raises:
+            NodeError: the checkpoint is damaged, or another satellite's.
+        """
+        before = self._neighbours
+        try:
+            satellite.rearrange([None] * len(before))
+            restore(satellite, self._data)
+        except ValueError as error:
+            raise NodeError(f"{self._file}: {error}", EXIT_LOST) from None
+        satellite.rearrange([before.index(place) if place in before else None for place in neighbours])
+
+    def due(self, step: int) -> bool:
+        """Whether a checkpoint is to be written before a step."""
+        return self._file is not None and step % self._every == 0
+
+    def keep(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
+        """Write a checkpoint if one is due at the satellite's step; the satellite flies on without it.
+
+        Args:
+            satellite: whose state is kept.
+            neighbours: places of those whom it may hear.
+        """
+        if self._file is None or not self.due(satellite.state.step):
+            return
+        step = satellite.state.step
+        head = _HEAD.pack(step, len(neighbours))
+        try:
+            self._file.parent.mkdir(exist_ok=True)
+            write_durably(self._file, head + np.array(neighbours, dtype=_PLACE).tobytes() + save(satellite))
+        except OSError as error:
+            self.failures += 1
+            kept = f"the last one is of step {self.kept}" if self.kept >= 0 else "there is none"
+            self.problem = (
+                f"{self._file}: the checkpoint of step {step} cannot be written, {kept}: "
+                f"{reason_in_words(error, self._file)}"
+            )
+        else:
+            self.kept, self.problem = step, ""

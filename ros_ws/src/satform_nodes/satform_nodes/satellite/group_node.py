@@ -1,0 +1,57 @@
+"""Several satellites' nodes in one process, still talking over DDS: for more satellites than processes."""
+
+import sys
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+
+from satform.common.exit_codes import EXIT_BAD_INPUT
+from satform_nodes.runtime.flight_loop import fly_all
+from satform_nodes.runtime.lifecycle import refuse_sim_time, run, scenario_of
+from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.parameters import FormationNode, declare_start
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.satellite.batched_step import fly_abreast
+from satform_nodes.satellite.node import SatelliteNode, Settings, declare_settings
+from satform_nodes.transport.executor import StepExecutor
+
+LARGEST_FULL_GROUP = 32
+"""Satellites in a process whose parameters can be read and set from outside, and who warn of misfits.
+
+Every endpoint that a process makes has it tell all others of all its endpoints anew, and the services for
+parameters are more than half of them; each endpoint's handler of misfitting qualities of service is compared
+with all others at the executor's housekeeping. Above this number nodes are lean: a large formation would
+hardly start otherwise.
+"""
+
+
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+    """Make a node for each satellite of the group, and fly them on one executor."""
+    recorded, checkpoints, rate = declare_settings(node)
+    names = declare_start(node, "satellites")
+    scenario = scenario_of(node)
+    if not any(names):
+        sentence = f"{node.get_name()} needs the parameter satellites: names from the scenario"
+        raise NodeError(sentence, EXIT_BAD_INPUT)
+    satellites = []
+    for name in names:
+        own = FormationNode(name, log_topic=False, lean=len(names) > LARGEST_FULL_GROUP)
+        refuse_sim_time(own)
+        executor.add_node(own)
+        settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
+        satellites.append(SatelliteNode(own, executor, scenario, settings, report))
+    fly_abreast(satellites, scenario)
+    try:
+        return fly_all(satellites, executor, stop)
+    finally:
+        for satellite in satellites:
+            satellite.node.destroy_node()
+
+
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
+    """Fly a group of satellites; entry point of the executable `group_node`."""
+    return run("group", fly, arguments, Report(pipe))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

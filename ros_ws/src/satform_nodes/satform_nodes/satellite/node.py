@@ -1,0 +1,521 @@
+"""The node of one satellite: state and neighbours' phases in, command and own phase out."""
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from satform_msgs.msg import FormationStatus
+
+from satform.attitude.guidance import Attitude
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
+from satform.common.wording import listed
+from satform.communication.messages import numbers
+from satform.communication.topic_graph import RECORDER
+from satform.control.protocol import Motion
+from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
+from satform.flight.satellite import Decision, Satellite, flight_plan
+from satform.membership.state import falls, planned, returns
+from satform.scenario import Scenario
+from satform_nodes.runtime.diagnostics import Condition, Course, Health, Level
+from satform_nodes.runtime.flight_loop import fly_all
+from satform_nodes.runtime.formation_view import FormationView
+from satform_nodes.runtime.lifecycle import run, scenario_of
+from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
+from satform_nodes.runtime.realtime_loop import processor_seconds
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.sim_time import Stamps
+from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.satellite.checkpoint_file import CheckpointFile
+from satform_nodes.satellite.neighbour_messages import Hearsay, Words
+from satform_nodes.satellite.parameters import SatelliteParameters
+from satform_nodes.satellite.publishers import SatelliteVoice
+from satform_nodes.satellite.subscriptions import Hearer, SatelliteEars
+from satform_nodes.transport import topics
+from satform_nodes.transport.authorised_publishers import decoded
+from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.message_validator import Entry
+
+if TYPE_CHECKING:
+    from satform_nodes.satellite.batched_step import Abreast
+
+_FOREIGN_STEPS = 3
+"""Steps that have to be taken without this process until another one flies its satellite for sure."""
+
+_ANY_STEP = 2**63
+"""A step beyond every flight."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a satellite's node is told at its start beside the scenario.
+
+    Attributes:
+        name: of the satellite.
+        recorded: whether a recorder takes part, to be waited for.
+        checkpoints: folder of the checkpoints; empty when none are kept.
+        alone: whether the satellite has its process for itself.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+    """
+
+    name: str
+    recorded: bool
+    checkpoints: str
+    alone: bool
+    rate: float = 0.0
+
+
+class SatelliteNode:
+    """Carries the flight software of one satellite; every formula is in `satform`.
+
+    Attributes:
+        view: who flies and who hears whom, as the plant says.
+        hearsay: what the neighbours said.
+        ears: take in what others say.
+        voice: says what this satellite has to say.
+        memory: where its checkpoints are kept.
+        step: the one that comes next.
+        flying: whether it takes part.
+        clocked: whether the flight goes by the wall clock.
+        turns: whether the satellite has an attitude.
+        pulse: how many signs of life of the plant have come in.
+        busy_seconds: processor time of its flight software, s.
+    """
+
+    def __init__(
+        self,
+        node: FormationNode,
+        executor: StepExecutor,
+        scenario: Scenario,
+        settings: "Settings",
+        report: Report,
+    ) -> None:
+        names = [satellite.name for satellite in scenario.satellites]
+        name = settings.name
+        if name not in names:
+            raise NodeError(
+                f"there is no satellite {name!r} in the scenario; there are {listed(names)}",
+                EXIT_BAD_INPUT,
+            )
+        self.node = node
+        self.name = name
+        self.executor = executor
+        self.scenario = scenario
+        self.index = names.index(name)
+        self.report = report
+        self.step = 0
+        self.pulse = 0
+        self.flying = False
+        self.refusals = node.refusals
+        self.busy_seconds = 0.0
+        self._course = Course(self.refusals)
+        self.view = FormationView(scenario)
+        self._settings = settings
+        self.clocked = settings.rate > 0.0
+        self._skipped = 0
+        # First step that was taken without this process though its satellite flies, and when that was seen.
+        self._foreign: tuple[int, float] | None = None
+        # Wall-clock time at which the plant was told that this satellite can fly; before it no flight begins.
+        self._ready_at = float("inf")
+        self._names = names
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._plan = planned(scenario)
+        self._limits = LimitCheck(scenario)
+        self.hearsay = Hearsay(scenario, self.index, self.view, self._stamps)
+        self.memory = CheckpointFile(settings.checkpoints, name, scenario.checkpoint_steps)
+        self._changes: list[tuple[str, list[float]]] = []
+        self._state: tuple[Any, ...] | None = None
+        self._attitude: tuple[Any, ...] | None = None
+        self.turns = scenario.satellite(self.index).attitude is not None
+        self._abreast: Abreast | None = None
+        self._row = 0
+        self.satellite = self._new_software()
+
+        self._parameters = SatelliteParameters(node, scenario, self.index, self._to_change, self._changes)
+        self.voice = SatelliteVoice(node, scenario, self.index, self._stamps)
+        hearer = Hearer(self._on_state, self._on_attitude, self._on_announcement, self._on_status)
+        self.ears = SatelliteEars(
+            node, executor, scenario, self.index, self.refusals, hearer, clocked=self.clocked
+        )
+        self.voice.expect_listeners(self.ears.company, recorded=settings.recorded)
+        self._health = Health(node, f"{name}: flight software", name, self._condition, self._now)
+        if settings.recorded:
+            self.ears.company.listens(self._health.publisher, [RECORDER])
+        executor.add_chore(self._health.due)
+
+    # Before and after the flight, and when it does not go on
+
+    def matched(self) -> bool:
+        """Whether everyone this satellite talks to or listens to is there, seen from this side."""
+        return self.ears.company.complete(self.view.lost)
+
+    def say_ready(self) -> None:
+        """Tell the plant that this satellite can fly, and from which checkpoint it would go on."""
+        self._ready_at = min(self._ready_at, time.monotonic())
+        self.voice.say_ready(self.step, self.memory.step)
+
+    def see_off(self) -> None:
+        """Stay until what was said last has arrived, for a bounded time: it would be lost with this node.
+
+        In lockstep a flight is finished when the plant has every command and the recorder has every step,
+        so that only changes may still be on their way.
+        """
+        ended = self.view.ended
+        finished = ended is not None and ended.phase == FormationStatus.FINISHED and not self.clocked
+        self.voice.see_off(only_changes=finished)
+
+    def say_how_it_went(self) -> None:
+        """Tell whoever started the process what this satellite did."""
+        self.report.say(
+            "satellite",
+            node=self.name,
+            step=self.step,
+            busy=self.busy_seconds,
+            refused=self.refusals.total,
+            skipped=self._skipped,
+            processor=processor_seconds(),
+            checkpoint_failures=self.memory.failures,
+            checkpoint_problem=self.memory.problem,
+            **self.hearsay.ages.data(),
+        )
+
+    def say_again(self) -> None:
+        """Repeat what was said last: the flight does not go on, and somebody may not have heard it."""
+        if self.view.ended is None and self.flying:
+            self.voice.say_again()
+
+    def command_nothing(self) -> None:
+        """Turn the thrusters off, as far as anyone hears it: the plant is no longer there."""
+        if self.flying:
+            self.voice.command_nothing(self.step)
+
+    def _now(self) -> tuple[int, int]:
+        """Simulated time, as a stamp."""
+        return self._stamps.at(self.step)
+
+    def _condition(self) -> Condition:
+        """How the flight software is."""
+        formation = self.view.formation
+        silent = {
+            self._names[place]: self.step - formation.lost_at.get(place, self.step)
+            for place in self.hearsay.neighbours
+            if not formation.alive[place]
+        }
+        condition = self._course.condition(self.step, silent)
+        if self.memory.problem and condition.level == Level.OK:
+            condition = replace(condition, level=Level.WARN, message=self.memory.problem)
+        return condition
+
+    # Who takes part
+
+    def _on_status(self, data: bytes, _name: str) -> None:
+        status = decoded(data, FormationStatus, topics.STATUS, self.refusals)
+        if status is None:
+            return
+        self.pulse += 1
+        before = self.view.formation.number
+        if not self.view.take(status):
+            self.refusals.note(topics.STATUS, "not about this formation")
+            return
+        formation = self.view.formation
+        if formation.number == before:
+            return
+        self._part()
+        self.ears.vacate(np.flatnonzero(~formation.alive).tolist())
+        if not formation.alive[self.index]:
+            self._fall()
+        self._meet_new_neighbours()
+        self.act_if_complete()
+
+    def join(self, step: int) -> bool:
+        """Begin to fly with the first state, or come back when the plant says so."""
+        returned = self.view.returns.get(self.index)
+        if returned is None:
+            # On the wall clock the first states may have been skipped.
+            if step != 0 and not (self.clocked and self._takes_part_from_the_start(step)):
+                return False
+            self.satellite.join(step, skipped=True)
+        else:
+            if returned[0] != step and not (self.clocked and returned[0] < step):
+                return False
+            if returned[1] >= 0:
+                self.memory.restore(self.satellite, self.hearsay.neighbours)
+            self.satellite.join(step)
+        self.flying = True
+        self.step = step
+        if returned is None or self.view.formation.lost_at.get(self.index) != step:
+            # What it had announced for this step before it was lost in it stands.
+            self.voice.announce(step, self.voice.words(self.satellite.announce(), step))
+        return True
+
+    def _takes_part_from_the_start(self, step: int) -> bool:
+        """Whether a flight on the wall clock that has come to a step can have begun with this process.
+
+        It begins when all are ready, and no step comes early: a flight that has taken more steps than fit
+        into the time since this process was ready has begun without it.
+        """
+        since = time.monotonic() - self._ready_at
+        flown = step * self.scenario.timing.step / self._settings.rate
+        return self._foreign is None and bool(self.view.formation.alive[self.index]) and flown <= since
+
+    def _fall(self) -> None:
+        """The plant counts this satellite as lost."""
+        step = self.view.formation.step
+        is_planned = falls(self._plan, self.index, step)
+        if self.flying and is_planned and self._settings.alone:
+            self.see_off()
+            self.report.say("killed", node=self.name, step=self.step)
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.flying and not is_planned:
+            sentence = f"the plant counts {self.name} as lost since step {step}"
+            raise NodeError(f"{sentence}; it ends, so that it can be started anew", EXIT_LOST)
+        first = not self.flying
+        self.flying = False
+        self.hearsay.by_step.clear()
+        self.voice.forget()
+        self._state = self._attitude = None
+        if not first:
+            # Satellites of a group share its process, which flies on.
+            self.satellite = self._new_software()
+            self.hearsay.start_afresh()
+            self._parameters.start_afresh()
+            self.memory.load()
+            if returns(self._plan, self.index, step):
+                self.say_ready()
+
+    def _meet_new_neighbours(self) -> None:
+        """Listen to those whom the graph lets this satellite hear now and never did before."""
+        heard = self.view.formation.graph.neighbours(self.index)
+        new = [place for place in heard if place not in self.hearsay.neighbours]
+        if not new:
+            return
+        places = self.hearsay.meet(new)
+        for neighbour in new:
+            self.ears.listen_to(neighbour)
+        self.satellite.rearrange(places)
+        self.satellite.find_target(self.hearsay.neighbours)
+
+    def _new_software(self) -> Satellite:
+        """Flight software that is as at the start of the flight."""
+        neighbours = self.hearsay.neighbours
+        return Satellite(flight_plan(self.scenario, self.index, neighbours), len(neighbours))
+
+    # A step
+
+    def _on_announcement(self, neighbour: int, entry: Entry, data: bytes, _name: str) -> None:
+        if self.clocked:
+            said = entry.admit(data, 0, _ANY_STEP)
+            if said is not None:
+                self.hearsay.hear_newest(neighbour, said)
+            return
+        last = self.step + 1 if self.flying else _ANY_STEP
+        said = entry.admit(data, self.step if self.flying else 0, last)
+        if said is None:
+            return
+        words = self.hearsay.words(said)
+        if self._abreast is None:
+            self.hearsay.hear(neighbour, said[2], words)
+            self.act_if_complete()
+        else:
+            self._abreast.hear(self._row, neighbour, said[2], words)
+
+    def _on_state(self, entry: Entry, data: bytes, _name: str) -> None:
+        before = entry.repeated
+        last = self.step if self.flying and not self.clocked else _ANY_STEP
+        numbers = entry.admit(data, self.step, last)
+        # Whatever the plant says is a sign that it is there.
+        self.pulse += numbers is not None or entry.repeated > before
+        if numbers is None:
+            return
+        self._state = numbers
+        if self._abreast is None:
+            self.act_if_complete()
+        else:
+            self._abreast.see(self._row, numbers)
+
+    def _on_attitude(self, entry: Entry, data: bytes, _name: str) -> None:
+        last = self.step if self.flying and not self.clocked else _ANY_STEP
+        numbers = entry.admit(data, self.step, last)
+        if numbers is None:
+            return
+        self._attitude = numbers
+        if self._abreast is None:
+            self.act_if_complete()
+        else:
+            self._abreast.turn(self._row, numbers)
+
+    def act_if_complete(self) -> None:
+        """Act if everything for the step is there."""
+        state = self._state
+        if state is None or not self._knows(int(state[3])):
+            return
+        step = int(state[2])
+        if step >= self.scenario.timing.steps:
+            self._state = None
+            return
+        if not self.flying and not self.join(step):
+            self._require_lost(step)
+            return
+        if self.clocked:
+            self._act_on_the_clock(step, state)
+            return
+        hearsay = self.hearsay
+        heard, speakers = hearsay.by_step.get(step, {}), hearsay.speakers(step)
+        if any(speaker not in heard for speaker in speakers):
+            hearsay.add_last_words(step, heard)
+            if any(speaker not in heard for speaker in speakers):
+                return
+        if self.turns and (self._attitude is None or self._attitude[2] != step):
+            return
+        self._act(step, state, heard, speakers)
+
+    def _require_lost(self, step: int) -> None:
+        """End where another process flies this satellite: steps are taken, and it counts as flying.
+
+        In lockstep the plant takes a step only with the command of each satellite that flies; on the wall
+        clock one that does not command is lost after a while.
+
+        Args:
+            step: whose state has come, in which this process does not take part.
+
+        Raises:
+            NodeError: the satellite is not lost.
+        """
+        if not self.view.formation.alive[self.index] or step == 0:
+            self._foreign = None
+            return
+        self._foreign = first, since = self._foreign or (step, time.monotonic())
+        silence = 2.0 * self.scenario.tolerated_silence if self.clocked else 0.0
+        if step >= first + _FOREIGN_STEPS and time.monotonic() - since >= silence:
+            raise NodeError(
+                f"{self.name} is not lost: another process flies it, at step {step}; only a lost satellite "
+                "can rejoin",
+                EXIT_BAD_INPUT,
+            )
+
+    def _act_on_the_clock(self, step: int, state: tuple[Any, ...]) -> None:
+        """Act on a state with what has been heard by now, whether it is of this step or older."""
+        if self.turns and (self._attitude is None or self._attitude[2] != step):
+            return
+        if step > self.step:
+            # States that came too fast were left out.
+            self._skipped += step - self.step
+            self.satellite.join(step, skipped=True)
+            self.step = step
+        heard = self.hearsay.newest(step)
+        self._act(step, state, heard, list(heard))
+
+    def _knows(self, number: int) -> bool:
+        """Whether the formation that a state is meant for is known; its status is on its way if not."""
+        if number > self.view.formation.number:
+            self.executor.look_soon()
+            return False
+        return True
+
+    def _act(self, step: int, state: tuple[Any, ...], heard: dict[int, Words], speakers: list[int]) -> None:
+        # The processor's time: the wall clock would count those who are let in meanwhile.
+        begin = time.thread_time()
+        told = self.hearsay.told(step, heard, speakers)
+        motion, applied = Motion(np.array(state[4:7]), np.array(state[7:10])), np.array(state[10:13])
+        attitude = None
+        if self._attitude is not None:
+            attitude = Attitude(*np.array(self._attitude[3:12]).reshape(3, 3))
+        measured_step = self._stamps.step(state[0], state[1])
+        decision: Decision | None = None
+        violation: Violation | None = NO_COMMAND
+        with suppress(ArithmeticError):
+            decision = self.satellite.act(motion, told, measured_step, attitude, applied)
+            violation = self._limits.of_decision(decision, numbers(self.satellite.announce())).get(0)
+        self.busy_seconds += time.thread_time() - begin
+        seconds, nanoseconds = self._stamps.at(step)
+        self._state = self._attitude = None
+        self.hearsay.forget(step)
+        self.step = step + 1
+        voice = self.voice
+        if violation is not None or decision is None:
+            # The plant ends the flight at this step.
+            voice.report_violation(step, violation or NO_COMMAND)
+            self._tell_changes(step)
+            return
+        words = voice.words(self.satellite.announce(), self.step)
+        voice.command(seconds, nanoseconds, step, decision, words)
+        self.memory.keep(self.satellite, self.hearsay.neighbours)
+        voice.announce(step + 1, words)
+        voice.show(seconds, nanoseconds, step, decision)
+        self._tell_changes(step)
+
+    def _tell_changes(self, step: int) -> None:
+        """Publish the parameters that have changed at a step."""
+        if self._changes:
+            self.voice.tell_changes(step, self._changes)
+            self._changes.clear()
+
+    # Together with others of the process
+
+    @property
+    def adjusted(self) -> bool:
+        """Whether parameters have changed that it has not told of yet, as those given at its start."""
+        return bool(self._changes)
+
+    def fly_abreast(self, abreast: "Abreast", row: int) -> None:
+        """From now on hand over what arrives to those who act together."""
+        self._abreast, self._row = abreast, row
+
+    def fly_alone(self, satellite: Satellite | None) -> None:
+        """From now on act alone, with flight software that goes on from where the others were together."""
+        self._abreast = None
+        if satellite is not None:
+            self.satellite = satellite
+
+    def has_acted(self, busy: float) -> None:
+        """Note that this satellite has taken its step together with others.
+
+        Args:
+            busy: its part of the processor time, s.
+        """
+        self.busy_seconds += busy
+        self._state = self._attitude = None
+        self.step += 1
+
+    def _part(self) -> None:
+        """Something is out of the ordinary: those who acted together go on one by one."""
+        if self._abreast is not None:
+            self._abreast.part()
+
+    def _to_change(self) -> tuple[Satellite, int]:
+        """The flight software, to be changed by itself, and its next step."""
+        self._part()
+        return self.satellite, self.step
+
+
+def declare_settings(node: FormationNode) -> tuple[bool, str, float]:
+    """Declare what satellites' nodes have in common: whether there is a recorder, checkpoints, the clock."""
+    declare_start(node, "scenario")
+    recorded = declare_start(node, "recorded")
+    checkpoints = declare_start(node, "checkpoints")
+    return recorded, checkpoints, declare_rate(node)
+
+
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+    """Find the others, fly until the plant says that the flight has ended, and go."""
+    recorded, checkpoints, rate = declare_settings(node)
+    name = declare_start(node, "satellite")
+    scenario = scenario_of(node)
+    settings = Settings(name, recorded, checkpoints, alone=True, rate=rate)
+    return fly_all([SatelliteNode(node, executor, scenario, settings, report)], executor, stop)
+
+
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
+    """Fly one satellite; entry point of the executable `satellite_node`."""
+    return run("satellite", fly, arguments, Report(pipe))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,106 @@
+"""A satellite's ROS parameters: its control laws, orbit and phase, to be changed in flight."""
+
+from collections.abc import Callable
+from typing import Any
+
+from satform.common.spec import Spec
+from satform.flight.online_parameters import Adjustments, changed
+from satform.flight.satellite import Satellite
+from satform.scenario import Scenario
+from satform_nodes.runtime.parameters import (
+    FormationNode,
+    ParameterError,
+    declare_spec,
+    given_at_start,
+    on_spec_change,
+    show_spec,
+)
+
+Change = tuple[str, list[float]]
+"""Name of a parameter and its new value."""
+
+
+class SatelliteParameters:
+    """The specifications in force of one satellite, as parameters of its node."""
+
+    def __init__(
+        self,
+        node: FormationNode,
+        scenario: Scenario,
+        index: int,
+        to_change: Callable[[], tuple[Satellite, int]],
+        changes: list[Change],
+    ) -> None:
+        """Declare them as the scenario has them, and use what the node was given at its start instead.
+
+        What is given at the start is a change like any other: it is validated, takes effect at the first
+        step, and is told to others.
+
+        Args:
+            node: of the satellite.
+            scenario: what is flown.
+            index: place of the satellite.
+            to_change: gives the flight software that is changed, and the step from which it flies otherwise.
+            changes: to which each change is added, to be told to others.
+
+        Raises:
+            ParameterError: a value that was given at the start cannot be flown.
+        """
+        self._node = node
+        self._scenario = scenario
+        self._index = index
+        self._to_change = to_change
+        self._changes = changes
+        self._adjustments = Adjustments(scenario, index)
+        self._resets = False
+        self._start: dict[str, dict[str, Any]] = {}
+        for prefix, spec in self._adjustments.specs.items():
+            self._declare(prefix)
+            self._start[prefix] = given_at_start(node, prefix, spec)
+        self._use_start()
+
+    def start_afresh(self) -> None:
+        """Have the specifications of the scenario in force again, with what was given at the start.
+
+        The parameters show them, whatever they were changed to in flight.
+        """
+        self._adjustments = Adjustments(self._scenario, self._index)
+        self._changes.clear()
+        self._resets = True
+        try:
+            for prefix, spec in self._adjustments.specs.items():
+                show_spec(self._node, prefix, spec, self._start[prefix])
+        finally:
+            self._resets = False
+        self._use_start()
+
+    def _use_start(self) -> None:
+        """Fly by what was given at the start.
+
+        Raises:
+            ParameterError: it cannot be flown.
+        """
+        for prefix, fields in self._start.items():
+            if not fields:
+                continue
+            try:
+                self._accept(prefix, changed(self._adjustments.specs[prefix], fields), fields)
+            except ValueError as error:
+                raise ParameterError(f"{prefix}: {error}") from None
+
+    def _declare(self, prefix: str) -> None:
+        def accept(spec: Spec, fields: dict[str, Any]) -> str:
+            return self._accept(prefix, spec, fields)
+
+        declare_spec(self._node, prefix, self._adjustments.specs[prefix])
+        on_spec_change(self._node, prefix, lambda: self._adjustments.specs[prefix], accept)
+
+    def _accept(self, prefix: str, spec: Spec, fields: dict[str, Any]) -> str:
+        if self._resets:
+            return ""
+        satellite, step = self._to_change()
+        self._adjustments.use(satellite, prefix, spec)
+        for name, value in fields.items():
+            numbers = list(value) if isinstance(value, list | tuple) else [float(value)]
+            self._changes.append((f"{prefix}.{name}", numbers))
+        return f"takes effect at step {step}"

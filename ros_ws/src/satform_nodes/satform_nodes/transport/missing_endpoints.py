@@ -1,0 +1,130 @@
+"""What is wrong with the nodes of a flight that does not begin: who lacks which publisher or subscription."""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+
+from satform.common.wording import listed
+from satform.communication.topic_graph import RECORDER, Channel, relative
+from satform_nodes.bag.definitions import type_name
+from satform_nodes.transport import topics
+from satform_nodes.transport.node_names import local_name
+
+OPTIONAL = ("diagnostics", "parameter_changes")
+"""Kinds of topics that a flight does without: nobody waits for their publishers."""
+
+_MOST_NAMED = 3
+"""Shortcomings that a sentence names; the rest are counted."""
+
+
+@dataclass(frozen=True)
+class Shortcoming:
+    """What a node lacks.
+
+    Attributes:
+        node: its name.
+        sentence: what it lacks, or has too much of.
+    """
+
+    node: str
+    sentence: str
+
+
+def shortcomings(node: Node, channels: Sequence[Channel], *, recorded: bool) -> list[Shortcoming]:
+    """Compare the publishers and subscribers that are there with those that the flight needs.
+
+    Args:
+        node: through which it is looked.
+        channels: of the flight.
+        recorded: whether a recorder takes part.
+
+    Returns:
+        Nodes that are not there at all first; then each missing or unfit endpoint in the channels' order.
+    """
+    here = {name for name, space in node.get_node_names_and_namespaces() if space == node.get_namespace()}
+    needed = [channel for channel in channels if channel.kind not in OPTIONAL]
+    names = dict.fromkeys(
+        name
+        for channel in needed
+        for name in (*channel.speakers, *channel.listeners_in(recorded=recorded))
+        if recorded or name != RECORDER
+    )
+    absent = [Shortcoming(name, f"there is no node {name}") for name in names if name not in here]
+    gone = {shortcoming.node for shortcoming in absent}
+    found = [*absent]
+    for channel in needed:
+        present = [name for name in channel.speakers if name in names and name not in gone]
+        found += _publishers(node, channel, present)
+        listening = [name for name in channel.listeners_in(recorded=recorded) if name not in gone]
+        found += _subscribers(node, channel, listening)
+    return list({(each.node, each.sentence): each for each in found}.values())
+
+
+def in_words(found: Sequence[Shortcoming], unready: Sequence[str]) -> str:
+    """Shortcomings in one sentence.
+
+    Args:
+        found: as `shortcomings` gives them.
+        unready: names of the nodes that have not reported that they can fly.
+
+    Returns:
+        The first few of them; where none is found, who has not reported.
+    """
+    if not found:
+        return f"{listed(unready)} has all its topics here and has not reported that it is ready"
+    named = "; ".join(each.sentence for each in found[:_MOST_NAMED])
+    rest = len(found) - _MOST_NAMED
+    return f"{named}; and {rest} more" if rest > 0 else named
+
+
+def _publishers(node: Node, channel: Channel, names: Iterable[str]) -> list[Shortcoming]:
+    topic = node.resolve_topic_name(relative(channel.topic))
+    there = node.get_publishers_info_by_topic(topic)
+    namespace = node.get_namespace()
+    count = Counter(local_name(other, namespace) for other in there)
+    found = []
+    for name in names:
+        if not count[name]:
+            found.append(Shortcoming(name, f"{name} does not publish {topic}"))
+        elif count[name] > 1:
+            sentence = f"{count[name]} nodes are called {name}, and all of them publish {topic}"
+            found.append(Shortcoming(name, sentence))
+        else:
+            (own,) = [other for other in there if local_name(other, namespace) == name]
+            found += _unfit(name, "publishes", topic, channel, own)
+    return found
+
+
+def _subscribers(node: Node, channel: Channel, names: Iterable[str]) -> list[Shortcoming]:
+    topic = node.resolve_topic_name(relative(channel.topic))
+    there = node.get_subscriptions_info_by_topic(topic)
+    own = {local_name(other, node.get_namespace()): other for other in there}
+    found = []
+    for name in names:
+        if name not in own:
+            found.append(Shortcoming(name, f"{name} does not subscribe to {topic}"))
+        elif _type(own[name]) != type_name(topics.TYPES[channel.kind]):
+            found += _unfit(name, "subscribes to", topic, channel, own[name])
+    return found
+
+
+def _unfit(name: str, verb: str, topic: str, channel: Channel, own: Any) -> list[Shortcoming]:
+    """What of an endpoint does not fit the others of its topic: its type, or its quality of service."""
+    wanted = type_name(topics.TYPES[channel.kind])
+    if _type(own) != wanted:
+        return [Shortcoming(name, f"{name} {verb} {topic} as {_type(own)}, not as {wanted}")]
+    profile = own.qos_profile
+    if profile.reliability == ReliabilityPolicy.BEST_EFFORT:
+        return [Shortcoming(name, f"{name} {verb} {topic} as best effort, and its readers want reliable")]
+    latched = channel.rhythm == "now and then" and channel.kind != "diagnostics"
+    if latched and profile.durability == DurabilityPolicy.VOLATILE:
+        return [Shortcoming(name, f"{name} {verb} {topic} as volatile, and its readers want transient local")]
+    return []
+
+
+def _type(endpoint: Any) -> str:
+    return str(endpoint.topic_type)

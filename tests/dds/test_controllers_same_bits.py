@@ -1,0 +1,60 @@
+"""Every scenario of the control laws, shortened, is the same flight over DDS as in process, bit for bit."""
+
+from pathlib import Path
+
+import pytest
+
+from flights import shortened
+from satform.flight.simulate import simulate
+from satform_bringup.supervisor.run import fly
+from satform_nodes.bag.reader import read_bag
+
+QUICK = {
+    "approach_gssap": 50.0,
+    "compare_controllers": 400.0,
+    "formation_pointing": 40.0,
+    "geo_in_plane_circle": 800.0,
+    "attitude_cape_canaveral": 10.0,
+    "directed_triangle": 4.0,
+    "geo_sphere_lqr": 100.0,
+    "integral_action": 50.0,
+}
+"""Flown in every test run, with the duration in s: between them they have every control law of their kind."""
+
+MORE = {
+    "attitude_limited_wheels": 20.0,
+    "directed_triangle_close": 4.0,
+    "directed_triangle_crossing": 4.0,
+    "directed_triangle_crossing_no_barrier": 4.0,
+    "directed_triangle_no_adaptation": 4.0,
+    "geo_along_track": 400.0,
+    "geo_parallel": 800.0,
+    "geo_parallel_lqi": 800.0,
+    "geo_parallel_lqi_meant": 800.0,
+    "geo_parallel_lqi_response": 20.0,
+    "geo_parallel_lqr": 800.0,
+    "geo_parallel_lqr_meant": 800.0,
+    "geo_sphere": 800.0,
+    "geo_sphere_lag": 800.0,
+    "patrol_drift": 6000.0,
+    "patrol_three": 60000.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "duration"),
+    [
+        *QUICK.items(),
+        *(pytest.param(name, duration, marks=pytest.mark.slow) for name, duration in MORE.items()),
+    ],
+)
+def test_a_lockstep_flight_has_the_bits_of_the_in_process_run(
+    name: str, duration: float, tmp_path: Path
+) -> None:
+    scenario = shortened(name, duration)
+    flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
+    assert not flight.lost, flight.reason
+    assert flight.bag is not None
+    bag = read_bag(flight.bag)
+    assert bag.complete
+    assert simulate(scenario).differences(bag.record) == []

@@ -1,0 +1,118 @@
+"""The executor's two ways to wait, and what it looks at now and then."""
+
+from collections.abc import Callable
+
+import pytest
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
+
+from satform_nodes import LEAN
+from satform_nodes.runtime.parameters import FormationNode
+from satform_nodes.transport import topics
+from satform_nodes.transport.executor import StepExecutor
+
+SHORT, LONG = 0.3, 30.0
+
+
+@pytest.fixture
+def executor(observer: Node) -> StepExecutor:
+    executor = StepExecutor()
+    executor.add_node(observer)
+    return executor
+
+
+def into(heard: list[str]) -> Callable[[bytes, str], None]:
+    return lambda data, _name: heard.append(deserialize_message(data, String).data)
+
+
+def test_what_is_overheard_arrives_but_is_no_progress(observer: Node, executor: StepExecutor) -> None:
+    vital: list[str] = []
+    overheard: list[str] = []
+    executor.subscribe(observer, String, "/vital", into(vital), topics.STEPPED_READER)
+    executor.subscribe(observer, String, "/aside", into(overheard), topics.STEPPED_READER, vital=False)
+    say_vital, say_aside = (
+        observer.create_publisher(String, topic, topics.STEPPED) for topic in ("/vital", "/aside")
+    )
+    executor.add_chore(lambda: say_aside.publish(String(data="again")))
+    # Something is said aside all the time, and the wait is over all the same.
+    assert not executor.spin_while(lambda: True, SHORT)
+    assert len(overheard) > 1
+    assert vital == []
+    executor.add_chore(lambda: say_vital.publish(String(data="news")))
+    assert executor.spin_while(lambda: len(vital) < 3, LONG)
+
+
+def test_a_lean_node_has_only_what_it_was_made_for_and_can_be_waited_for(
+    observer: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(LEAN, "1")
+    node = FormationNode("lean")
+    assert (list(node.services), list(node.subscriptions)) == ([], [])
+    assert "lean" not in {entry.node_name for entry in observer.get_publishers_info_by_topic("/rosout")}
+    heard: list[str] = []
+    executor = StepExecutor()
+    executor.add_node(node)
+    executor.subscribe(node, String, "/vital", into(heard), topics.STEPPED_READER)
+    say = observer.create_publisher(String, "/vital", topics.STEPPED)
+    executor.add_chore(lambda: say.publish(String(data="news")))
+    assert executor.spin_while(lambda: len(heard) < 3, LONG)
+    node.destroy_node()
+
+
+def test_one_is_waited_for_after_the_other_and_the_rest_is_heard_all_the_same(
+    observer: Node, executor: StepExecutor
+) -> None:
+    heard: list[str] = []
+    kinds = ["/first", "/second", "/third"]
+    subscriptions = [
+        executor.subscribe(observer, String, kind, into(heard), topics.STEPPED_READER) for kind in kinds
+    ]
+    publishers = [observer.create_publisher(String, kind, topics.STEPPED) for kind in kinds]
+    asked: list[int] = []
+
+    def last_that_lacks() -> object:
+        lacking = [place for place, kind in enumerate(kinds[:2]) if kind not in heard]
+        asked.append(len(lacking))
+        return subscriptions[lacking[-1]] if lacking else None
+
+    executor.await_in_turn(last_that_lacks)
+    assert executor.spin_until(lambda: all(one.get_subscription_count() for one in publishers), LONG)
+    publishers[2].publish(String(data="/third"))
+    assert executor.spin_while(lambda: not heard, LONG)
+    publishers[0].publish(String(data="/first"))
+    publishers[1].publish(String(data="/second"))
+    assert executor.spin_while(lambda: len(heard) < 3, LONG)
+    assert heard[0] == "/third"
+    assert set(heard) == set(kinds)
+    assert set(asked) >= {0, 2}
+    # One that says the same again and again, and is awaited for ever, keeps nobody from an end.
+    executor.await_in_turn(lambda: subscriptions[0])
+    executor.add_chore(lambda: publishers[0].publish(String(data="/first")))
+    assert not executor.spin_until(lambda: False, SHORT)
+
+
+def test_what_a_node_gives_up_between_two_looks_is_not_looked_at_any_more(
+    observer: Node, executor: StepExecutor
+) -> None:
+    executor.subscribe(observer, String, "/hot", into([]), topics.STEPPED_READER)
+    seen: list[str] = []
+    given_up = observer.create_subscription(String, "/cold", lambda said: seen.append(said.data), 10)
+    say = observer.create_publisher(String, "/cold", 10)
+    executor.add_chore(lambda: say.publish(String(data="cold")))
+    assert executor.spin_until(lambda: bool(seen), LONG)
+    observer.destroy_subscription(given_up)
+    late: list[str] = []
+    observer.create_subscription(String, "/cold", lambda said: late.append(said.data), 10)
+    assert executor.spin_until(lambda: bool(late), LONG)
+
+
+def test_without_anything_hot_what_is_not_hot_is_looked_at_until_the_time_is_up(
+    observer: Node, executor: StepExecutor
+) -> None:
+    seen: list[str] = []
+    observer.create_subscription(String, "/cold", lambda said: seen.append(said.data), 10)
+    say = observer.create_publisher(String, "/cold", 10)
+    executor.add_chore(lambda: say.publish(String(data="cold")))
+    assert executor.spin_until(lambda: bool(seen), LONG)
+    assert not executor.spin_until(lambda: False, SHORT)

@@ -1,0 +1,73 @@
+"""Processes of a run talk on the loopback interface alone; with lean nodes, as of many, they fly the same."""
+
+from pathlib import Path
+
+import pytest
+
+from flights import shortened
+from flown import assert_as_in_one_process, flown, processes_of
+from satform_bringup.deployment import local_discovery
+from satform_tools.cli import main as cli
+from satform_tools.report import trace as flight_trace
+from satform_tools.report.plots import trace as trace_plot
+
+LOOPBACK = "0100007F"
+"""127.0.0.1, as the system's table of sockets has it."""
+
+SCENARIO = ("triangle", 50.0)
+
+
+@pytest.fixture(autouse=True)
+def untold(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in (local_discovery.RANGE, "ROS_STATIC_PEERS"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def sockets_of(process: int) -> set[str]:
+    """Numbers of a process's sockets."""
+    links = [str(entry.readlink()) for entry in Path(f"/proc/{process}/fd").iterdir()]
+    return {link[len("socket:[") : -1] for link in links if link.startswith("socket:[")}
+
+
+def test_no_process_binds_to_another_interface_or_uses_shared_memory(tmp_path: Path) -> None:
+    addresses: dict[str, set[str]] = {}
+    shared: list[str] = []
+
+    def look(_done: int, _all: int) -> None:
+        if addresses:
+            return
+        table = [line.split() for line in Path("/proc/net/udp").read_text().splitlines()[1:]]
+        for name, process in processes_of(tmp_path).items():
+            own = sockets_of(process)
+            addresses[name] = {row[1].partition(":")[0] for row in table if row[9] in own}
+            shared.extend(
+                line
+                for line in Path(f"/proc/{process}/maps").read_text().splitlines()
+                if "/fastrtps_" in line
+            )
+
+    _, bag = flown(shortened(*SCENARIO), tmp_path, look)
+    assert set(addresses) == {"plant", "recorder", "sat1", "sat2", "sat3"}
+    assert all(bound == {LOOPBACK} for bound in addresses.values()), addresses
+    assert shared == []
+    assert_as_in_one_process(bag)
+
+
+def test_a_flight_of_lean_nodes_has_the_bits_of_the_in_process_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(local_discovery, "MOST_FULL", 1)
+    flight, bag = flown(shortened(*SCENARIO), tmp_path)
+    assert not flight.lost, flight.reason
+    assert_as_in_one_process(bag)
+
+
+def test_a_profiled_run_leaves_its_trace_for_viewers_and_as_a_picture(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    words = ["--set", "timing.duration=100.0", "--set", "expect=[]", "--profile", "--out", str(out)]
+    assert cli.main(["run", "triangle", *words]) == 0
+    spans = flight_trace.spans(out / flight_trace.FOLDER)
+    assert {"plant", "recorder", "sat1", "sat2", "sat3"} == {span.process for span in spans}
+    assert '"traceEvents"' in (out / flight_trace.FILE).read_text()[:100]
+    # There is none where a busy machine had some command said twice.
+    assert (out / trace_plot.FILE).exists() == bool(flight_trace.parts(spans))

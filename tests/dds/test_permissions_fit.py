@@ -1,0 +1,47 @@
+"""Signed permissions fit the nodes as they fly: nothing that they need is denied, nothing more is allowed."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import rclpy
+from rclpy.node import Node
+
+from flights import shortened
+from satform_bringup.supervisor.node_processes import processes
+from satform_tools.security.access import Access, accesses
+
+
+def seen(observer: Node, node: str) -> Access:
+    """What a node is seen to say, hear and offer on the network."""
+    try:
+        looks = (
+            observer.get_publisher_names_and_types_by_node(node, "/"),
+            observer.get_subscriber_names_and_types_by_node(node, "/"),
+            observer.get_service_names_and_types_by_node(node, "/"),
+        )
+    except rclpy.node.NodeNameNonExistentError:
+        looks = ([], [], [])
+    return Access(node, *(tuple(sorted(name for name, _ in look)) for look in looks))
+
+
+def test_each_node_has_just_the_topics_and_services_that_it_is_permitted(
+    fleet: Callable[..., list], observer: Node, tmp_path: Path
+) -> None:
+    # Each hears the next; sensors and thrusters add topics.
+    scenario = shortened(
+        "noisy_navigation",
+        50_000.0,
+        "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}",
+        "every_satellite.thruster={dry_mass: 12.0}",
+    )
+    permitted = [access for access in accesses(scenario) if access.node != "operator"]
+    file = tmp_path / "scenario.json"
+    file.write_text(scenario.to_json())
+    fleet(processes(scenario, file, tmp_path / "bag"))
+    end = time.monotonic() + 60.0
+    while (found := [seen(observer, access.node) for access in permitted]) != permitted:
+        assert time.monotonic() < end, [
+            pair for pair in zip(found, permitted, strict=True) if pair[0] != pair[1]
+        ]
+        time.sleep(0.1)  # what is awaited is discovery, of which nobody tells

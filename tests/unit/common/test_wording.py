@@ -1,0 +1,11 @@
+"""What people read is no longer than what they can read."""
+
+from satform.common.wording import listed
+
+
+def test_few_names_are_listed_and_many_are_counted() -> None:
+    assert listed(["sat1", "sat2"]) == "sat1, sat2"
+    assert listed([]) == ""
+    names = [f"s{index}" for index in range(512)]
+    assert listed(names[:8]) == "s0, s1, s2, s3, s4, s5, s6, s7"
+    assert listed(names) == "s0, s1, s2, s3, s4, s5, s6, s7 and 504 more"

@@ -1,0 +1,76 @@
+"""Proportional-derivative control about cancelled Hill dynamics."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.protocol import ControlStep, FlightSetting, Motion
+from satform.dynamics import cw
+from satform.numeric.stacking import stack
+from satform.orbits.path_reference import Reference
+
+STEP = ControlStep(0, 1.0)
+"""A step of which a law takes that its own command was applied before it."""
+
+MEAN_MOTION = 1.1e-3
+SETTING = FlightSetting(MEAN_MOTION, 1.0)
+NOWHERE = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
+
+
+def test_error_decays_as_the_critically_damped_oscillator_in_closed_form():
+    law = HillPdSpec(natural_frequency=(0.01, 0.01, 0.01)).build(SETTING)
+    start = np.array([100.0, -40.0, 20.0, 0.0, 0.0, 0.0])
+
+    def rate(_time, state):
+        motion = Motion(state[:3], state[3:])
+        push = law.act(motion, NOWHERE, None, STEP).acceleration
+        return np.concatenate((state[3:], cw.acceleration(state[:3], state[3:], MEAN_MOTION) + push))
+
+    times = np.linspace(0.0, 800.0, 9)
+    flown = solve_ivp(rate, (0.0, 800.0), start, t_eval=times, rtol=1e-10, atol=1e-10).y[:3].T
+    expected = ((1.0 + 0.01 * times) * np.exp(-0.01 * times))[:, None] * start[:3]
+    assert flown == pytest.approx(expected, abs=1e-6)
+
+
+def test_satellite_on_a_free_orbit_that_is_its_reference_gets_no_command():
+    law = HillPdSpec().build(SETTING)
+    position, velocity = np.array([100.0, 0.0, 50.0]), np.array([0.0, -200.0 * MEAN_MOTION, 0.0])
+    acceleration = -(MEAN_MOTION**2) * position
+    action = law.act(Motion(position, velocity), Reference(position, velocity, acceleration), None, STEP)
+    assert np.abs(action.acceleration).max() < 1e-15
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.tuples(*[st.floats(1e-4, 0.2)] * 3),
+    st.tuples(*[st.floats(0.2, 2.0)] * 3),
+    st.floats(1e-4, 1.2e-3),
+)
+def test_sampled_loop_decays_for_every_gain_that_is_accepted(frequency, damping, mean_motion):
+    setting = FlightSetting(mean_motion, 1.0)
+    law = HillPdSpec(natural_frequency=frequency, damping_ratio=damping).build(setting)
+    plant = cw.HeldInputStep.over(mean_motion, 1.0)
+    columns = []
+    for unit in np.eye(6):
+        push = law.act(Motion(unit[:3], unit[3:]), NOWHERE, None, STEP).acceleration
+        columns.append(np.concatenate(plant.advance(unit[:3], unit[3:], push)))
+    assert np.abs(np.linalg.eigvals(np.array(columns).T)).max() < 1.0
+
+
+def test_a_frequency_beyond_what_the_step_allows_is_refused_in_words():
+    with pytest.raises(ValueError, match="hill_pd: with the command held for 1 s"):
+        HillPdSpec(natural_frequency=(3.0, 3.0, 3.0)).build(SETTING)
+
+
+def test_one_law_and_a_stack_of_them_command_the_same_bits():
+    laws = [HillPdSpec(natural_frequency=f).build(SETTING) for f in (0.01, 0.02)]
+    position, velocity, target = np.random.default_rng(0).standard_normal((3, 2, 3)) * 100.0
+    reference = Reference(target, velocity * 0.3, target * 1e-6)
+    together = stack(laws).act(Motion(position, velocity), reference, None, STEP).acceleration
+    for index, law in enumerate(laws):
+        own = Reference(target[index], velocity[index] * 0.3, target[index] * 1e-6)
+        alone = law.act(Motion(position[index], velocity[index]), own, None, STEP).acceleration
+        assert np.array_equal(alone, together[index])

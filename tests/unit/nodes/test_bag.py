@@ -1,0 +1,505 @@
+"""A flight in a bag: written and read back to the last bit, read by others, and read after damage."""
+
+import dataclasses
+import io
+import json
+import random
+import struct
+from collections.abc import Iterator, Sequence
+from functools import reduce
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Vector3
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import CompressionType, Writer
+from mcap_ros2.decoder import DecoderFactory
+from rclpy.serialization import serialize_message
+from rosbags.highlevel import AnyReader
+from rosgraph_msgs.msg import Clock
+from satform_msgs.msg import Command, FormationStatus
+
+from flights import shortened
+from satform.flight.record import FlightRecord
+from satform.flight.simulate import simulate
+from satform.membership.state import Lost, Plan
+from satform.scenario import Scenario
+from satform_nodes.bag.definitions import MessageType, described
+from satform_nodes.bag.metadata import offered
+from satform_nodes.bag.reader import BagError, read_bag
+from satform_nodes.bag.writer import BagWriter
+from satform_nodes.runtime.sim_time import NANOSECONDS, Stamps
+from satform_nodes.transport import topics
+from satform_nodes.transport.cdr_codec import layout
+from satform_tools.run.replay import compare
+
+STEPS = 400
+VERSIONS = {"satform": "0.1.0", "numpy": "2.4"}
+PROFILES = [offered(topics.STEPPED)]
+
+Messages = Iterator[tuple[str, str, int, dict[str, float]]]
+"""Kind, satellite, step and numbers of each message in the order in which they pass."""
+
+
+def messages_of(record: FlightRecord) -> Messages:
+    """What the nodes of this flight said."""
+
+    def vectors(**fields: Any) -> dict[str, float]:
+        return {f"{name}.{axis}": value[i] for name, value in fields.items() for i, axis in enumerate("xyz")}
+
+    position_error = record.position[:-1] - record.reference_position
+    velocity_error = record.velocity[:-1] - record.reference_velocity
+    for k in range(record.steps + 1):
+        for i, name in enumerate(record.satellites):
+            applied = np.zeros(3) if k == 0 else record.given_acceleration[k - 1, i]
+            told = vectors(
+                position=record.position[k, i],
+                velocity=record.velocity[k, i],
+                applied_acceleration=applied,
+            )
+            yield "state", name, k, {"formation": 0, **told}
+            yield "arc_length", name, k, {"arc_length": record.arc_length[k, i], "rate": record.rate[k, i]}
+            if k == record.steps:
+                continue
+            nothing = np.zeros(3)
+            command = vectors(
+                acceleration=record.acceleration[k, i],
+                wheel_torque=nothing,
+                announced_position=nothing,
+                announced_velocity=nothing,
+            )
+            stamp = {"announced_at.sec": 0, "announced_at.nanosec": 0}
+            announced = {
+                "announced_arc_length": record.arc_length[k + 1, i],
+                "announced_rate": record.rate[k + 1, i],
+            }
+            within = {"violation": 0, "violating_value": 0.0}
+            yield "command", name, k, {**command, **stamp, **announced, **within}
+            tracking = {
+                "reference_position": record.reference_position[k, i],
+                "reference_velocity": record.reference_velocity[k, i],
+                "reference_acceleration": record.reference_acceleration[k, i],
+                "position_error": position_error[k, i],
+                "velocity_error": velocity_error[k, i],
+                "sliding_variable": record.sliding_variable[k, i],
+            }
+            yield "tracking", name, k, vectors(**tracking)
+
+
+def write(
+    folder: Path,
+    scenario: Scenario,
+    messages: Messages,
+    *,
+    close: bool = True,
+    statuses: Sequence[FormationStatus] = (),
+) -> BagWriter:
+    """Write a bag as the recorder does, without any node."""
+    writer = BagWriter(folder, scenario, VERSIONS)
+    stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+    channels: dict[str, int] = {}
+    for kind in ("state", "arc_length", "command", "tracking"):
+        message_type = topics.TYPES[kind]
+        for satellite in scenario.satellites:
+            topic = getattr(topics, kind)(satellite.name)
+            channels[topic] = writer.add_topic(topic, described(message_type), PROFILES)
+    for kind, name, step, numbers in messages:
+        form = layout(topics.TYPES[kind], topics.FRAME)
+        seconds, nanoseconds = stamps.at(step)
+        data = form.pack(seconds, nanoseconds, step, *(numbers[field] for field in form.fields[3:]))
+        topic = getattr(topics, kind)(name)
+        writer.write(channels[topic], seconds * NANOSECONDS + nanoseconds, data, step)
+    for kind, topic in (("clock", topics.CLOCK), ("status", topics.STATUS)) if statuses else ():
+        message_type = topics.TYPES[kind]
+        channels[topic] = writer.add_topic(topic, described(message_type), PROFILES)
+    for step in range(scenario.timing.steps + 1) if statuses else ():
+        seconds, nanoseconds = stamps.at(step)
+        clock = Clock()
+        clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
+        writer.write(
+            channels[topics.CLOCK], seconds * NANOSECONDS + nanoseconds, serialize_message(clock), step
+        )
+    for status in statuses:
+        writer.write(channels[topics.STATUS], 0, serialize_message(status), status.step)
+    if close:
+        writer.close()
+    return writer
+
+
+@pytest.fixture(scope="module")
+def scenario() -> Scenario:
+    return shortened("triangle", 0.5 * STEPS)
+
+
+@pytest.fixture(scope="module")
+def record(scenario: Scenario) -> FlightRecord:
+    return simulate(scenario)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, scenario: Scenario, record: FlightRecord) -> Path:
+    """A bag of the whole flight."""
+    folder = tmp_path_factory.mktemp("run") / "bag"
+    write(folder, scenario, messages_of(record))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def data(folder: Path) -> bytes:
+    return (folder / "bag_0.mcap").read_bytes()
+
+
+def first_steps(record: FlightRecord, steps: int) -> FlightRecord:
+    """The beginning of a flight."""
+    shorter = {
+        name: value[: len(value) - record.steps + steps]
+        for name, value in vars(record).items()
+        if isinstance(value, np.ndarray)
+    }
+    return dataclasses.replace(record, **shorter)
+
+
+def test_a_flight_comes_back_from_its_bag_with_the_same_bits(
+    folder: Path, scenario: Scenario, record: FlightRecord
+) -> None:
+    bag = read_bag(folder)
+    assert bag.record.differences(record) == []
+    assert bag.complete
+    assert bag.scenario == scenario
+    assert bag.path == folder / "bag_0.mcap"
+    assert bag.versions == {**VERSIONS, "scenario": "triangle", "digest": scenario.digest()}
+
+
+def test_the_mcap_file_alone_is_as_good_as_its_folder(folder: Path) -> None:
+    assert read_bag(folder / "bag_0.mcap").record.differences(read_bag(folder).record) == []
+
+
+def test_every_message_is_counted(folder: Path) -> None:
+    counts = {
+        f"/{name}/{kind}": STEPS + (kind in ("state", "arc_length"))
+        for name in ("sat1", "sat2", "sat3")
+        for kind in ("state", "arc_length", "command", "tracking")
+    }
+    assert read_bag(folder).messages == counts
+    described = json.loads((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert described["message_count"] == sum(counts.values())
+    assert described["starting_time"] == {"nanoseconds_since_epoch": 0}
+    assert described["duration"] == {"nanoseconds": STEPS * 500_000_000}
+    told = {
+        entry["topic_metadata"]["name"]: entry["message_count"]
+        for entry in described["topics_with_message_count"]
+    }
+    assert told == counts
+
+
+def test_rosbags_reads_the_same_numbers_with_nothing_but_the_bag(folder: Path, record: FlightRecord) -> None:
+    expected = messages_of(record)
+    with AnyReader([folder]) as reader:
+        assert reader.message_count == sum(read_bag(folder).messages.values())
+        for connection, nanoseconds, raw in reader.messages():
+            kind, name, step, numbers = next(expected)
+            assert connection.topic == f"/{name}/{kind}"
+            message: Any = reader.deserialize(raw, connection.msgtype)
+            assert message.step == step
+            assert message.header.frame_id == "lvlh"
+            assert message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec == nanoseconds
+            assert nanoseconds == step * 500_000_000
+            found = {field: reduce(getattr, field.split("."), message) for field in numbers}
+            assert found == numbers
+    assert next(expected, None) is None
+
+
+def test_mcap_ros2_reads_the_same_numbers(folder: Path, record: FlightRecord) -> None:
+    with (folder / "bag_0.mcap").open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        found = [
+            (decoded.step, decoded.acceleration.y, message.sequence, message.log_time)
+            for _, _, message, decoded in reader.iter_decoded_messages(topics=["/sat2/command"])
+        ]
+    expected = [(k, y, k, k * 500_000_000) for k, y in enumerate(record.acceleration[:, 1, 1].tolist())]
+    assert found == expected
+
+
+def test_the_definitions_in_the_bag_bear_their_units(folder: Path) -> None:
+    with (folder / "bag_0.mcap").open("rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    texts = {schema.name: schema.data.decode() for schema in summary.schemas.values()}
+    assert "m/s^2, lvlh" in texts["satform_msgs/msg/Command"]
+    assert len(texts) == 4
+
+
+def test_a_bag_that_exists_is_not_written_over(folder: Path, scenario: Scenario, data: bytes) -> None:
+    with pytest.raises(FileExistsError):
+        BagWriter(folder, scenario, VERSIONS)
+    assert (folder / "bag_0.mcap").read_bytes() == data
+
+
+def test_what_is_flushed_can_be_read_while_the_flight_goes_on(
+    tmp_path: Path, scenario: Scenario, record: FlightRecord
+) -> None:
+    writer = write(tmp_path / "bag", scenario, messages_of(record), close=False)
+    writer.flush()
+    bag = read_bag(tmp_path / "bag")
+    assert 0.5 * STEPS < bag.record.steps < STEPS
+    assert not bag.complete
+    assert bag.record.differences(first_steps(record, bag.record.steps)) == []
+    writer.close()
+    assert read_bag(tmp_path / "bag").complete
+
+
+def test_a_bag_that_was_closed_before_the_flights_end_is_not_complete(
+    tmp_path: Path, scenario: Scenario, record: FlightRecord
+) -> None:
+    write(tmp_path / "bag", scenario, messages_of(first_steps(record, 17)))
+    bag = read_bag(tmp_path / "bag")
+    assert (bag.record.steps, bag.complete) == (17, False)
+    assert bag.record.differences(first_steps(record, 17)) == []
+
+
+def test_a_bag_of_the_first_state_only_is_a_flight_of_no_steps(
+    tmp_path: Path, scenario: Scenario, record: FlightRecord
+) -> None:
+    write(tmp_path / "bag", scenario, messages_of(first_steps(record, 0)))
+    assert read_bag(tmp_path / "bag").record.steps == 0
+
+
+def test_a_flight_ends_where_the_first_satellite_falls_silent(
+    tmp_path: Path, scenario: Scenario, record: FlightRecord
+) -> None:
+    silent = (
+        message
+        for message in messages_of(record)
+        if not (message[:2] == ("command", "sat2") and message[2] >= 30)
+    )
+    write(tmp_path / "bag", scenario, silent)
+    bag = read_bag(tmp_path / "bag")
+    assert (bag.record.steps, bag.complete) == (30, False)
+
+
+def chunks(data: bytes) -> Iterator[tuple[int, dict[str, int]]]:
+    """Where each chunk of a whole file ends, and how many messages of each topic there are up to there."""
+    place, counts, names = 8, dict[str, int](), dict[int, str]()
+    stream = StreamReader(io.BytesIO(data), emit_chunks=True)
+    for record in stream.records:
+        (length,) = struct.unpack_from("<Q", data, place + 1)
+        place += 9 + length
+        if not isinstance(record, Chunk):
+            continue
+        for entry in breakup_chunk(record):
+            if isinstance(entry, Channel):
+                names[entry.id] = entry.topic
+            elif isinstance(entry, Message):
+                topic = names[entry.channel_id]
+                counts[topic] = counts.get(topic, 0) + 1
+        yield place, dict(counts)
+
+
+def complete_steps(ends: list[tuple[int, dict[str, int]]], length: int) -> int | None:
+    """Steps of which everything is in the chunks before a length; None when not even a state is."""
+    held: dict[str, int] = {}
+    for end, counts in ends:
+        if end <= length:
+            held = counts
+    least = {
+        kind: min(held.get(f"/{name}/{kind}", 0) for name in ("sat1", "sat2", "sat3"))
+        for kind in ("state", "arc_length", "command", "tracking")
+    }
+    states = min(least["state"], least["arc_length"])
+    return None if states == 0 else min(states - 1, least["command"], least["tracking"])
+
+
+def lengths(data: bytes) -> list[int]:
+    """Fifty lengths anywhere in the file, and those at which the file's own frame is cut."""
+    anywhere = random.Random(1).sample(range(len(data)), 50)
+    return sorted({*range(24), *anywhere, len(data) - 1, len(data) - 8, len(data) - 9, len(data) - 20})
+
+
+def test_a_bag_cut_at_any_length_opens_up_to_its_last_complete_chunk_or_says_why_not(
+    tmp_path: Path, data: bytes, record: FlightRecord
+) -> None:
+    opened, ends = 0, list(chunks(data))
+    for length in lengths(data):
+        file = tmp_path / f"cut_{length}.mcap"
+        file.write_bytes(data[:length])
+        expected = complete_steps(ends, length)
+        if expected is None:
+            with pytest.raises(BagError) as refusal:
+                read_bag(file)
+            path, _, sentence = str(refusal.value).partition(": ")
+            assert path == str(file)
+            assert len(sentence.strip(": ")) > 10
+            assert not sentence.rstrip().endswith(":")
+            continue
+        bag = read_bag(file)
+        opened += 1
+        assert not bag.complete
+        assert bag.record.steps == expected
+        assert bag.record.differences(first_steps(record, expected)) == []
+    assert opened > 20
+
+
+def test_a_damaged_bag_gives_right_numbers_up_to_the_damage_or_says_why_not(
+    tmp_path: Path, data: bytes, record: FlightRecord
+) -> None:
+    generator = random.Random(2)
+    file = tmp_path / "damaged.mcap"
+    (end,) = struct.unpack("<Q", data[-28:-20])  # of the part that a reader in order relies on
+    scenario_end = data.index(b"satform_msgs/msg/RelativeState")
+    opened, refusals = 0, []
+    places = generator.sample(range(scenario_end), 15), generator.sample(range(scenario_end, end - 13), 25)
+    for place in (*places[0], *places[1]):
+        damaged = bytearray(data)
+        damaged[place] ^= 1 << generator.randrange(8)
+        file.write_bytes(damaged)
+        try:
+            bag = read_bag(file)
+        except BagError as refusal:
+            refusals.append(str(refusal))
+            continue
+        opened += 1
+        assert not bag.complete, f"byte {place}"
+        read = dataclasses.replace(bag.record, step=record.step, satellites=record.satellites)
+        assert read.differences(first_steps(record, bag.record.steps)) == [], f"byte {place}"
+    assert opened > 0
+    assert refusals
+    assert all(refusal.startswith(f"{file}: ") for refusal in refusals)
+
+
+def test_a_gap_in_the_steps_is_named(tmp_path: Path, scenario: Scenario, record: FlightRecord) -> None:
+    gap = (message for message in messages_of(record) if message[:3] != ("tracking", "sat3", 41))
+    write(tmp_path / "bag", scenario, gap)
+    with pytest.raises(BagError, match=r"/sat3/tracking has step 42 where step 41 was to follow"):
+        read_bag(tmp_path / "bag")
+
+
+def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
+    tmp_path: Path, scenario: Scenario
+) -> None:
+    events: Plan = {200: [Lost(1, "killed")]}
+    flown = simulate(scenario, events=events)
+    own = {"arc_length", "command", "tracking"}
+    heard = (
+        message
+        for message in messages_of(flown)
+        if not (message[0] in own and message[1] == "sat2" and message[2] >= 150)
+    )
+    last_word = Command(
+        step=199,
+        acceleration=Vector3(**dict(zip("xyz", flown.acceleration[199, 1].tolist(), strict=True))),
+        announced_arc_length=float(flown.arc_length[200, 1]),
+        announced_rate=float(flown.rate[200, 1]),
+    )
+    last_word.header.frame_id = topics.FRAME
+    everyone = [satellite.name for satellite in scenario.satellites]
+    status = FormationStatus(
+        step=200,
+        number=1,
+        satellites=everyone,
+        alive=[True, False, True],
+        listeners=[listener for _, listener in scenario.communication_graph().edges],
+        speakers=[speaker for speaker, _ in scenario.communication_graph().edges],
+        lost=["sat2"],
+        last_words=[last_word],
+        reason="killed",
+    )
+    write(tmp_path / "bag", scenario, heard, statuses=[status])
+    bag = read_bag(tmp_path / "bag")
+    assert np.isnan(bag.record.acceleration[150:199, 1]).all()
+    np.testing.assert_array_equal(bag.record.acceleration[199, 1], flown.acceleration[199, 1])
+    assert (bag.record.acceleration[200:, 1] == 0.0).all()
+    assert np.isnan(bag.record.sliding_variable[150:, 1]).all()
+    assert np.isnan(bag.record.arc_length[150:200, 1]).all()
+    assert bag.record.arc_length[200, 1] == flown.arc_length[200, 1]
+    assert compare(bag.scenario, bag.record, bag.events).differences == ()
+
+
+def test_a_message_that_is_there_twice_is_named(
+    tmp_path: Path, scenario: Scenario, record: FlightRecord
+) -> None:
+    def twice() -> Messages:
+        for message in messages_of(record):
+            yield message
+            if message[:3] == ("state", "sat1", 7):
+                yield message
+
+    write(tmp_path / "bag", scenario, twice())
+    with pytest.raises(BagError, match=r"/sat1/state has step 7 where step 8 was to follow"):
+        read_bag(tmp_path / "bag")
+
+
+def test_a_topic_with_messages_of_another_form_is_named(tmp_path: Path, scenario: Scenario) -> None:
+    writer = BagWriter(tmp_path / "bag", scenario, VERSIONS)
+    channel = writer.add_topic(
+        "/sat1/state", MessageType("satform_msgs/msg/RelativeState", "float64 x\n", ""), PROFILES
+    )
+    writer.write(channel, 0, b"\0\1\0\0" + b"\0" * 8, 0)
+    writer.close()
+    with pytest.raises(BagError, match="/sat1/state has messages of another form than satform's state"):
+        read_bag(tmp_path / "bag")
+
+
+def test_a_bag_without_messages_holds_no_step(tmp_path: Path, scenario: Scenario) -> None:
+    write(tmp_path / "bag", scenario, iter(()))
+    with pytest.raises(BagError, match="holds no complete step"):
+        read_bag(tmp_path / "bag")
+
+
+@pytest.mark.parametrize("compression", list(CompressionType))
+def test_a_bag_of_something_else_holds_no_scenario(tmp_path: Path, compression: CompressionType) -> None:
+    file = tmp_path / "other.mcap"
+    with file.open("wb") as stream:
+        writer = Writer(stream, compression=compression)
+        writer.start(profile="ros2", library="other")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
+        channel = writer.register_channel("/chatter", "cdr", schema)
+        for k in range(3):
+            writer.add_message(channel, k, b"\0\1\0\0\2\0\0\0a\0", k)
+        writer.finish()
+    with pytest.raises(BagError, match=r"other.mcap: holds no scenario; it was not recorded by satform"):
+        read_bag(file)
+
+
+def test_a_scenario_that_cannot_be_read_any_more_is_told_by_its_own_problem(
+    tmp_path: Path, data: bytes
+) -> None:
+    file = tmp_path / "other_version.mcap"
+    file.write_bytes(data.replace(b'"duration": 200.0', b'"duration": 200.3', 1))
+    with pytest.raises(BagError) as refusal:
+        read_bag(file)
+    sentence = str(refusal.value)
+    assert sentence.startswith(f"{file}: the scenario in it cannot be read, perhaps since another version")
+    assert "duration 200.3 s" in sentence
+    assert "MCAP" not in sentence
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"\x89MCAP", b"\x89MCAP0\r\n", b"SQLite format 3\0" + b"\0" * 100, b"name: triangle\n" * 50],
+)
+def test_a_file_that_is_no_bag_is_said_to_be_none(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / "file.mcap"
+    file.write_bytes(content)
+    with pytest.raises(BagError, match=r"file.mcap: is not an MCAP file that can be read: \S+"):
+        read_bag(file)
+
+
+def test_a_folder_without_a_bag_is_said_to_have_none(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match=r"a bag's folder holds one .mcap file; found 0"):
+        read_bag(tmp_path)
+
+
+def test_a_folder_with_two_bags_is_refused(tmp_path: Path, data: bytes) -> None:
+    for name in ("a.mcap", "b.mcap"):
+        (tmp_path / name).write_bytes(data)
+    with pytest.raises(BagError, match="found 2"):
+        read_bag(tmp_path)
+
+
+def test_a_bag_that_is_not_there_is_said_to_be_missing(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match="nowhere: there is no such bag"):
+        read_bag(tmp_path / "nowhere")

@@ -1,0 +1,68 @@
+"""Who flies and who hears whom is taken from the plant's word when it fits this formation."""
+
+import pytest
+from satform_msgs.msg import FormationStatus
+
+from flights import shortened
+from satform_nodes.runtime.formation_view import FormationView
+
+NAMES = ["sat1", "sat2", "sat3"]
+
+
+def word(**changes: object) -> FormationStatus:
+    whole = {
+        "number": 1,
+        "step": 7,
+        "phase": FormationStatus.FLYING,
+        "satellites": NAMES,
+        "alive": [True, True, True],
+        "listeners": [0, 2],
+        "speakers": [1, 0],
+    }
+    status = FormationStatus(**(whole | changes))
+    seconds, half = divmod(status.step, 2)
+    status.header.stamp.sec, status.header.stamp.nanosec = seconds, half * 500_000_000
+    return status
+
+
+@pytest.fixture
+def view() -> FormationView:
+    return FormationView(shortened("triangle", 10.0))
+
+
+def test_a_newer_word_is_the_formation_from_its_step_on(view: FormationView) -> None:
+    assert view.take(word(alive=[True, False, True]))
+    assert view.formation.graph.adjacency.tolist() == [[0, 1, 0], [0, 0, 0], [1, 0, 0]]
+    assert (view.formation.number, view.formation.step) == (1, 7)
+    assert view.lost == ["sat2"]
+    before = view.formation.graph
+    assert view.take(word(number=2, step=9))
+    # Whose graph is the same has kept what has been computed of it.
+    assert view.formation.graph is before
+    assert view.lost == []
+
+
+def test_a_word_that_is_not_newer_tells_the_phase_alone(view: FormationView) -> None:
+    assert view.take(word(number=0, alive=[False, False, False], phase=FormationStatus.PAUSED))
+    assert view.paused
+    assert view.lost == []
+    assert view.formation.number == 0
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"satellites": ["sat1", "sat2", "other"]},
+        {"alive": [True, True]},
+        {"listeners": [0]},
+        {"listeners": [0], "number": 0},
+        {"speakers": [1, 3]},
+        {"speakers": [0, 1]},
+        {"lost": ["other"]},
+        {"back": ["sat1"]},
+    ],
+)
+def test_a_word_that_does_not_fit_changes_nothing(view: FormationView, changes: dict[str, object]) -> None:
+    assert not view.take(word(phase=FormationStatus.FINISHED, **changes))
+    assert view.ended is None
+    assert view.heard == view.formation.number == 0

@@ -1,0 +1,114 @@
+"""Who is to blame when a step does not go on: not those who wait for a word of somebody else themselves."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from satform_msgs.msg import Command
+
+from flights import shortened
+from satform.communication.topic_graph import PLANT, channels, heard_by
+from satform.membership.manager import Muster
+from satform.scenario import Scenario
+from satform_nodes.plant import subscriptions as plant_subscriptions
+from satform_nodes.plant.subscriptions import PlantEars
+from satform_nodes.runtime.sim_time import Stamps
+from satform_nodes.transport import topics
+from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.executor import MANY
+from satform_nodes.transport.message_validator import Refusals
+from satform_tools.bench.scaling import ring
+
+
+class Network:
+    """Stands for the executor: brings to the plant what a satellite says."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._callbacks: dict[str, Callable[[bytes, str], None]] = {}
+        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self.next_awaited: Callable[[], Any] | None = None
+
+    def subscribe(self, _node: Any, _kind: Any, topic: str, callback: Any, *_: Any) -> str:
+        self._callbacks[topic] = callback
+        return topic
+
+    def await_in_turn(self, next_awaited: Callable[[], Any] | None) -> None:
+        self.next_awaited = next_awaited
+
+    def command(self, name: str, step: int) -> None:
+        nothing = (*[0.0] * 6, 0, 0, *[0.0] * 8, 0, 0.0)
+        data = layout(Command, topics.FRAME).pack(*self._stamps.at(step), step, *nothing)
+        self._callbacks[topics.command(name)](data, name)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(plant_subscriptions.time, "monotonic", lambda: clock.now)
+    return clock
+
+
+def plant_ears_of(scenario: Scenario, network: Network, muster: Muster) -> PlantEars:
+    return PlantEars(
+        SimpleNamespace(),  # type: ignore[arg-type]
+        network,  # type: ignore[arg-type]
+        heard_by(PLANT, channels(scenario)),
+        muster,
+        Refusals(),
+        lambda: None,
+        lambda _name, _checkpoint: None,
+        Stamps(scenario.timing.step, scenario.timing.step_nanoseconds),
+        clocked=False,
+    )
+
+
+def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(clock: SimpleNamespace) -> None:
+    scenario = shortened("triangle", 10.0)
+    network = Network(scenario)
+    ears = plant_ears_of(scenario, network, Muster(scenario, ["recorder"]))
+    names = ["sat1", "sat2", "sat3"]
+    for name in names:
+        network.command(name, 0)
+    clock.now += 1.0
+    # The second has been stopped before it told its neighbours where it is; they wait, and repeat themselves.
+    for name in ("sat1", "sat3"):
+        network.command(name, 0)
+    clock.now += 1.0
+    assert ears.quiet(names, 2.0) == ["sat2"]
+    assert ears.quiet(["sat1", "recorder"], 2.0) == ["recorder"]
+    assert ears.quiet(names, 0.5) == names
+
+
+def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_not(
+    clock: SimpleNamespace,
+) -> None:
+    scenario = ring(MANY, 10)
+    network = Network(scenario)
+    muster = Muster(scenario, [])
+    ears = plant_ears_of(scenario, network, muster)
+    assert network.next_awaited is None
+    ears.begin()
+    assert network.next_awaited is not None
+    last = f"s{MANY - 1}"
+    assert network.next_awaited() == topics.command(last)
+    for name in muster.names:
+        network.command(name, 0)
+    assert network.next_awaited() is None
+    assert muster.complete
+    muster.begin(1)
+    assert network.next_awaited() is None
+    muster.close()
+    assert network.next_awaited() == topics.command(last)
+    for place in (2, 1, 4):
+        network.command(f"s{MANY - place}", 1)
+    assert network.next_awaited() == topics.command(f"s{MANY - 3}")
+    muster.lose(MANY - 3, "gone")
+    assert network.next_awaited() == topics.command(f"s{MANY - 5}")
+
+
+def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:
+    scenario = shortened("triangle", 10.0)
+    network = Network(scenario)
+    plant_ears_of(scenario, network, Muster(scenario, [])).begin()
+    assert network.next_awaited is None

@@ -1,0 +1,35 @@
+"""After how long a silent plant counts as lost: as the pages say, twice what a satellite is waited for."""
+
+from pathlib import Path
+from unittest.mock import Mock
+
+import pytest
+
+from flights import shortened
+from satform.scenario import Scenario
+from satform_nodes.runtime.flight_loop import fly_all
+from satform_nodes.runtime.node_error import NodeError
+
+DOCS = Path(__file__).parents[3] / "docs"
+
+
+def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated() -> None:
+    satellite = Mock()
+    satellite.scenario = shortened("triangle", 10.0, "tolerated_silence=7.0")
+    satellite.name, satellite.step, satellite.view.ended = "sat1", 12, None
+    executor = Mock()
+    # The first state comes; the next one does not.
+    executor.spin_while.side_effect = [True, False]
+    stop = Mock()
+    stop.asked = False
+    with pytest.raises(NodeError, match="nothing heard from the plant at step 12"):
+        fly_all([satellite], executor, stop)
+    assert executor.spin_while.call_args_list[1].args[1] == 14.0
+
+
+def test_the_pages_say_so() -> None:
+    described = Scenario.model_fields["tolerated_silence"].description
+    assert described is not None
+    assert "a silent plant after twice that" in " ".join(described.split())
+    for page in ("architecture.md", "verification.md", "multi_host.md"):
+        assert "twice that" in (DOCS / page).read_text(encoding="utf-8")

@@ -1,0 +1,199 @@
+"""What `check` and `show` say of the chief's orbit, of CW's error and of the integrator's."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from satform.dynamics.cw_error import ChiefOrbit
+from satform.dynamics.integration_error import integration_error
+from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
+from satform.dynamics.models import InertialDynamicsSpec
+from satform.dynamics.protocol import DynamicsSetting
+from satform.scenario import Scenario, ScenarioError, parse_scenario
+from satform_tools import check
+from satform_tools.check.linearisation import expected_errors
+from satform_tools.describe import scenario as describe_scenario
+
+TEXT = """\
+name: pair
+title: One satellite about a chief
+text: small
+orbit: {semi_major_axis: 7.0e6}
+timing: {step: 10.0, duration: 600.0}
+dynamics: {kind: cw}
+graph: {kind: none}
+consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
+circulation: {period: 5828.516}
+every_satellite:
+  parameter: angle
+  controller: {kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}
+satellites:
+  - name: sat1
+    curve: {kind: ellipse, first_axis: [0, 100, 0], second_axis: [50, 0, 0]}
+"""
+MU = 3.986004418e14
+
+
+def scenario(*changes: str) -> Scenario:
+    return parse_scenario(TEXT, "pair.yaml", changes)
+
+
+def sized(size: float) -> str:
+    return (
+        f"satellites.0.curve={{kind: ellipse, first_axis: [0, {size}, 0], second_axis: [{0.5 * size}, 0, 0]}}"
+    )
+
+
+def said(about: str, *changes: str) -> list[str]:
+    return [warning for warning in check.warnings(scenario(*changes)) if about in warning]
+
+
+@pytest.mark.parametrize(("size", "error"), [(100.0, 0.0168), (1e4, 168.0), (2e5, 67.7e3)])
+def test_the_expected_error_of_cw_is_that_of_the_scenarios_own_distance(size: float, error: float) -> None:
+    (found,) = expected_errors(scenario(sized(size)))
+    assert found.distance == pytest.approx(size)
+    assert found.error == pytest.approx(error, rel=0.02)
+    (shown,) = describe_scenario.describe(scenario(sized(size)))["cw_errors"]
+    assert shown["error"] == found.error
+
+
+def test_check_warns_of_a_wide_formation_under_a_linear_truth_only() -> None:
+    assert not said("first order", sized(1e3))
+    (warning,) = said("first order", sized(1e4))
+    assert "168 m in one revolution" in warning
+    assert said("first order", sized(1e4), "dynamics={kind: linear_j2}")
+    assert not said("first order", sized(1e4), "dynamics={kind: inertial}")
+    assert not said("first order", sized(1e4), "dynamics={kind: cw_perturbed}")
+    assert said("first order", sized(1e4), "dynamics={kind: cw_perturbed, chief_motion: circular}")
+
+
+def test_check_warns_of_an_eccentric_chief() -> None:
+    changes = ("orbit.semi_major_axis=8.0e6", sized(400.0), "circulation.period=7121.08")
+    assert not said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 1.0e-4}}")
+    (warning,) = said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 0.05}}")
+    assert "about this one of 0.05" in warning
+
+
+def test_a_test_stand_without_an_orbit_has_no_error_of_cw() -> None:
+    assert expected_errors(scenario("dynamics={kind: velocity_dependent}")) == []
+
+
+@pytest.mark.parametrize("kind", ["cw", "linear_j2", "cw_perturbed", "inertial", "velocity_dependent"])
+def test_a_period_below_the_earths_surface_is_refused_under_every_model(kind: str) -> None:
+    dynamics = f"dynamics={{kind: {kind}}}"
+    with pytest.raises(ScenarioError) as caught:
+        scenario("orbit={period: 100.0}", dynamics)
+    (problem,) = caught.value.problems
+    assert problem.field == "orbit"
+    # Kepler's third law at the equatorial radius of WGS 84.
+    shortest = math.tau * math.sqrt(6378137.0**3 / MU)
+    assert f"a period above {shortest:.1f} s" in problem.sentence
+    assert "allow_below_surface" in problem.sentence
+    assert scenario(f"orbit={{period: {shortest + 1.0}}}", dynamics)
+
+
+def test_a_source_that_prints_such_a_period_is_named_so_where_the_model_has_no_earth() -> None:
+    assert scenario("orbit={period: 100.0, allow_below_surface: true}").orbit.altitude < 0.0
+    for kind in ("linear_j2", "cw_perturbed", "inertial"):
+        with pytest.raises(ScenarioError, match="lies inside the Earth"):
+            scenario("orbit={period: 100.0, allow_below_surface: true}", f"dynamics={{kind: {kind}}}")
+
+
+@pytest.mark.parametrize("kind", ["cw_perturbed", "inertial"])
+def test_a_perigee_inside_the_earth_is_refused_with_its_field(kind: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        scenario(f"dynamics={{kind: {kind}, chief: {{eccentricity: 0.1}}}}")
+    (problem,) = caught.value.problems
+    assert problem.field == "dynamics.chief.eccentricity"
+    assert "perigee of 6300.0 km" in problem.sentence
+
+
+def test_bodies_that_do_not_fit_the_satellites_are_refused_with_their_field() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        scenario("dynamics={kind: inertial, satellite_bodies: [{}, {}]}")
+    assert caught.value.problems[0].field == "dynamics.satellite_bodies"
+
+
+def test_show_says_perigee_and_apogee_of_an_eccentric_chief() -> None:
+    found = describe_scenario.describe(
+        scenario("orbit.semi_major_axis=8.0e6", "dynamics={kind: inertial, chief: {eccentricity: 0.1}}")
+    )["orbit"]
+    assert found["perigee_altitude"] == pytest.approx(7.2e6 - 6378137.0, abs=1.0)
+    assert found["apogee_altitude"] == pytest.approx(8.8e6 - 6378137.0, abs=1.0)
+    assert "eccentricity" not in describe_scenario.describe(scenario("dynamics={kind: inertial}"))["orbit"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "step", "axis", "eccentricity"),
+    [("rk8", 600.0, 3.0e7, 0.7), ("rk4", 60.0, 7.0e6, 0.0), ("rk4", 10.0, 7.0e6, 0.0)],
+)
+def test_the_integrators_error_is_that_of_a_flight(
+    kind: str, step: float, axis: float, eccentricity: float
+) -> None:
+    rate = math.sqrt(3.986004415e14 / axis**3)
+    steps = round(math.tau / rate / step)
+    spec = InertialDynamicsSpec.model_validate(
+        {
+            "gravity": {"degree": 0},
+            "chief": {"eccentricity": eccentricity, "argument_of_latitude": 0.3},
+            "integrator": {"kind": kind, "maximum_step": step},
+        }
+    )
+    dynamics = spec.build(DynamicsSetting(rate, step, 1))
+    state = dynamics.start(np.array([[0.0, 2000.0, 0.0]]), np.zeros((1, 3)))
+    begin = state.motion.copy()
+
+    def kepler(_: float, motion: np.ndarray) -> np.ndarray:
+        return np.concatenate((motion[3:], -3.986004415e14 * motion[:3] / np.linalg.norm(motion[:3]) ** 3))
+
+    times = step * np.arange(1, steps + 1)
+    truth = np.stack(
+        [
+            solve_ivp(
+                kepler,
+                (0.0, times[-1]),
+                begin[:, row].ravel(),
+                method="DOP853",
+                rtol=1e-13,
+                atol=1e-6,
+                t_eval=times,
+            ).y.T[:, :3]
+            for row in (0, 1)
+        ],
+        axis=1,
+    )
+    flown = np.empty_like(truth)
+    for index in range(steps):
+        state = dynamics.advance(state, np.zeros((1, 3)), index)
+        flown[index] = state.motion[0]
+    error = flown - truth
+    expected = integration_error(
+        FixedStep(TABLEAUS[kind](), step),
+        step,
+        ChiefOrbit(rate, eccentricity, 0.3),
+        np.array([0.0, 2000.0, 0.0]),
+        math.tau / rate,
+    )
+    assert expected.inertial == pytest.approx(np.linalg.norm(error, axis=-1).max(), rel=0.1)
+    relative = np.linalg.norm(error[:, 1] - error[:, 0], axis=-1).max()
+    assert expected.relative == pytest.approx(relative, rel=0.1)
+
+
+def test_a_loose_tolerance_is_seen_too() -> None:
+    chief, at = ChiefOrbit(math.sqrt(MU / 7.0e6**3)), np.array([0.0, 2000.0, 0.0])
+    tight, loose = (integration_error(Adaptive(one, 1e-6), 60.0, chief, at, 5800.0) for one in (1e-12, 1e-4))
+    assert tight.inertial < 1e-2
+    assert loose.inertial > 1.0
+
+
+def test_check_warns_of_a_step_that_is_too_long_and_says_which_is_enough() -> None:
+    long = ("timing.step=600.0", "timing.duration=6000.0", "orbit.semi_major_axis=3.0e7")
+    truth = "dynamics={{kind: {}, gravity: {{degree: 2}}, chief: {{eccentricity: 0.7}}, integrator: {}}}"
+    for kind in ("inertial", "cw_perturbed"):
+        (warning,) = said("integrator", *long, truth.format(kind, "{kind: rk8, maximum_step: 600.0}"))
+        enough = float(warning.split("maximum_step of ")[1].split(" s")[0])
+        assert not said("integrator", *long, truth.format(kind, f"{{kind: rk8, maximum_step: {enough}}}"))
+    assert not said("integrator", "dynamics={kind: inertial}")
+    assert not said("integrator")

@@ -1,0 +1,1 @@
+"""Measurements of speed: functions that return rows, and their printing."""

@@ -1,0 +1,46 @@
+"""What one step of one satellite's flight software costs, without anything that brings it its messages."""
+
+import time
+
+import numpy as np
+
+from satform.attitude.guidance import Attitude
+from satform.communication.messages import WIDTH, numbers
+from satform.communication.neighbour_buffer import Told
+from satform.control.protocol import Motion
+from satform.flight.satellite import Satellite
+from satform.scenario import Scenario
+
+_WARM_UP = 200
+
+
+def step_cost(scenario: Scenario, index: int = 0, steps: int = 1000) -> float:
+    """Median processor time of a step, from plain numbers to the command, s.
+
+    Args:
+        scenario: that has the satellite.
+        index: of the satellite in the scenario.
+        steps: how many are measured.
+
+    Returns:
+        The median.
+    """
+    satellite = Satellite.of(scenario, index)
+    kind = scenario.consensus.announces
+    neighbours = scenario.communication_graph().neighbours(index)
+    said = np.zeros((len(neighbours), 1 + WIDTH[kind]))
+    for row, neighbour in enumerate(neighbours):
+        said[row, 1:] = numbers(Satellite.of(scenario, neighbour).announce())
+    start = satellite.plan.start
+    position, velocity = start.position.tolist(), start.velocity.tolist()
+    turned = None
+    if scenario.satellite(index).attitude is not None:
+        turned = Attitude(np.zeros(3), np.zeros(3), np.zeros(3))
+    costs = []
+    for _ in range(_WARM_UP + steps):
+        begin = time.thread_time_ns()
+        motion = Motion(np.array(position), np.array(velocity))
+        told = Told.whole(said[:, 1:], said[:, 0])
+        satellite.act(motion, told, satellite.state.step, turned)
+        costs.append(time.thread_time_ns() - begin)
+    return float(np.median(costs[_WARM_UP:])) * 1e-9

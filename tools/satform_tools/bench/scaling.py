@@ -1,0 +1,171 @@
+"""How steps in a second depend on the number of satellites, over DDS and in one process."""
+
+import math
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from satform.flight.simulate import simulate
+from satform.scenario import Scenario, parse_scenario
+from satform_tools.bench.processor import ProcessorClock
+
+_RING = """
+name: ring
+title: Satellites on one circle, each hearing its two neighbours
+text: Made for measuring speed.
+orbit: {{period: 6000.0}}
+timing: {{step: 1.0, duration: {steps}.0}}
+dynamics: {{kind: cw, perturbations: [{{kind: harmonic, amplitude: 0.01, phase_step: 0.7}}]}}
+graph: {{kind: {graph}}}
+consensus: {{kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}}
+circulation: {{period: 6000.0}}
+tolerated_silence: {silence}
+every_satellite:
+  curve: {{kind: circle, radius: 50.0e3}}
+  controller: {{kind: sliding_mode, boundary_layer: 0.1}}
+satellites:
+"""
+
+_SILENCE, _SILENCE_OF_A_SATELLITE = 10.0, 0.1
+"""Silence that is tolerated at least, and for each satellite, s: the first step of many takes its time."""
+
+
+@dataclass(frozen=True)
+class OverDds:
+    """A lockstep flight.
+
+    Attributes:
+        satellites: how many.
+        processes: plant, satellites' processes and recorder.
+        steps_per_second: of wall-clock time.
+        round_trips_per_step: length of a step in bare round trips over DDS, measured right before.
+        start_seconds: from the start of the first process to the first step.
+        memory_per_process: largest resident memory of the satellites' processes, bytes, on the average.
+        processor_per_step: processor time of all processes, s a step.
+        edges: of the communication graph, each direction counted.
+        round_trip: the bare round trip, median, s.
+    """
+
+    satellites: int
+    processes: int
+    steps_per_second: float
+    round_trips_per_step: float
+    start_seconds: float
+    memory_per_process: float
+    processor_per_step: float
+    edges: int
+    round_trip: float
+
+
+@dataclass(frozen=True)
+class InProcess:
+    """An in-process flight.
+
+    Attributes:
+        satellites: how many.
+        steps_per_second: of processor time, making the formation not counted.
+    """
+
+    satellites: int
+    steps_per_second: float
+
+
+def ring(count: int, steps: int, graph: str = "ring") -> Scenario:
+    """A formation of any size: sliding mode, consensus and a harmonic disturbance, as in `triangle`.
+
+    Args:
+        count: satellites.
+        steps: length of the flight.
+        graph: kind of the communication graph with its fields, as in a scenario; none below 3 satellites.
+    """
+    graph = "none" if count < 3 else graph
+    satellites = "".join(
+        f"  - {{name: s{index}, arc_length: {1000.0 * (index * 7 % count)}}}\n" for index in range(count)
+    )
+    silence = max(_SILENCE, _SILENCE_OF_A_SATELLITE * count)
+    text = _RING.format(steps=steps, graph=graph, silence=silence) + satellites
+    return parse_scenario(text, f"a ring of {count}")
+
+
+def over_dds(
+    count: int,
+    group: int,
+    steps: int,
+    *,
+    record: bool,
+    stock: bool = False,
+    scenario: Scenario | None = None,
+    round_trips: int = 1000,
+) -> OverDds:
+    """Fly a formation in lockstep.
+
+    Args:
+        count: satellites.
+        group: satellites that share a process.
+        steps: length of the flight.
+        record: whether a recorder takes part.
+        stock: whether rclpy's own executor is used instead of the nodes'.
+        scenario: what to fly; a ring when left out.
+        round_trips: bare ones that are measured right before; 0 for none, which makes their figures NaN.
+
+    Returns:
+        How fast it was.
+
+    Raises:
+        RuntimeError: a process was lost.
+        KeyboardInterrupt: it was stopped by a signal, which is meant for the measuring as well.
+    """
+    from satform_bringup.supervisor.run import fly  # noqa: PLC0415
+    from satform_nodes.transport.executor import STOCK  # noqa: PLC0415
+
+    trip = ping_pong_median(round_trips) if round_trips else math.nan
+    flown = scenario or ring(count, steps)
+    clock = ProcessorClock()
+    with tempfile.TemporaryDirectory() as folder:
+        flight = fly(
+            flown,
+            Path(folder),
+            record=record,
+            progress=clock.look,
+            group=group,
+            environment={STOCK: "1"} if stock else None,
+        )
+        if flight.stopped:
+            raise KeyboardInterrupt
+        if flight.lost:
+            raise RuntimeError(f"{count} satellites: {flight.reason}")
+    return OverDds(
+        satellites=count,
+        processes=len(flight.memory) + 1 + int(record),
+        steps_per_second=flight.steps / flight.seconds,
+        round_trips_per_step=flight.seconds / flight.steps / trip,
+        start_seconds=flight.start_seconds,
+        memory_per_process=sum(flight.memory.values()) / len(flight.memory),
+        processor_per_step=clock.per_step(),
+        edges=int(flown.communication_graph().adjacency.astype(bool).sum()),
+        round_trip=trip,
+    )
+
+
+def ping_pong_median(count: int) -> float:
+    """Median of bare round trips between two processes that talk as those of a flight do, s.
+
+    Raises:
+        RuntimeError: there is no free domain, or the other process does not answer.
+    """
+    from satform_bringup.deployment.domain import on_domain, own_domain  # noqa: PLC0415
+    from satform_bringup.deployment.local_discovery import as_in_a_run  # noqa: PLC0415
+    from satform_nodes.transport import round_trip  # noqa: PLC0415
+
+    with own_domain() as domain, on_domain(domain), as_in_a_run():
+        return round_trip.measure(count).median
+
+
+def in_process(count: int) -> InProcess:
+    """Fly a ring in this process, for about two seconds or ten steps."""
+    steps = max(10, min(5000, 200_000 // count))
+    times: list[float] = []
+    simulate(ring(count, steps), progress=lambda _step: times.append(time.thread_time()))
+    # The first step makes what later ones reuse.
+    return InProcess(count, (len(times) - 1) / (times[-1] - times[0]))

@@ -1,0 +1,152 @@
+"""The figures of `satform bench`: each measured in turns with its yardstick."""
+
+import math
+import statistics
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from satform.scenario import Scenario, load_scenario
+from satform_tools.bench import scaling, startup
+from satform_tools.bench.figures import Figure, numpy_loop, repeated
+from satform_tools.bench.flight_software import step_cost
+
+NUMPY_LOOP = "numpy loop"
+ROUND_TRIP = "round trip"
+
+CONTROLLERS = {
+    "sliding_mode": "triangle",
+    "lqr": "geo_sphere_lqr",
+    "distance": "directed_triangle",
+    "sliding_mode with attitude": "formation_pointing",
+}
+"""Scenarios whose first satellite stands for its control law."""
+
+_ROUND_TRIPS = 500
+
+
+def round_trip(repetitions: int) -> list[Figure]:
+    """A bare message there and back between two processes, against the numpy loop."""
+    return [
+        repeated(
+            ROUND_TRIP,
+            NUMPY_LOOP,
+            numpy_loop,
+            lambda: scaling.ping_pong_median(_ROUND_TRIPS),
+            repetitions,
+        )
+    ]
+
+
+def lockstep(
+    counts: Sequence[int], group: int, steps: int, repetitions: int, *, record: bool, stock: bool
+) -> list[Figure]:
+    """A step over DDS, against bare round trips."""
+    found = []
+    for count in counts:
+        runs = [
+            scaling.over_dds(count, group, steps, record=record, stock=stock, round_trips=_ROUND_TRIPS)
+            for _ in range(repetitions)
+        ]
+        words = [f"lockstep, {count} satellites"]
+        words += [f"{group} to a process"] if group > 1 else []
+        words += ["recorded"] if record else []
+        words += ["stock executor"] if stock else []
+        found.append(
+            Figure(
+                ", ".join(words),
+                tuple(1.0 / run.steps_per_second for run in runs),
+                ROUND_TRIP,
+                tuple(run.round_trip for run in runs),
+                _details(runs),
+            )
+        )
+    return found
+
+
+def _details(runs: Sequence[scaling.OverDds]) -> dict[str, float]:
+    """Medians over repetitions of what else is known of a flight; what is not known is left out."""
+    series = {
+        "processes": [float(run.processes) for run in runs],
+        "processor_per_step": [run.processor_per_step for run in runs],
+        "start_seconds": [run.start_seconds for run in runs],
+        "memory_per_process": [run.memory_per_process for run in runs],
+    }
+    known = {name: [value for value in values if math.isfinite(value)] for name, values in series.items()}
+    return {name: statistics.median(values) for name, values in known.items() if values}
+
+
+def satellite(scenarios: Path, repetitions: int) -> list[Figure]:
+    """A satellite's own step under each control law, processor time against the numpy loop."""
+    return [
+        repeated(
+            f"satellite, {law}",
+            NUMPY_LOOP,
+            numpy_loop,
+            _step_of(load_scenario(scenarios / f"{name}.yaml")),
+            repetitions,
+        )
+        for law, name in CONTROLLERS.items()
+    ]
+
+
+def in_process(counts: Sequence[int], repetitions: int) -> list[Figure]:
+    """A step of a whole formation in one process, against the numpy loop."""
+    return [
+        repeated(
+            f"in process, {count} satellites", NUMPY_LOOP, numpy_loop, _step_in_process(count), repetitions
+        )
+        for count in counts
+    ]
+
+
+def start_up(counts: Sequence[int], times: int) -> list[Figure]:
+    """From the command to the first step, against the numpy loop."""
+    found = []
+    for count in counts:
+        details: dict[str, float] = {}
+
+        def _start(count: int = count, details: dict[str, float] = details) -> float:
+            whole, processes = startup.command_to_first_step(count)
+            details["processes_seconds"] = processes
+            return whole
+
+        name = f"start, {count} satellites"
+        found.append(repeated(name, NUMPY_LOOP, numpy_loop, _start, times, details))
+    return found
+
+
+def recorder(repetitions: int, messages: int = 20_000) -> list[Figure]:
+    """A message written into a bag, processor time against the numpy loop."""
+    return [repeated("recorder, a message", NUMPY_LOOP, numpy_loop, lambda: _written(messages), repetitions)]
+
+
+def _step_of(scenario: Scenario) -> Callable[[], float]:
+    return lambda: step_cost(scenario)
+
+
+def _step_in_process(count: int) -> Callable[[], float]:
+    return lambda: 1.0 / scaling.in_process(count).steps_per_second
+
+
+def _written(messages: int) -> float:
+    """Processor time of a message, s."""
+    from satform_msgs.msg import Command  # noqa: PLC0415 - needs ROS
+
+    from satform_nodes.bag.definitions import described  # noqa: PLC0415
+    from satform_nodes.bag.writer import BagWriter  # noqa: PLC0415
+    from satform_nodes.transport import topics  # noqa: PLC0415
+    from satform_nodes.transport.cdr_codec import layout  # noqa: PLC0415
+
+    form = layout(Command, topics.FRAME)
+    data = form.pack(*(0 for _ in form.fields))
+    with tempfile.TemporaryDirectory() as folder:
+        bag = BagWriter(Path(folder) / "bag", scaling.ring(3, 1), {})
+        channel = bag.add_topic("/sat1/command", described(Command), [])
+        begin = time.thread_time()
+        for step in range(messages):
+            bag.write(channel, step * 1_000_000, data, step)
+        seconds = time.thread_time() - begin
+        bag.close()
+    return max(seconds, math.ulp(1.0)) / messages

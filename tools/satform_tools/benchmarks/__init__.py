@@ -1,1 +1,0 @@
-"""Measurements of speed: functions that return rows and print nothing."""

@@ -1,0 +1,29 @@
+"""Names of ROS as they are given on the command line."""
+
+import re
+
+from satform_tools.errors import CommandError
+
+_TOKENS = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
+"""A namespace: tokens that begin with no digit, each after a slash, as rmw validates them."""
+
+
+def namespace(given: str) -> str:
+    """A namespace from the root of all names.
+
+    Args:
+        given: with or without the slash in front; empty or `/` for the root.
+
+    Returns:
+        For example `/f1`; empty for the root.
+
+    Raises:
+        CommandError: it is no namespace of ROS.
+    """
+    full = "/" + given.strip("/") if given.strip("/") else ""
+    if full and (not _TOKENS.fullmatch(full) or "__" in full):
+        raise CommandError(
+            f"--namespace {given!r} is not a namespace of ROS: letters, digits and single underscores, no "
+            "digit first, with / between the parts, e.g. f1 or /fleet/f1"
+        )
+    return full

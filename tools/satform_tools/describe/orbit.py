@@ -1,0 +1,85 @@
+"""The chief's orbit, and how far the CW equations can be trusted about it, as `show` prints them."""
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+from satform.orbits.earth import EQUATORIAL_RADIUS
+from satform.scenario import Scenario
+from satform_tools import console
+from satform_tools.check.integration import expected_integration_error
+from satform_tools.check.linearisation import chief_orbit, expected_errors
+
+
+def orbit(scenario: Scenario) -> dict[str, float]:
+    """Period in s, mean motion in rad/s, radius and altitudes in m; perigee and apogee of an ellipse."""
+    circle = {
+        "period": math.tau / scenario.orbit.rate,
+        "mean_motion": scenario.orbit.rate,
+        "radius": scenario.orbit.radius,
+        "altitude": scenario.orbit.altitude,
+    }
+    chief = chief_orbit(scenario)
+    if chief.eccentricity == 0.0:
+        return circle
+    axis, eccentricity = chief.semi_major_axis, chief.eccentricity
+    return circle | {
+        "eccentricity": eccentricity,
+        "perigee_altitude": axis * (1.0 - eccentricity) - EQUATORIAL_RADIUS,
+        "apogee_altitude": axis * (1.0 + eccentricity) - EQUATORIAL_RADIUS,
+    }
+
+
+def cw_errors(scenario: Scenario) -> list[dict[str, Any]]:
+    """Distance from the chief and expected error of CW in one revolution, m; None beyond any bound."""
+    return [
+        {
+            "satellite": entry.name,
+            "distance": entry.distance,
+            "error": entry.error if math.isfinite(entry.error) else None,
+        }
+        for entry in expected_errors(scenario)
+    ]
+
+
+def integration(scenario: Scenario) -> dict[str, float] | None:
+    """Expected error of the integrator in one revolution, m; None where nothing is integrated."""
+    found = expected_integration_error(scenario)
+    return None if found is None else asdict(found)
+
+
+def print_integration(data: dict[str, float] | None) -> None:
+    """Print what `integration` has found."""
+    if data is not None:
+        console.line(
+            f"integrator: errs by up to {data['inertial']:.2g} m in one revolution, {data['relative']:.2g} m "
+            "between satellite and chief"
+        )
+
+
+def print_orbit(data: dict[str, float]) -> None:
+    """Print what `orbit` has found."""
+    if "eccentricity" in data:
+        where = (
+            f"eccentricity {data['eccentricity']:g}, altitude {data['perigee_altitude'] / 1e3:.1f} km at "
+            f"perigee and {data['apogee_altitude'] / 1e3:.1f} km at apogee"
+        )
+    else:
+        where = f"altitude {data['altitude'] / 1e3:.1f} km"
+    console.line(
+        f"chief: period {data['period']:.7g} s, mean motion {data['mean_motion']:.7g} rad/s, {where}"
+    )
+
+
+def print_cw_errors(errors: list[dict[str, Any]]) -> None:
+    """Print the largest of what `cw_errors` has found; satellites in the chief's place are left out."""
+    found = [entry for entry in errors if entry["distance"] > 0.0]
+    if not found:
+        return
+    worst = max(found, key=lambda entry: math.inf if entry["error"] is None else entry["error"])
+    error = "more than any bound" if worst["error"] is None else f"up to {worst['error']:.3g} m"
+    console.line(
+        f"CW against two-body motion, without control: {worst['satellite']}, {worst['distance']:.6g} m from "
+        f"the chief, errs by {error} in one revolution"
+    )
+    console.line()

@@ -1,0 +1,402 @@
+"""What a scenario means before it flies: who hears whom, gains, agreement, processes and topics."""
+
+import math
+from dataclasses import asdict
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+from satform.communication.topic_graph import channels
+from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
+from satform.consensus.byzantine_robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
+from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
+from satform.evaluation.sampled_loops import sampled_loops
+from satform.flight.satellite import flight_plan
+from satform.orbits.path_reference import SteadyMotion
+from satform.scenario import Scenario
+from satform_bringup import BAG_FOLDER, SCENARIO_FILE
+from satform_tools import console
+from satform_tools.check import warnings
+from satform_tools.check.consensus import margin
+from satform_tools.check.disturbances import describe_schedule
+from satform_tools.check.reference_motion import steady_motions
+from satform_tools.console import Table
+from satform_tools.describe import orbit as describe_orbit
+from satform_tools.inspect import abridged
+
+_ALLOWED = {"value", "relative", "absolute", "below", "above"}
+"""Fields of an expectation that say what is allowed."""
+
+
+def show(scenario: Scenario, *, as_json: bool) -> None:
+    """Print everything about a scenario.
+
+    Args:
+        scenario: to be shown.
+        as_json: whether to print for a machine.
+    """
+    data = describe(scenario)
+    if as_json:
+        console.as_json(data)
+        return
+    console.heading(f"{scenario.name}: {scenario.title}")
+    console.line()
+    console.paragraph(scenario.text)
+    _print_sources(scenario)
+    _print_setting(data)
+    _print_satellites(data["satellites"])
+    describe_orbit.print_cw_errors(data["cw_errors"])
+    _print_graph(data)
+    _print_disturbances(data)
+    _print_processes(data)
+    _print_expectations(data["expectations"])
+    abridged.lines([f"warning: {warning}" for warning in data["warnings"]])
+
+
+def describe(scenario: Scenario) -> dict[str, Any]:
+    """Everything that `show` prints, as data."""
+    graph = scenario.communication_graph()
+    names = [satellite.name for satellite in scenario.satellites]
+    return {
+        "name": scenario.name,
+        "title": scenario.title,
+        "text": scenario.text,
+        "sources": [source.model_dump() for source in scenario.sources],
+        "digest": scenario.digest(),
+        "seed": scenario.seed,
+        "orbit": describe_orbit.orbit(scenario),
+        "timing": {**scenario.timing.model_dump(), "steps": scenario.timing.steps},
+        "dynamics": scenario.dynamics.model_dump(mode="json"),
+        "graph": {
+            "kind": getattr(scenario.graph, "kind", ""),
+            "hears": {name: [names[j] for j in graph.neighbours(i)] for i, name in enumerate(names)},
+            "directed": graph.directed,
+            "connected": graph.connected(),
+            "eigenvalues": [_complex(value) for value in graph.eigenvalues] if _small(graph) else [],
+            "robustness": _robustness(graph),
+            "promise": asdict(promise(graph, getattr(scenario.consensus, "tolerated_liars", 0))),
+        },
+        "consensus": {
+            **scenario.consensus.model_dump(mode="json"),
+            "modal_roots": _roots(scenario),
+            **_delay_margin(scenario),
+        },
+        "sampled_loops": [asdict(loop) for loop in sampled_loops(scenario)],
+        "links": _links(scenario),
+        "schedule": [asdict(state) for state in describe_schedule(scenario)],
+        "faults": [fault.model_dump(exclude_none=True) for fault in scenario.faults],
+        "checkpoint_period": scenario.checkpoint_period,
+        "tolerated_losses": scenario.tolerated_losses,
+        "satellites": [
+            _satellite(scenario, index, steady) for index, steady in enumerate(steady_motions(scenario))
+        ],
+        "integration_error": describe_orbit.integration(scenario),
+        "cw_errors": describe_orbit.cw_errors(scenario),
+        "processes": _processes(scenario),
+        "topics": _topics(scenario),
+        "expectations": [
+            {
+                "label": expectation.describe(),
+                "unit": expectation.unit,
+                **expectation.model_dump(mode="json", include=_ALLOWED, exclude_none=True),
+                "source": expectation.source,
+                "regression": expectation.regression,
+            }
+            for expectation in scenario.expect
+        ],
+        "warnings": warnings(scenario),
+    }
+
+
+def _complex(value: Any) -> float | list[float]:
+    number = complex(value)
+    return [number.real, number.imag] if number.imag else number.real
+
+
+def _small(graph: Graph) -> bool:
+    return len(graph) <= MAXIMUM_SPECTRUM
+
+
+def _robustness(graph: Graph) -> dict[str, Any]:
+    """The largest r, exact or a lower bound, and the largest s of each r, empty where it is not known."""
+    if len(graph) > MAXIMUM_SATELLITES:
+        return {"r": lower_bound(graph), "s": [], "exact": False}
+    return {**asdict(robustness(graph)), "exact": True}
+
+
+def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
+    law = scenario.consensus
+    graph = scenario.communication_graph()
+    if not isinstance(law, ArcLengthConsensusSpec) or not _small(graph):
+        return []
+    eigenvalues = graph.eigenvalues
+    roots = modal_roots(eigenvalues, law.tracking_gain, law.coupling_gain, law.rate_gain)
+    return [[_complex(root) for root in pair] for pair in roots]
+
+
+def _delay_margin(scenario: Scenario) -> dict[str, Any]:
+    """Delay of all messages in s that the law that flies bears; no number where any is borne, or unknown."""
+    bound = margin(scenario)
+    endless = bound == math.inf
+    return {"delay_margin": None if endless else bound, "stable_for_any_delay": endless}
+
+
+def _links(scenario: Scenario) -> dict[str, Any] | None:
+    """The links, those of their own with what they take from the default; None where there are none."""
+    links = scenario.links
+    if links is None:
+        return None
+    return {
+        "default": links.default.model_dump(),
+        "edges": [
+            {
+                "speaker": edge.speaker,
+                "listener": edge.listener,
+                **links.of(edge.speaker, edge.listener).model_dump(),
+            }
+            for edge in links.edges
+        ],
+    }
+
+
+def _satellite(scenario: Scenario, index: int, steady: SteadyMotion) -> dict[str, Any]:
+    spec, plan = scenario.satellite(index), flight_plan(scenario, index)
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to both
+    assert spec.controller is not None  # noqa: S101
+    return {
+        "name": spec.name,
+        "curve": spec.curve.model_dump(mode="json", exclude_none=True),
+        "parameter": spec.parameter,
+        "scale": spec.scale,
+        "perimeter": float(plan.path.curve.perimeter),
+        "nominal_rate": float(plan.nominal_rate),
+        "largest_reference_acceleration": steady.acceleration_max,
+        "largest_reference_jerk": steady.jerk_max,
+        "controller": spec.controller.model_dump(mode="json"),
+    }
+
+
+def _processes(scenario: Scenario) -> list[dict[str, Any]]:
+    from satform_bringup.supervisor.node_processes import processes  # noqa: PLC0415 - only `show` needs it
+
+    listed = processes(scenario, Path(SCENARIO_FILE), Path(BAG_FOLDER))
+    return [{"node": process.name, "executable": process.executable} for process in listed]
+
+
+def _topics(scenario: Scenario) -> list[dict[str, Any]]:
+    """Name, speaker and listeners of each topic; the recorder, which hears all, is left out."""
+    return [
+        {
+            "topic": channel.topic,
+            "from": "each" if channel.kind == "ready" else channel.speakers[0],
+            "to": list(channel.listeners_in(recorded=False)),
+        }
+        for channel in channels(scenario)
+        if channel.kind not in ("recorded", "diagnostics")
+    ]
+
+
+def _print_sources(scenario: Scenario) -> None:
+    for source in scenario.sources:
+        console.paragraph(f"Source: {source.reference}")
+        if source.printed:
+            console.paragraph(f"Printed there: {source.printed}", "  ")
+        if source.chosen:
+            console.paragraph(f"Chosen here: {source.chosen}", "  ")
+
+
+def _print_setting(data: dict[str, Any]) -> None:
+    orbit, timing = data["orbit"], data["timing"]
+    describe_orbit.print_orbit(orbit)
+    console.line(f"flight: {timing['duration']:g} s in {timing['steps']} steps of {timing['step']:g} s")
+    console.line(f"dynamics: {_words(data['dynamics'])}")
+    describe_orbit.print_integration(data["integration_error"])
+    console.line(f"digest: {data['digest']}")
+    console.line()
+
+
+def _print_satellites(satellites: list[dict[str, Any]]) -> None:
+    headings = (
+        "satellite",
+        "curve",
+        "perimeter [km]",
+        "scale",
+        "rate [m/s]",
+        "reference [m/s²]",
+        "jerk [m/s³]",
+    )
+    rows = [
+        (
+            entry["name"],
+            str(entry["curve"].get("kind", "")),
+            f"{entry['perimeter'] / 1e3:.6g}",
+            f"{entry['scale']:g}",
+            f"{entry['nominal_rate']:.7g}",
+            f"{entry['largest_reference_acceleration']:.5g}",
+            f"{entry['largest_reference_jerk']:.3g}",
+        )
+        for entry in satellites
+    ]
+    abridged.table(Table(headings, rows, frozenset(range(2, len(headings)))))
+    console.line()
+    gains: dict[str, list[str]] = {}
+    for entry in satellites:
+        gains.setdefault(_words(entry["controller"]), []).append(entry["name"])
+    abridged.lines([f"controller of {abridged.names(names)}: {words}" for words, names in gains.items()])
+    console.line()
+
+
+def _print_graph(data: dict[str, Any]) -> None:
+    graph, consensus = data["graph"], data["consensus"]
+    kind = ("directed" if graph["directed"] else "undirected") + (
+        ", connected" if graph["connected"] else ", not connected"
+    )
+    console.line(f"graph: {graph['kind']} ({kind})")
+    hears = graph["hears"].items()
+    abridged.lines([f"  {name} hears {abridged.names(heard) or 'nobody'}" for name, heard in hears])
+    if "tracking_gain" in consensus:
+        _print_robustness(graph)
+    worked_out = {"modal_roots", "delay_margin", "stable_for_any_delay"}
+    own = {key: value for key, value in consensus.items() if key not in worked_out}
+    console.line(f"consensus: {_words(own)}")
+    rows = [
+        (_number(value), ", ".join(_number(root) for root in roots))
+        for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"] or repeat([]), strict=False)
+    ]
+    abridged.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
+    if consensus["stable_for_any_delay"]:
+        console.line(
+            f"delay margin with {consensus['neighbour_values']}: stable for any delay of the messages"
+        )
+    elif consensus["delay_margin"] is not None:
+        console.line(f"delay margin with {consensus['neighbour_values']}: {consensus['delay_margin']:.6g} s")
+    console.line()
+    _print_loops(data["sampled_loops"])
+
+
+def _print_loops(loops: list[dict[str, Any]]) -> None:
+    """Each loop that is closed once a step, with the factor by which it shrinks errors."""
+    rows = [
+        (
+            loop["kind"],
+            abridged.names(loop["satellites"]),
+            loop["words"],
+            "not analysed" if loop["radius"] is None else f"{loop['radius']:.6g}",
+        )
+        for loop in loops
+    ]
+    if rows:
+        abridged.table(Table(("loop", "of", "what", "spectral radius a step"), rows, frozenset({3})))
+        console.line()
+
+
+def _print_robustness(graph: dict[str, Any]) -> None:
+    found, promised = graph["robustness"], graph["promise"]
+    if found["exact"]:
+        pairs = ", ".join(f"({r}, {s})" for r, s in enumerate(found["s"], 1))
+        console.line(f"robustness: {found['r']}-robust{f'; (r, s)-robust for {pairs}' if pairs else ''}")
+    else:
+        console.line(
+            f"robustness: at least {found['r']}-robust (exact up to {MAXIMUM_SATELLITES} satellites)"
+        )
+    if promised["largest_local"] is not None:
+        least = "" if promised["exact"] else "at least "
+        console.line(
+            f"liars that resilient_arc_length could bear here: {least}{promised['largest_local']} among the "
+            f"neighbours of each, {least}{promised['largest_total']} in the whole formation"
+        )
+    console.line(f"promise: {promised['sentence']}")
+
+
+def _print_disturbances(data: dict[str, Any]) -> None:
+    """What is planned to go wrong; nothing is printed where all goes well."""
+    links, schedule, faults, period = (
+        data[key] for key in ("links", "schedule", "faults", "checkpoint_period")
+    )
+    if links is not None:
+        console.line(f"links: {_link_words(links['default'])}")
+        abridged.lines([_edge_words(edge) for edge in links["edges"]])
+    abridged.lines([_fault_words(fault) for fault in faults])
+    if period is not None:
+        console.line(f"checkpoints: every {period:g} s")
+    if data["tolerated_losses"]:
+        console.line(f"losses tolerated beside the planned ones: {data['tolerated_losses']}")
+    if schedule:
+        rows = [
+            (
+                f"{entry['at']:g}",
+                entry["reason"],
+                str(entry["flying"]),
+                str(entry["edges"]),
+                _number(entry["connectivity"]) + ("" if entry["connected"] else ", not connected"),
+            )
+            for entry in schedule
+        ]
+        headings = ("from [s]", "because", "flying", "links", "lambda_2 of those who fly")
+        abridged.table(Table(headings, rows, frozenset({0, 2, 3})))
+    if links is not None or schedule or faults or period is not None:
+        console.line()
+
+
+def _edge_words(edge: dict[str, Any]) -> str:
+    own = {key: edge[key] for key in edge if key not in {"speaker", "listener"}}
+    return f"  from {edge['speaker']} to {edge['listener']}: {_link_words(own)}"
+
+
+def _fault_words(fault: dict[str, Any]) -> str:
+    own = {key: fault[key] for key in fault if key not in {"kind", "satellite"}}
+    return f"fault: {fault['kind']} of {fault['satellite']}, {_words(own)}"
+
+
+def _link_words(fields: dict[str, Any]) -> str:
+    """What a link does; nothing is said of what it does not do."""
+    own = {key: value for key, value in fields.items() if value}
+    return _words(own) or "as it should be"
+
+
+def _print_processes(data: dict[str, Any]) -> None:
+    listed = [f"{process['node']} ({process['executable']})" for process in data["processes"]]
+    console.line(f"processes: {abridged.names(listed)}")
+    rows = [(topic["topic"], topic["from"], abridged.names(topic["to"])) for topic in data["topics"]]
+    abridged.table(Table(("topic", "from", "to, besides the recorder"), rows))
+    console.line()
+
+
+def _print_expectations(expectations: list[dict[str, Any]]) -> None:
+    if not expectations:
+        return
+    rows = [
+        (
+            entry["label"],
+            entry["unit"],
+            _words({key: entry[key] for key in entry if key in _ALLOWED}),
+            entry["source"] or "regression figure of this software",
+        )
+        for entry in expectations
+    ]
+    abridged.table(Table(("expectation", "unit", "allowed", "where it comes from"), rows))
+
+
+def _words(fields: dict[str, Any]) -> str:
+    """Fields of a specification as words; equal components are said once."""
+    words = [
+        f"{key} {_value(value)}"
+        for key, value in fields.items()
+        if key != "kind" and value not in (None, [], ())
+    ]
+    return ", ".join([str(fields.get("kind", "")), *words]).lstrip(", ")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return f"({_words(value)})"
+    if isinstance(value, list | tuple):
+        texts = [_value(item) for item in value]
+        return texts[0] if len(set(texts)) == 1 else f"[{', '.join(texts)}]"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _number(value: float | list[float]) -> str:
+    if isinstance(value, list):
+        return f"{value[0]:.6g} {'+' if value[1] >= 0.0 else '-'} {abs(value[1]):.6g}i"
+    return f"{0.0 if abs(value) < 1e-12 else value:.6g}"

@@ -1,0 +1,73 @@
+"""What goes wrong in a command, as sentences for the person who typed it."""
+
+import errno
+from pathlib import Path
+from typing import ClassVar
+
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_MISSED
+from satform.files.durable_file import room_in_words
+
+_NO_THREAD = "can't start new thread"
+"""What Python says where the system gives no more threads."""
+
+
+class CommandError(Exception):
+    """A command that cannot do what was asked; its text is what the user reads.
+
+    Attributes:
+        exit_code: with which the command ends.
+    """
+
+    exit_code: ClassVar[int] = EXIT_BAD_INPUT
+
+
+class InfeasibleError(CommandError):
+    """What was asked for is well formed, but nothing keeps its constraints."""
+
+    exit_code: ClassVar[int] = EXIT_MISSED
+
+
+def sentence_of(error: OSError) -> str:
+    """What the operating system refused, and where."""
+    if error.errno == errno.ENOSPC:
+        # Standard output has a name that is no path.
+        is_path = "/" in str(error.filename or "")
+        where = f": {room_in_words(Path(str(error.filename)))}" if is_path else ""
+        reason = f"the disk is full (no space, or no inodes){where}"
+    elif error.errno in {errno.EMFILE, errno.ENFILE}:
+        reason = "too many files are open (ulimit -n)"
+    else:
+        # The system begins its words with a capital letter; ours may hold names that are written so.
+        reason = error.strerror.lower() if error.strerror else str(error) or type(error).__name__
+    return f"{error.filename}: {reason}" if error.filename else reason
+
+
+def fault_sentences(error: Exception) -> list[str]:
+    """What an error means for the person who typed the command.
+
+    Args:
+        error: that ended the command.
+
+    Returns:
+        Sentences; none where the error is not about the input or the machine, but a mistake in the program.
+    """
+    # By what it has: the class is not there yet where the program cannot be loaded.
+    problems = getattr(error, "problems", None)
+    if problems:
+        return [str(problem) for problem in problems]
+    match error:
+        case CommandError():
+            return [str(error)]
+        case OSError():
+            return [sentence_of(error)]
+        case MemoryError():
+            return ["there is not enough memory for that on this machine (ulimit -v, or a container's limit)"]
+        case RecursionError():
+            return ["what was given is nested too deeply to be read"]
+        case UnicodeError():
+            return [f"a text is not UTF-8: {error}"]
+        case ImportError() if "cannot allocate memory" in str(error).lower() or "map segment" in str(error):
+            return ["there is not enough memory to load the program (ulimit -v, or a container's limit)"]
+        case RuntimeError() if _NO_THREAD in str(error):
+            return ["the system gives no more threads (ulimit -u, ulimit -v, or a container's limit)"]
+    return []

@@ -1,0 +1,1 @@
+"""Inspecting a running formation from outside, without disturbing it."""

@@ -1,0 +1,172 @@
+"""Nodes and topics of a running formation: which there are, and who says what to whom."""
+
+import difflib
+from typing import Any
+
+from satform_tools import console
+from satform_tools.console import Table
+from satform_tools.errors import CommandError
+from satform_tools.inspect.observer_node import Looker
+
+_OWN = "_looker_"
+"""How the names of those begin that only look, which are no part of the formation."""
+
+_SERVICES = 3.0
+"""Wall-clock time in which a service of a node that is there is found, s."""
+
+
+def list_topics(looker: Looker, *, as_json: bool) -> None:
+    """Print each topic with its type and how many nodes speak and listen there."""
+    looker.find_formation()
+    entries = [
+        {
+            "topic": name,
+            "type": ", ".join(types),
+            "publishers": len(_speakers(looker, name)),
+            "subscriptions": len(_listeners(looker, name)),
+        }
+        for name, types in sorted(looker.node.get_topic_names_and_types())
+    ]
+    if as_json:
+        console.as_json(entries)
+        return
+    rows = [tuple(str(value) for value in entry.values()) for entry in entries]
+    console.table(Table(("topic", "type", "publishers", "subscriptions"), rows, frozenset({2, 3})))
+
+
+def topic_info(looker: Looker, topic: str, *, as_json: bool) -> None:
+    """Print the type of a topic, and every publisher and subscription with its quality of service."""
+    looker.find_formation()
+    name, kind = known_topic(looker, topic)
+    endpoints = [
+        {"node": _full_name(entry), "role": role, **_quality(entry.qos_profile)}
+        for role, entries in (
+            ("publisher", _speakers(looker, name)),
+            ("subscription", _listeners(looker, name)),
+        )
+        for entry in entries
+    ]
+    if as_json:
+        console.as_json({"topic": name, "type": kind, "endpoints": endpoints})
+        return
+    console.line(f"{name}: {kind}", "bold")
+    rows = [tuple(entry.values()) for entry in endpoints]
+    console.table(Table(("node", "role", "reliability", "durability", "history"), rows))
+
+
+def list_nodes(looker: Looker, *, as_json: bool) -> None:
+    """Print the names of all nodes."""
+    looker.find_formation()
+    nodes = _node_names(looker)
+    if as_json:
+        console.as_json(nodes)
+    else:
+        for name in nodes:
+            console.line(name)
+
+
+def node_info(looker: Looker, node: str, *, as_json: bool) -> None:
+    """Print what a node publishes, what it subscribes to and which services it has."""
+    looker.find_formation()
+    full = known_node(looker, node)
+    space, _, name = full.rpartition("/")
+    asked = (name, space or "/")
+    found = {
+        "publishers": looker.node.get_publisher_names_and_types_by_node(*asked),
+        "subscriptions": looker.node.get_subscriber_names_and_types_by_node(*asked),
+        "services": looker.node.get_service_names_and_types_by_node(*asked),
+        "clients": looker.node.get_client_names_and_types_by_node(*asked),
+    }
+    parts = {
+        part: {topic: ", ".join(kinds) for topic, kinds in sorted(entries)} for part, entries in found.items()
+    }
+    if as_json:
+        console.as_json({"node": full, **parts})
+        return
+    console.line(full, "bold")
+    for part, entries in parts.items():
+        console.line(f"  {part}" + ("" if entries else ": none"))
+        for topic, kind in entries.items():
+            console.line(f"    {topic}: {kind}")
+
+
+def known_topic(looker: Looker, topic: str) -> tuple[str, str]:
+    """Full name and type of a topic that somebody speaks or listens on.
+
+    Raises:
+        CommandError: there is none of that name.
+    """
+    there = dict(looker.node.get_topic_names_and_types())
+    name = full_name(looker, topic)
+    if name not in there:
+        raise CommandError(f"there is no topic {name} on domain {looker.domain}; {_near(name, there)}")
+    return name, there[name][0]
+
+
+def known_node(looker: Looker, node: str) -> str:
+    """Full name of a node.
+
+    Raises:
+        CommandError: there is none of that name.
+    """
+    there, name = _node_names(looker), full_name(looker, node)
+    if name not in there:
+        raise CommandError(f"there is no node {name} on domain {looker.domain}; {_near(name, there)}")
+    return name
+
+
+def known_service(looker: Looker, service: str) -> tuple[str, str]:
+    """Full name and type of a service.
+
+    Raises:
+        CommandError: there is none of that name.
+    """
+    name = full_name(looker, service)
+    # Each satellite's status topic, by which it counts as found, says nothing about its services.
+    looker.wait(lambda: name in dict(looker.node.get_service_names_and_types()), _SERVICES)
+    there = dict(looker.node.get_service_names_and_types())
+    if name not in there:
+        raise CommandError(f"there is no service {name} on domain {looker.domain}; {_near(name, there)}")
+    return name, there[name][0]
+
+
+def full_name(looker: Looker, name: str) -> str:
+    """A name from the root of all names, as the graph has it; one without a slash is the formation's own."""
+    return name if name.startswith("/") else looker.full_name(f"/{name}")
+
+
+def _near(name: str, there: Any) -> str:
+    close = difflib.get_close_matches(name, there, n=1)
+    return f"did you mean {close[0]}?" if close else f"there are {', '.join(sorted(there)) or 'none'}"
+
+
+def _node_names(looker: Looker) -> list[str]:
+    pairs = looker.node.get_node_names_and_namespaces()
+    return sorted(f"{space.rstrip('/')}/{name}" for name, space in pairs if not name.startswith(_OWN))
+
+
+def _speakers(looker: Looker, topic: str) -> list[Any]:
+    return _others(looker.node.get_publishers_info_by_topic(topic))
+
+
+def _listeners(looker: Looker, topic: str) -> list[Any]:
+    return _others(looker.node.get_subscriptions_info_by_topic(topic))
+
+
+def _others(endpoints: list[Any]) -> list[Any]:
+    others = [entry for entry in endpoints if not entry.node_name.startswith(_OWN)]
+    return sorted(others, key=_full_name)
+
+
+def _full_name(endpoint: Any) -> str:
+    return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
+
+
+def _quality(profile: Any) -> dict[str, str]:
+    # DDS does not tell others the depth of a queue, and rmw then says that the history is unknown.
+    known = profile.depth > 0
+    return {
+        "reliability": profile.reliability.short_key,
+        "durability": profile.durability.short_key,
+        "history": f"{profile.history.short_key} {profile.depth}" if known else "not told",
+    }

@@ -1,0 +1,202 @@
+"""Parameters of a running node, read and changed through its services."""
+
+import difflib
+import math
+from typing import Any
+
+from rcl_interfaces.msg import Parameter, ParameterDescriptor, ParameterType, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.parameter import parameter_value_to_python
+
+from satform.common.angle_text import is_angle
+from satform.scenario import ScenarioError
+from satform.scenario.yaml_reader import read_value
+from satform_tools import console
+from satform_tools.console import Table
+from satform_tools.errors import CommandError
+from satform_tools.inspect.graph import known_node
+from satform_tools.inspect.observer_node import Looker
+from satform_tools.inspect.service_call import ask
+
+_KINDS = {
+    ParameterType.PARAMETER_BOOL: ("bool", "bool_value", bool),
+    ParameterType.PARAMETER_INTEGER: ("integer", "integer_value", int),
+    ParameterType.PARAMETER_DOUBLE: ("double", "double_value", float),
+    ParameterType.PARAMETER_STRING: ("string", "string_value", str),
+    ParameterType.PARAMETER_BOOL_ARRAY: ("bool array", "bool_array_value", bool),
+    ParameterType.PARAMETER_INTEGER_ARRAY: ("integer array", "integer_array_value", int),
+    ParameterType.PARAMETER_DOUBLE_ARRAY: ("double array", "double_array_value", float),
+    ParameterType.PARAMETER_STRING_ARRAY: ("string array", "string_array_value", str),
+}
+"""Name, field of the message, and Python's type of each kind of parameter."""
+
+
+def list_all(looker: Looker, node: str, *, as_json: bool) -> None:
+    """Print the names and values of all parameters of a node."""
+    full = _find(looker, node)
+    names = _names(looker, full)
+    values = dict(zip(names, _values(looker, full, names), strict=True))
+    if as_json:
+        console.as_json(values)
+    else:
+        console.table(Table(("parameter", "value"), [(name, _text(value)) for name, value in values.items()]))
+
+
+def get(looker: Looker, node: str, name: str, *, as_json: bool) -> None:
+    """Print the value of a parameter."""
+    full = _find(looker, node)
+    (value,) = _values(looker, full, [_known(looker, full, name)])
+    if as_json:
+        console.as_json(value)
+    else:
+        console.line(_text(value))
+
+
+def describe(looker: Looker, node: str, name: str, *, as_json: bool) -> None:
+    """Print type, meaning, bounds and value of a parameter."""
+    full = _find(looker, node)
+    _known(looker, full, name)
+    descriptor = _descriptor(looker, full, name)
+    (value,) = _values(looker, full, [name])
+    described = {
+        "name": name,
+        "type": _KINDS[descriptor.type][0] if descriptor.type in _KINDS else "not set",
+        "value": value,
+        "description": descriptor.description,
+        "constraints": _constraints(descriptor),
+        "read_only": descriptor.read_only,
+    }
+    if as_json:
+        console.as_json(described)
+        return
+    for key, entry in described.items():
+        if entry not in ("", None):
+            console.line(f"{key.replace('_', ' ')}: {_text(entry)}")
+
+
+def change(looker: Looker, node: str, name: str, text: str, *, as_json: bool) -> bool:
+    """Give a parameter another value, and print what the node says to it.
+
+    Args:
+        looker: in the formation's domain.
+        node: name of the node.
+        name: of the parameter.
+        text: the value as in a scenario file; whole numbers do for doubles, one number for several.
+        as_json: print JSON.
+
+    Returns:
+        Whether the node has taken it.
+
+    Raises:
+        CommandError: there is no such node or parameter, or the value is of another type.
+    """
+    full = _find(looker, node)
+    _known(looker, full, name)
+    value = as_parameter(_descriptor(looker, full, name).type, name, text)
+    request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
+    (result,) = ask(looker, SetParameters, f"{full}/set_parameters", request).results
+    if as_json:
+        console.as_json({"successful": result.successful, "reason": result.reason})
+    elif result.successful:
+        console.line(f"{full} {name}: " + (result.reason or "changed"))
+    else:
+        console.error(f"{full} {name} stays as it is: {result.reason or 'the node gives no reason'}")
+    return bool(result.successful)
+
+
+def as_parameter(kind: int, name: str, text: str) -> ParameterValue:
+    """A value of a declared type from what was typed.
+
+    Raises:
+        CommandError: it is of another type.
+    """
+    title, field, python = _KINDS.get(kind, _KINDS[ParameterType.PARAMETER_STRING])
+    try:
+        typed = text if python is str and not title.endswith("array") else read_value(text, name)
+    except ScenarioError:
+        typed = None
+    many = title.endswith("array")
+    if python is float and is_angle(typed):
+        # The node knows which of its parameters are angles.
+        return ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=typed)
+    if (
+        kind == ParameterType.PARAMETER_DOUBLE_ARRAY
+        and isinstance(typed, int | float)
+        and _fits(typed, float)
+    ):
+        # One number for all; a node that wants several says so.
+        return ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(typed))
+    entries = typed if many and isinstance(typed, list) else [typed]
+    if many != isinstance(typed, list) or not all(_fits(entry, python) for entry in entries):
+        raise CommandError(f"{name}: found {text!r}; it has to be of the type {title}, {_EXAMPLES[title]}")
+    converted = [python(entry) for entry in entries]
+    return ParameterValue(type=kind, **{field: converted if many else converted[0]})
+
+
+_EXAMPLES = {
+    "bool": "true or false",
+    "integer": "such as 3",
+    "double": "such as 0.5",
+    "string": "any text",
+    "bool array": "such as '[true, false]'",
+    "integer array": "such as '[1, 2]'",
+    "double array": "such as '[0.1, 0.1, 0.1]'",
+    "string array": "such as '[sat1, sat2]'",
+}
+
+
+def _fits(value: Any, python: type) -> bool:
+    if python is float:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return type(value) is python
+
+
+def _find(looker: Looker, node: str) -> str:
+    looker.find_formation()
+    return known_node(looker, node)
+
+
+def _names(looker: Looker, node: str) -> list[str]:
+    reply = ask(looker, ListParameters, f"{node}/list_parameters", ListParameters.Request())
+    return sorted(reply.result.names)
+
+
+def _values(looker: Looker, node: str, names: list[str]) -> list[Any]:
+    request = GetParameters.Request(names=names)
+    values = ask(looker, GetParameters, f"{node}/get_parameters", request).values
+    found = [parameter_value_to_python(value) for value in values]
+    return [
+        value if isinstance(value, str | None) or not hasattr(value, "__len__") else list(value)
+        for value in found
+    ]
+
+
+def _descriptor(looker: Looker, node: str, name: str) -> ParameterDescriptor:
+    request = DescribeParameters.Request(names=[name])
+    (descriptor,) = ask(looker, DescribeParameters, f"{node}/describe_parameters", request).descriptors
+    return descriptor
+
+
+def _known(looker: Looker, node: str, name: str) -> str:
+    names = _names(looker, node)
+    if name not in names:
+        close = difflib.get_close_matches(name, names, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"
+        raise CommandError(f"{node} has no parameter {name!r}; {hint}")
+    return name
+
+
+def _constraints(descriptor: ParameterDescriptor) -> str:
+    words = [
+        f"from {limits.from_value:g} to {limits.to_value:g}"
+        for limits in (*descriptor.floating_point_range, *descriptor.integer_range)
+    ]
+    return "; ".join(
+        [*words, *([descriptor.additional_constraints] if descriptor.additional_constraints else [])]
+    )
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return value if isinstance(value, str) else str(value)

@@ -1,1 +1,0 @@
-"""Looking into a running formation from outside, without disturbing it."""

@@ -1,0 +1,1 @@
+"""Reports of flights: page, plots, tables, exports, gallery."""

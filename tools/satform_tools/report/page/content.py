@@ -1,0 +1,262 @@
+"""The words and tables of a report's page."""
+
+import io
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from ruamel.yaml import YAML
+
+from satform.evaluation.conclusion import conclusion_of
+from satform.evaluation.tracking import Verdict
+from satform.scenario import Scenario
+from satform_tools.console import number
+from satform_tools.report.comparison import Comparison, Expected
+from satform_tools.report.event_log import Happening
+from satform_tools.report.plots.style import time_unit
+from satform_tools.report.summary import Summary
+from satform_tools.run.run_result import versions
+from satform_tools.run.stored_run import Kept
+
+
+@dataclass(frozen=True)
+class PageTable:
+    """Rows of text under headings.
+
+    Attributes:
+        title: of the section that it makes.
+        headings: of the columns.
+        rows: texts, as many in each row as there are headings.
+        right: columns of numbers.
+        styles: `met` or `missed` of rows that are one of them.
+    """
+
+    title: str
+    headings: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    right: frozenset[int] = frozenset()
+    styles: dict[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Status:
+    """What came of it, in one line.
+
+    Attributes:
+        kind: how it is to be coloured.
+        text: the line.
+    """
+
+    kind: Literal["met", "missed", "partial", "plain"]
+    text: str
+
+
+@dataclass(frozen=True)
+class Fact:
+    """One of the first things to know of a flight."""
+
+    name: str
+    value: str
+
+
+@dataclass(frozen=True)
+class ScenarioText:
+    """A scenario as a page prints it."""
+
+    heading: str
+    paragraphs: tuple[str, ...]
+    sources: tuple[Any, ...]
+    yaml: str
+    json: str
+
+
+def status(kept: Kept, verdicts: list[Verdict]) -> Status:
+    """What came of a flight."""
+    if not kept.complete:
+        return Status("partial", f"Not complete: {kept.cut_short}; nothing is judged")
+    if kept.ended_early:
+        return Status("missed", f"Ended early after {kept.ended_early}")
+    text = conclusion_of(kept.scenario, verdicts)
+    if not verdicts:
+        return Status("plain", text)
+    return Status("met" if all(verdict.met for verdict in verdicts) else "missed", text)
+
+
+def facts(kept: Kept) -> list[Fact]:
+    """The first things to know of a flight."""
+    scenario, record = kept.scenario, kept.record
+    duration = record.steps * record.step
+    unit = time_unit(duration)
+    orbit, graph = scenario.orbit, scenario.communication_graph()
+    names = record.satellites
+    heard = f"{getattr(scenario.graph, 'kind', 'own')}, λ₂ = {graph.algebraic_connectivity:.4g}"
+    laws = {getattr(scenario.satellite(index).controller, "kind", "") for index in range(len(names))}
+    found = [
+        Fact("Satellites", ", ".join(names) if len(names) <= 6 else str(len(names))),
+        Fact("Flown", f"{duration / unit.size:.6g} {unit.name} in {record.steps} steps of {record.step:g} s"),
+        Fact("Chief", f"{orbit.altitude / 1e3:,.0f} km high, period {scenario_period(scenario)}"),
+        Fact("Dynamics", getattr(scenario.dynamics, "kind", "")),
+        Fact("Control", ", ".join(sorted(laws))),
+        Fact("Graph", heard if len(names) > 1 else "nobody to hear"),
+    ]
+    if not kept.complete or kept.ended_early:
+        found.insert(2, Fact("Planned", f"{scenario.timing.steps} steps"))
+    return found
+
+
+def scenario_period(scenario: Scenario) -> str:
+    """The chief's orbital period in words."""
+    period = 2.0 * math.pi / scenario.orbit.rate
+    return f"{period / 60.0:.1f} min" if period < 10 * 3600.0 else f"{period / 3600.0:.2f} h"
+
+
+def expectations(verdicts: list[Verdict]) -> PageTable:
+    """What was asked, what was found, and whether it was met."""
+    rows = [
+        (
+            verdict.label,
+            verdict.allowed,
+            f"{number(verdict.figure)} {verdict.unit}".rstrip(),
+            "passed" if verdict.met else "missed",
+            verdict.origin or "nothing says so",
+        )
+        for verdict in verdicts
+    ]
+    styles = {row: "met" if verdict.met else "missed" for row, verdict in enumerate(verdicts)}
+    headings = ("expectation", "asked", "found", "result", "where the figure comes from")
+    return PageTable("What was expected", headings, rows, frozenset({2}), styles)
+
+
+def expected_of_both(comparison: Comparison) -> PageTable:
+    """Expectation by expectation of two flights."""
+
+    def cell(verdict: Verdict | None) -> str:
+        return "-" if verdict is None else f"{number(verdict.figure)} {'✓' if verdict.met else '✗'}"
+
+    def asked(entry: Expected) -> str:
+        allowed = [verdict.allowed for verdict in (entry.first, entry.second) if verdict is not None]
+        return " / ".join(dict.fromkeys(allowed))
+
+    rows = [
+        (
+            entry.label,
+            asked(entry),
+            cell(entry.first),
+            cell(entry.second),
+            number(entry.difference),
+            entry.unit,
+        )
+        for entry in comparison.expected
+    ]
+    missed = {
+        row: "missed"
+        for row, entry in enumerate(comparison.expected)
+        if any(verdict is not None and not verdict.met for verdict in (entry.first, entry.second))
+    }
+    headings = ("expectation", "asked", "found in A", "found in B", "B less A", "unit")
+    return PageTable("What was expected", headings, rows, frozenset({2, 3, 4}), missed)
+
+
+def differences(comparison: Comparison) -> PageTable:
+    """The largest difference of each quantity."""
+    rows = [
+        (
+            entry.quantity.replace("_", " "),
+            "same bits" if entry.first is None else number(entry.largest),
+            entry.unit,
+            "" if entry.first is None else f"{entry.satellite}, step {entry.step}",
+            "" if entry.first is None else f"step {entry.first}",
+        )
+        for entry in comparison.differences
+    ]
+    headings = ("quantity", "largest difference", "unit", "where", "first other bits")
+    return PageTable("Number by number", headings, rows, frozenset({1}))
+
+
+def figures(summary: Summary, title: str) -> PageTable:
+    """Each satellite's flight in figures."""
+    start = f"from {summary.final_from:g} s on"
+    headings: tuple[str, ...] = (
+        "satellite",
+        f"error [m], largest {start}",
+        f"sliding variable [m/s], largest {start}",
+        f"control [m/s²], mean {start}",
+        "control [m/s²], largest",
+        "delta-v [m/s]",
+        "propellant [kg]",
+        "clipped / withheld / starved",
+    )
+    rows: list[tuple[str, ...]] = [
+        (
+            entry.name,
+            number(entry.final_error),
+            number(entry.final_sliding_variable),
+            number(entry.mean_control),
+            number(entry.largest_control),
+            number(entry.delta_v),
+            number(entry.propellant_used),
+            f"{entry.clipped} / {entry.withheld} / {entry.starved}",
+        )
+        for entry in summary.satellites
+    ]
+    if all(row[6] == "-" for row in rows):
+        headings, rows = headings[:6], [row[:6] for row in rows]
+    return PageTable(title, headings, rows, frozenset(range(1, len(headings))))
+
+
+def events(found: list[Happening]) -> PageTable:
+    """What happened, numbered as it is marked in the figures."""
+    rows = [
+        (str(place), f"{entry.time:g} s", str(entry.step), entry.text)
+        for place, entry in enumerate(found, start=1)
+    ]
+    return PageTable("Events", ("mark", "time", "step", "what happened"), rows, frozenset({0, 1, 2}))
+
+
+def no_events(kept: Kept) -> str:
+    """What is said instead of a table of events."""
+    if kept.events is None:
+        return "The flight was kept without a bag, which is where events are noted down."
+    return "Nothing happened: nobody was lost, nothing was changed in flight."
+
+
+def provenance(flights: list[Kept]) -> PageTable:
+    """What was flown by what, with the hashes by which the same flight is known again."""
+    columns = [
+        {
+            "kept in": str(kept.path),
+            "scenario": kept.scenario.name,
+            "scenario digest": kept.scenario.digest(),
+            "state hash": kept.state_hash or kept.why_no_hash,
+            "seed": str(kept.scenario.seed),
+            "flown with": _listed(kept.versions) or "nobody noted it down",
+            "reported with": _listed(versions()),
+        }
+        for kept in flights
+    ]
+    names = list(dict.fromkeys(name for column in columns for name in column))
+    rows = [(name, *(column.get(name, "-") for column in columns)) for name in names]
+    values = ("value",) if len(flights) == 1 else ("A", "B")
+    return PageTable("Provenance", ("what", *values), rows)
+
+
+def _listed(parts: dict[str, str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in parts.items())
+
+
+def scenario_text(scenario: Scenario, heading: str) -> ScenarioText:
+    """A scenario's own words, and its fields."""
+    text = scenario.to_json()
+    paragraphs = tuple(" ".join(part.split()) for part in scenario.text.strip().split("\n\n"))
+    return ScenarioText(heading, paragraphs, scenario.sources, _yaml(json.loads(text)), text)
+
+
+def _yaml(fields: Any) -> str:
+    writer = YAML()
+    writer.default_flow_style = None
+    writer.width = 110
+    stream = io.StringIO()
+    writer.dump(fields, stream)
+    return stream.getvalue()

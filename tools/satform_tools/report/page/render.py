@@ -1,0 +1,252 @@
+"""A report as one HTML file that needs nothing but a browser: no network, no other file."""
+
+import base64
+import gzip
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import distribution
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from satform.numeric.elementwise import Array
+from satform_tools.report.comparison import Comparison
+from satform_tools.report.event_log import happenings
+from satform_tools.report.page import content
+from satform_tools.report.page.charts import Chart, Dash, Drawer, Line, charts, graph_charts
+from satform_tools.report.page.view3d import Space, box, space
+from satform_tools.report.plots.style import Unit, length_unit, time_unit
+from satform_tools.report.summary import summarise
+from satform_tools.run.stored_run import Kept
+
+_PARTS = Path(__file__).parent
+_SIDES = ("A", "B")
+
+
+def page_of(kept: Kept) -> str:
+    """The page of one flight.
+
+    Args:
+        kept: the flight.
+
+    Returns:
+        The HTML file's text.
+    """
+    clock = time_unit(_duration([kept]))
+    verdicts, found = kept.verdicts(), happenings(kept)
+    seen = _spaces([kept], clock)
+    page = {
+        "heading": kept.scenario.title,
+        "overline": f"{kept.scenario.name} · {kept.name}",
+        "status": content.status(kept, verdicts),
+        "facts": content.facts(kept),
+        "has_space": bool(seen),
+        "space_note": seen[0].note if seen else "",
+        "expectations": content.expectations(verdicts),
+        "tables_first": [],
+        "events": content.events(found),
+        "no_events": content.no_events(kept),
+        "tables_last": [content.figures(summarise(kept.record), "Flight in figures")],
+        "scenarios": [content.scenario_text(kept.scenario, "Scenario")],
+        "provenance": content.provenance([kept]),
+    }
+    data = {
+        **_frame([kept], clock, seen),
+        "charts": [_chart(chart) for chart in charts(kept, clock)],
+        "graphs": [_chart(chart) for chart in graph_charts(kept, clock)],
+        "events": [{"time": entry.time / clock.size, "kind": entry.kind} for entry in found],
+        "keys": [],
+    }
+    return _rendered(page, data)
+
+
+def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
+    """The page that holds two flights side by side.
+
+    Args:
+        first: called A on the page.
+        second: called B.
+        comparison: of the two.
+
+    Returns:
+        The HTML file's text.
+    """
+    both = [first, second]
+    clock = time_unit(_duration(both))
+    seen = _spaces(both, clock)
+    same_scenario = first.scenario.digest() == second.scenario.digest()
+    shown = (
+        [(first, "Scenario of both")]
+        if same_scenario
+        else [(first, "Scenario of A"), (second, "Scenario of B")]
+    )
+    figures = [
+        content.figures(summarise(kept.record), f"Flight {side} in figures")
+        for side, kept in zip(_SIDES, both, strict=True)
+    ]
+    page = {
+        "heading": f"{first.name} and {second.name}",
+        "overline": f"A: {first.scenario.name}, {first.name} · B: {second.scenario.name}, {second.name}",
+        "status": content.Status("met" if comparison.same else "partial", comparison.sentence),
+        "facts": [
+            content.Fact(f"{fact.name} ({side})", fact.value)
+            for side, kept in zip(_SIDES, both, strict=True)
+            for fact in (
+                content.Fact("Result", content.status(kept, kept.verdicts()).text),
+                *content.facts(kept)[:2],
+            )
+        ],
+        "has_space": bool(seen),
+        "space_note": "A is drawn with lines and dots, B with dashes and diamonds." if seen else "",
+        "expectations": content.expected_of_both(comparison),
+        "tables_first": [content.differences(comparison)] if comparison.differences else [],
+        "events": content.events([]),
+        "no_events": "Events are told in the report of each flight.",
+        "tables_last": figures,
+        "scenarios": [content.scenario_text(kept.scenario, heading) for kept, heading in shown],
+        "provenance": content.provenance(both),
+    }
+    pairs = [[*charts(kept, clock), *graph_charts(kept, clock)] for kept in both]
+    data = {
+        **_frame(both, clock, seen),
+        "charts": [
+            _chart(chart) for chart in (*_apart(first, second, comparison, clock), *_overlaid(*pairs))
+        ],
+        "graphs": [],
+        "events": [],
+        "keys": ["A solid", "B dashed"],
+        "sameOrbits": same_scenario,
+    }
+    return _rendered(page, data)
+
+
+def _duration(flights: Sequence[Kept]) -> float:
+    return max(kept.record.steps * kept.record.step for kept in flights)
+
+
+def _spaces(flights: Sequence[Kept], clock: Unit) -> list[Space]:
+    length = length_unit(np.concatenate([kept.record.position.ravel() for kept in flights]))
+    return [seen for kept in flights if (seen := space(kept, length, clock)) is not None]
+
+
+def _frame(flights: Sequence[Kept], clock: Unit, seen: list[Space]) -> dict[str, Any]:
+    """What all figures of a page share."""
+    names = max((kept.record.satellites for kept in flights), key=len)
+    positions = np.concatenate([kept.record.position.ravel() for kept in flights])
+    return {
+        "satellites": len(names),
+        "names": list(names),
+        "clock": clock.name,
+        "end": _duration(flights) / clock.size,
+        "length": length_unit(positions).name,
+        "space": [
+            _space(flight, f" · {side}" if len(flights) > 1 else "")
+            for flight, side in zip(seen, _SIDES, strict=False)
+        ],
+        "box": box(seen) if seen else [],
+        "sameOrbits": True,
+    }
+
+
+def _overlaid(first: list[Chart], second: list[Chart]) -> list[Chart]:
+    """The charts of two flights, those of the same quantity on the same axes."""
+    theirs = {chart.key: chart for chart in second}
+    found = []
+    for chart in first:
+        other = theirs.pop(chart.key, None)
+        if chart.key == "alive":
+            continue
+        lines = [replace(line, name=f"{line.name} · A") for line in chart.lines]
+        if other is not None:
+            lines += [replace(line, name=f"{line.name} · B", dash=_other(line)) for line in other.lines]
+        found.append(replace(chart, lines=tuple(lines)))
+    found += [chart for chart in theirs.values() if chart.key != "alive"]
+    return found
+
+
+def _other(line: Line) -> Dash:
+    return "dash" if line.dash == "solid" else "dot"
+
+
+def _apart(first: Kept, second: Kept, comparison: Comparison, clock: Unit) -> list[Chart]:
+    """How far each satellite of one flight is from itself in the other, over time."""
+    if comparison.incomparable:
+        return []
+    rows = min(len(first.record.position), len(second.record.position))
+    apart: Array = np.linalg.norm(second.record.position[:rows] - first.record.position[:rows], axis=-1)
+    shorter = min((first, second), key=lambda kept: kept.record.steps).record
+    chart = Drawer(shorter, clock).each("apart", "How far A and B are apart", "distance [m]", apart)
+    return [] if chart is None else [chart]
+
+
+def _chart(chart: Chart) -> dict[str, Any]:
+    colours: dict[str, int] = {}
+    for line in chart.lines:
+        # The same colour for what is the same in both flights.
+        colours.setdefault(line.name.removesuffix(" · A").removesuffix(" · B"), len(colours))
+    return {
+        "key": chart.key,
+        "title": chart.title,
+        "axis": chart.axis,
+        "logarithmic": chart.logarithmic,
+        "steps": chart.steps,
+        "note": chart.note,
+        "lines": [
+            {
+                "name": line.name,
+                "time": _packed(line.time),
+                "values": _packed(line.values),
+                "satellite": line.satellite,
+                "colour": colours[line.name.removesuffix(" · A").removesuffix(" · B")],
+                "dash": line.dash,
+            }
+            for line in chart.lines
+        ],
+    }
+
+
+def _space(flight: Space, suffix: str) -> dict[str, Any]:
+    return {
+        "names": list(flight.names),
+        "suffix": suffix,
+        "time": _packed(flight.time),
+        "position": _packed(flight.position),
+        "orbits": [_packed(orbit) if len(orbit) else None for orbit in flight.orbits],
+        "links": [
+            {"moment": links.moment, "pairs": links.pairs, "alive": links.alive} for links in flight.links
+        ],
+        "trail": flight.trail,
+        "triangle": flight.triangle,
+    }
+
+
+def _packed(values: Array) -> str:
+    """Numbers with the seven digits that a figure needs, as text."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()
+
+
+@cache
+def _library() -> str:
+    """The script that draws, compressed: of the Python package around it nothing is used."""
+    file = Path(str(distribution("plotly").locate_file("plotly/package_data/plotly.min.js")))
+    return base64.b64encode(gzip.compress(file.read_bytes(), 6, mtime=0)).decode()
+
+
+def _rendered(page: dict[str, Any], data: dict[str, Any]) -> str:
+    environment = Environment(
+        loader=FileSystemLoader(_PARTS), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    # In a script element only this sign could end it.
+    figures = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    return environment.get_template("report.html.j2").render(
+        page=page,
+        style=Markup((_PARTS / "report.css").read_text(encoding="utf-8")),  # noqa: S704 - our own file
+        script=Markup((_PARTS / "report.js").read_text(encoding="utf-8")),  # noqa: S704 - our own file
+        data=Markup(figures),  # noqa: S704 - as is said above
+        library=Markup(_library()),  # noqa: S704 - base64
+    )

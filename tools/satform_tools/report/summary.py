@@ -1,0 +1,140 @@
+"""A flight in figures: what anyone would ask of it, whether or not its scenario expects something."""
+
+import math
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from satform.evaluation.tracking import arc_length_spread
+from satform.flight.findings import findings, mean_after_settling
+from satform.flight.record import FlightRecord
+from satform.numeric.elementwise import Array
+
+FINAL_FRACTION = 0.2
+"""The last part of a flight, over which what remains is measured."""
+
+_MOST_PAIRS = 1000
+"""Distances are measured between at most so many pairs of satellites."""
+
+
+@dataclass(frozen=True)
+class SatelliteSummary:
+    """One satellite's flight in figures.
+
+    Attributes:
+        name: of the satellite.
+        final_error: largest distance to its reference in the last part of the flight, m.
+        final_sliding_variable: largest component in the last part of the flight, m/s.
+        mean_control: mean magnitude of the commanded acceleration in the last part of the flight, m/s^2.
+        largest_control: largest magnitude in the whole flight, m/s^2.
+        delta_v: spent over the whole flight, m/s.
+        propellant_used: kg; NaN without a thruster.
+        clipped: steps with a command above the thrust limit.
+        withheld: steps with a command below the smallest impulse.
+        starved: steps with a command that the tank could not give.
+        absent: steps in which it did not fly; they have no part in the errors.
+        mean_nees: mean normalised estimation error squared of its filter after the flight's first fifth, 6
+            for a consistent one; NaN without a filter.
+        mean_innovation: likewise of its normalised innovation squared.
+        rejected: measurements that its filter rejected.
+    """
+
+    name: str
+    final_error: float
+    final_sliding_variable: float
+    mean_control: float
+    largest_control: float
+    delta_v: float
+    propellant_used: float
+    clipped: int
+    withheld: int
+    starved: int
+    absent: int
+    mean_nees: float
+    mean_innovation: float
+    rejected: int
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A whole flight in figures.
+
+    Attributes:
+        duration: simulated time flown, s.
+        final_from: start of the last part of the flight, s.
+        satellites: one entry for each.
+        spread_at_start: largest minus smallest generalised arc length, m; NaN for a lone satellite.
+        spread_at_end: the same at the end, m.
+        smallest_distance: between any two satellites, m; NaN for a lone satellite.
+        findings: sentences about what a user should know although nothing was expected of it.
+    """
+
+    duration: float
+    final_from: float
+    satellites: tuple[SatelliteSummary, ...]
+    spread_at_start: float
+    spread_at_end: float
+    smallest_distance: float
+    findings: tuple[str, ...] = ()
+
+    def data(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+def summarise(record: FlightRecord) -> Summary:
+    """A flight in figures.
+
+    Args:
+        record: of at least one step.
+
+    Returns:
+        The figures, NaN where the flight has none.
+    """
+    final = math.floor((1.0 - FINAL_FRACTION) * record.steps)
+    several = len(record.satellites) > 1
+    spread = arc_length_spread(record)
+    return Summary(
+        duration=record.steps * record.step,
+        final_from=final * record.step,
+        satellites=tuple(_satellite(record, column, final) for column in range(len(record.satellites))),
+        spread_at_start=float(spread[0]) if several else math.nan,
+        spread_at_end=float(spread[-1]) if several else math.nan,
+        smallest_distance=_smallest_distance(record),
+        findings=findings(record),
+    )
+
+
+def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummary:
+    control = record.control[:, column]
+    rejected = record.rejected_measurements[:, column]
+    return SatelliteSummary(
+        name=record.satellites[column],
+        final_error=_largest(record, record.tracking_error, column, final),
+        final_sliding_variable=_largest(record, record.sliding_variable, column, final),
+        mean_control=float(np.mean(control[final:])) if record.steps else math.nan,
+        largest_control=_largest(record, record.control, column, 0),
+        delta_v=float(np.sum(record.effort[:, column])),
+        propellant_used=float(record.propellant[0, column] - record.propellant[-1, column]),
+        clipped=int(record.clipped[-1, column]),
+        withheld=int(record.withheld[-1, column]),
+        starved=int(record.starved[-1, column]),
+        absent=int(np.count_nonzero(record.absent[:, column])),
+        mean_nees=mean_after_settling(record.estimation_error_squared, column),
+        mean_innovation=mean_after_settling(record.innovation, column),
+        rejected=int(np.max(rejected, initial=0.0, where=~np.isnan(rejected))),
+    )
+
+
+def _largest(record: FlightRecord, series: Array, column: int, first: int) -> float:
+    """Largest magnitude of a satellite's series from a row on, without the steps in which it does not fly."""
+    flying = ~record.left_out(series)[first:, column]
+    return float(np.max(np.abs(series[first:, column][flying]))) if flying.any() else math.nan
+
+
+def _smallest_distance(record: FlightRecord) -> float:
+    pairs = list(combinations(range(len(record.satellites)), 2))[:_MOST_PAIRS]
+    apart = [np.linalg.norm(record.position[:, i] - record.position[:, j], axis=-1).min() for i, j in pairs]
+    return float(min(apart)) if apart else math.nan

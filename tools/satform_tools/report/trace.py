@@ -1,0 +1,188 @@
+"""A flight's trace: what every process did when, as one file for trace viewers and as a table of a step."""
+
+import json
+import statistics
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from satform_tools import console
+
+FOLDER = "trace"
+"""In a run's folder: the marks of each process."""
+
+FILE = "trace.json"
+"""In a run's folder: all of them in Chrome's trace format, which ui.perfetto.dev opens."""
+
+_PLANT = "plant"
+_COMMAND = "/command"
+
+
+@dataclass(frozen=True)
+class Span:
+    """Something that a process did.
+
+    Attributes:
+        process: name of its node, or of its first node.
+        name: what it did: the topic whose message it worked on, or a name of its own.
+        begin: ns of the machine's monotonic clock.
+        end: likewise.
+    """
+
+    process: str
+    name: str
+    begin: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a step.
+
+    Attributes:
+        name: what happens in it.
+        seconds: its median length, s.
+    """
+
+    name: str
+    seconds: float
+
+
+def spans(folder: Path) -> list[Span]:
+    """Everything that the processes marked, in the order of beginnings; a file that is torn is passed over.
+
+    Args:
+        folder: into which they wrote.
+
+    Raises:
+        OSError: a file cannot be read.
+    """
+    found = []
+    for path in sorted(folder.glob("*.json")):
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            nodes = data["nodes"] or [path.stem]
+            found += _spans_of(_PLANT if _PLANT in nodes else min(nodes), data)
+        except (ValueError, KeyError, TypeError, IndexError):
+            console.note(f"{path}: is no whole trace of a process and is left out")
+    return sorted(found, key=lambda span: span.begin)
+
+
+def write(found: list[Span], path: Path) -> None:
+    """Write spans in Chrome's trace format, times from the first one on.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    names = sorted({span.process for span in found}, key=lambda name: (name != _PLANT, name))
+    numbers = {name: number for number, name in enumerate(names)}
+    zero = found[0].begin if found else 0
+    events: list[dict[str, Any]] = [
+        {"ph": "M", "name": "process_name", "pid": number, "tid": 0, "args": {"name": name}}
+        for name, number in numbers.items()
+    ]
+    events += [
+        {
+            "ph": "X",
+            "name": span.name,
+            "pid": numbers[span.process],
+            "tid": 0,
+            "ts": (span.begin - zero) / 1e3,
+            "dur": (span.end - span.begin) / 1e3,
+        }
+        for span in found
+    ]
+    path.write_text(json.dumps({"traceEvents": events, "displayTimeUnit": "ns"}), encoding="utf-8")
+
+
+def parts(found: list[Span]) -> list[Part]:
+    """Where the time of a step goes, along its critical path.
+
+    A step is from the moment when the plant takes the last command of one step to that of the next. Its last
+    command is that of the satellite which was slowest; the path goes through that one.
+
+    Args:
+        found: spans of a flight in lockstep.
+
+    Returns:
+        Medians over all steps but the first; empty when there are too few to tell, where a step has not one
+        command of each satellite (on a busy machine some repeat), and where satellites share a process,
+        whose work on one of them cannot be told from that on another.
+    """
+    acting, lasts = _by_process(found), step_ends(found)
+    rows = []
+    for before, last in pairwise(lasts[1:]):
+        row = _critical_path(before, last, acting)
+        if row is not None:
+            rows.append(row)
+    if len(rows) < 3:
+        return []
+    labels = (
+        "plant: takes the last command, moves all satellites, says their states",
+        "on the way: last state until the slowest satellite begins",
+        "satellite: acts, says its command, its phase and its tracking",
+        "on the way: until the plant takes the last command",
+    )
+    columns = zip(labels, zip(*rows, strict=True), strict=True)
+    return [Part(name, statistics.median(values) * 1e-9) for name, values in columns]
+
+
+def step_ends(found: list[Span]) -> list[Span]:
+    """The plant's work on the last command of each step, in whose course it moves on to the next step.
+
+    Args:
+        found: spans of a flight in lockstep.
+
+    Returns:
+        One for each step; empty where steps cannot be told apart, as `parts` says.
+    """
+    plant = [span for span in found if span.process == _PLANT and span.name.endswith(_COMMAND)]
+    names = {span.name for span in plant}
+    steps = [plant[first : first + len(names)] for first in range(0, len(plant), max(1, len(names)))]
+    # The trace may end within a step.
+    steps = [step for step in steps if len(step) == len(names)]
+    if any({span.name for span in step} != names for step in steps):
+        return []
+    return [step[-1] for step in steps] if _by_process(found).keys() >= _speakers(names) else []
+
+
+def _speakers(topics: set[str]) -> set[str]:
+    return {topic.split("/")[-2] for topic in topics}
+
+
+def _critical_path(
+    before: Span, last: Span, acting: dict[str, list[Span]]
+) -> tuple[int, int, int, int] | None:
+    """Lengths in ns of a step's four parts; None where marks are missing."""
+    satellite = last.name.split("/")[-2]
+    candidates = [
+        span for span in acting.get(satellite, ()) if before.begin < span.begin and span.begin < last.begin
+    ]
+    if not candidates:
+        return None
+    # Acting takes much longer than putting away a neighbour's word.
+    act = max(candidates, key=lambda span: span.end - span.begin)
+    return (
+        before.end - before.begin,
+        act.begin - before.end,
+        act.end - act.begin,
+        last.begin - act.end,
+    )
+
+
+def _by_process(found: list[Span]) -> dict[str, list[Span]]:
+    processes: dict[str, list[Span]] = {}
+    for span in found:
+        processes.setdefault(span.process, []).append(span)
+    return processes
+
+
+def _spans_of(process: str, data: dict[str, Any]) -> list[Span]:
+    names, opened, found = data["names"], [], []
+    for what, when in zip(data["what"], data["when"], strict=True):
+        if what >= 0:
+            opened.append((what, when))
+        elif opened and opened[-1][0] == ~what:
+            found.append(Span(process, names[~what], opened.pop()[1], when))
+    return found

@@ -1,0 +1,1 @@
+"""Flying a scenario, storing the run, replaying and recovering it."""

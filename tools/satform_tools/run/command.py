@@ -1,0 +1,320 @@
+"""Flying a scenario, in this process or over DDS, and judging the flight."""
+
+import math
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from satform.evaluation.tracking import Verdict, judge
+from satform.flight.record import FlightRecord
+from satform.scenario import Scenario, save_scenario
+from satform.scenario.deployment import HostSpec
+from satform_bringup import SCENARIO_FILE
+from satform_bringup.supervisor.flight import Flight, Policy
+from satform_nodes.runtime.signals import StopRequest
+from satform_tools import console
+from satform_tools.errors import CommandError, sentence_of
+from satform_tools.report import trace as flight_trace
+from satform_tools.report.summary import Summary, summarise
+from satform_tools.run import folders, host_part, progress, ros
+from satform_tools.run.run_result import Mode, Outcome, Speed
+
+
+@dataclass(frozen=True)
+class Manner:
+    """How a scenario is flown over DDS.
+
+    Attributes:
+        measure: whether to measure the bare message exchange, too.
+        group: satellites that share a process.
+        restart: whether a satellite that is lost is started again.
+        without_recorder: whether the flight goes on when the recorder is lost.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+        display: whether to show the flight on topics that RViz and Foxglove draw.
+        host: the scenario's host that this machine is; None when it runs everything.
+        keystore: with the nodes' keys; None to fly unsecured.
+        profile: whether to keep what every process did when.
+        namespace: of all nodes and topics, such as `/f1`; empty for the root.
+    """
+
+    measure: bool = False
+    group: int = 1
+    restart: bool = False
+    without_recorder: bool = False
+    rate: float = 0.0
+    display: bool = False
+    host: str | None = None
+    keystore: Path | None = None
+    profile: bool = False
+    namespace: str = ""
+
+
+def run(
+    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, manner: Manner | None = None
+) -> Outcome:
+    """Fly a scenario and keep what came of it.
+
+    Args:
+        scenario: what to fly.
+        mode: in this process, or as separate processes over DDS.
+        record: whether to keep the flight.
+        out: folder of the run; None for a new one.
+        manner: of a flight over DDS.
+
+    Returns:
+        What came of it; also written to the folder.
+
+    Raises:
+        CommandError: the run cannot be started or kept.
+    """
+    manner = manner or Manner()
+    _require_fitting(manner, mode)
+    part = None if manner.host is None else host_part.part(scenario, manner.host, mode, record=record)
+    folder = folders.make(out, scenario.name)
+    try:
+        if mode == "inprocess":
+            save_scenario(scenario, folder / SCENARIO_FILE)
+            outcome = _in_process(scenario, folder, record=record)
+        else:
+            outcome = _over_dds(scenario, folder, record=record, manner=manner, host=part)
+        if part is not None:
+            outcome = host_part.told(outcome, part)
+        if manner.profile:
+            _join_trace(folder)
+    except OSError as error:
+        raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
+    return _kept(outcome)
+
+
+def _kept(outcome: Outcome) -> Outcome:
+    """Write the result; where that cannot be done the outcome says so, and is printed all the same."""
+    try:
+        outcome.write(outcome.folder / folders.RESULT)
+    except OSError as error:
+        reason = f"the result cannot be kept: {sentence_of(error)}"
+        return replace(outcome, reason="; ".join(filter(None, (outcome.reason, reason))))
+    return outcome
+
+
+def _require_fitting(manner: Manner, mode: Mode) -> None:
+    """Go on only if everything that is asked for can be had together.
+
+    Raises:
+        CommandError: it cannot.
+    """
+    if mode == "inprocess":
+        asked = (
+            (manner.display, "--display shows what passes over DDS; there is nothing to show in one process"),
+            (manner.keystore, "--secure is for DDS: a run in one process says nothing on a network"),
+            (manner.profile, "--profile is for flights of several processes; --mode inprocess is but one"),
+            (manner.group > 1, "--group is for flights of several processes; --mode inprocess is but one"),
+            (manner.restart, "--restart is for processes that are lost; --mode inprocess has but one"),
+            (manner.without_recorder, "--without-recorder is for DDS: in one process there is no recorder"),
+            (manner.namespace != "", "--namespace is for DDS: a run in one process has no topics"),
+            (manner.measure, "--measure is for DDS: a run in one process exchanges no messages"),
+        )
+        for wanted, sentence in asked:
+            if wanted:
+                raise CommandError(sentence)
+    if manner.profile and mode == "realtime":
+        raise CommandError(
+            "--profile is for lockstep: on the wall clock a step waits for its moment, not for work"
+        )
+    if manner.namespace and manner.keystore is not None:
+        raise CommandError(
+            "--namespace and --secure exclude each other: a keystore's permissions name topics of the root"
+        )
+    if manner.display and manner.keystore is not None:
+        raise CommandError(
+            "--display and --secure exclude each other: a keystore has no keys for the display"
+        )
+
+
+def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
+    from satform.flight.simulate import simulate  # noqa: PLC0415 - lockstep does without
+
+    total = scenario.timing.steps
+    with StopRequest() as request, progress.shown(scenario) as report:
+        start = time.perf_counter()
+        flight = simulate(scenario, progress=lambda steps: report(steps, total), stop=lambda: request.asked)
+        speed = Speed(flight.steps, time.perf_counter() - start, scenario.timing.step)
+        # Asked to stop now, a run still keeps what it has flown.
+        unkept = _keep_record(flight, folder) if record else ""
+    if flight.steps < total and flight.early_end is None:
+        reason = "; ".join(filter(None, (f"stopped by {request.name}", unkept)))
+        return Outcome(scenario, "inprocess", folder, speed, recorded=record, reason=reason, stopped=True)
+    ended = "" if flight.early_end is None else flight.early_end.sentence
+    reason = "; ".join(filter(None, (ended, unkept)))
+    verdicts, summary = _judged(scenario, flight)
+    return Outcome(
+        scenario,
+        "inprocess",
+        folder,
+        speed,
+        verdicts,
+        summary,
+        reason=reason,
+        state_hash=flight.digest() if flight.steps else "",
+        early_end=flight.early_end,
+    )
+
+
+def _keep_record(flight: FlightRecord, folder: Path) -> str:
+    """Keep a flight; a sentence where that cannot be done, since the flight is judged all the same."""
+    try:
+        folders.save_record(flight, folder / folders.RECORD)
+    except OSError as error:
+        return f"flown to step {flight.steps}, but the record cannot be kept: {sentence_of(error)}"
+    return ""
+
+
+def _tracing(folder: Path) -> dict[str, str]:
+    """What makes every process of a run leave its marks."""
+    from satform_nodes.runtime import trace  # noqa: PLC0415 - in-process runs do without
+
+    marks = folder / flight_trace.FOLDER
+    marks.mkdir()
+    return {trace.FOLDER: str(marks.absolute())}
+
+
+def _join_trace(folder: Path) -> None:
+    spans = flight_trace.spans(folder / flight_trace.FOLDER)
+    flight_trace.write(spans, folder / flight_trace.FILE)
+    parts = flight_trace.parts(spans)
+    if not parts:
+        console.note(
+            f"{folder / flight_trace.FILE} opens in ui.perfetto.dev; parts of a step are given only where "
+            "every satellite has a process of its own and said each command once"
+        )
+        return
+    from satform_tools.report.plots import trace as trace_plot  # noqa: PLC0415 - slow to import
+
+    trace_plot.draw(spans, folder / trace_plot.FILE)
+    for part in parts:
+        console.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
+    total = sum(part.seconds for part in parts)
+    console.note(
+        f"{1e6 * total:8.0f} us  of a step, median; {folder / flight_trace.FILE} opens in ui.perfetto.dev, "
+        f"and {trace_plot.FILE} beside it shows a few steps"
+    )
+
+
+def _over_dds(
+    scenario: Scenario, folder: Path, *, record: bool, manner: Manner, host: HostSpec | None
+) -> Outcome:
+    ros.require()
+    from satform_bringup.supervisor.run import fly  # noqa: PLC0415 - in-process runs do without
+
+    policy = Policy(manner.restart, manner.without_recorder, manner.rate)
+    try:
+        with progress.shown(scenario) as report:
+            flight = fly(
+                scenario,
+                folder,
+                record=record,
+                progress=report,
+                group=manner.group,
+                display=manner.display,
+                policy=policy,
+                host=host,
+                keystore=manner.keystore,
+                environment=_tracing(folder) if manner.profile else None,
+                namespace=manner.namespace,
+            )
+    except RuntimeError as error:
+        raise CommandError(str(error)) from None
+    speed = Speed(
+        steps=flight.steps,
+        seconds=flight.seconds,
+        step_length=scenario.timing.step,
+        start_seconds=flight.start_seconds,
+        plant_seconds=flight.plant_seconds,
+        satellite_seconds=flight.satellite_seconds,
+        ping_pong_seconds=_ping_pong() if manner.measure and not flight.stopped else None,
+    )
+    reason = flight.reason or "; ".join(flight.missed)
+    broken = bool(flight.stopped or reason)
+    verdicts: tuple[Verdict, ...] = ()
+    summary = None
+    state_hash = ""
+    if flight.bag is not None and (flight.early_end or not broken):
+        try:
+            recorded = _read(scenario, flight.bag)
+            verdicts, summary = _judged(scenario, recorded)
+            state_hash = "" if manner.rate or not recorded.steps else recorded.digest()
+        except CommandError as error:
+            reason = reason or str(error)
+            if flight.early_end:
+                # Nothing is flown of which there could be a figure.
+                verdicts = tuple(expectation.verdict(math.nan) for expectation in scenario.expect)
+    return Outcome(
+        scenario=scenario,
+        mode="realtime" if manner.rate else "lockstep",
+        punctuality=flight.punctuality,
+        state_hash=state_hash,
+        folder=folder,
+        speed=speed,
+        verdicts=verdicts,
+        summary=summary,
+        recorded=flight.bag is not None,
+        lost=flight.lost,
+        events=_events(flight),
+        reason=reason,
+        stopped=flight.stopped,
+        messages=flight.messages,
+        early_end=flight.early_end,
+    )
+
+
+def _events(flight: "Flight") -> tuple[str, ...]:
+    """Who was lost or came back, in the order of the steps."""
+    losses = [
+        (
+            loss.step,
+            f"{loss.name} lost from step {loss.step} on, {'as planned' if loss.planned else loss.reason}",
+        )
+        for loss in flight.losses
+    ]
+    returns = [
+        (
+            back.step,
+            f"{back.name} back from step {back.step} on, {back.seconds:.2f} s of wall-clock time later",
+        )
+        for back in flight.returns
+    ]
+    ordered = sorted([*losses, *returns], key=lambda entry: entry[0])
+    return (*(sentence for _, sentence in ordered), *flight.warnings)
+
+
+def _read(scenario: Scenario, path: Path) -> FlightRecord:
+    """The whole flight from its bag.
+
+    Raises:
+        CommandError: the bag does not hold the whole flight.
+    """
+    from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - needs ROS, in-process runs do not
+
+    try:
+        bag = read_bag(path)
+    except BagError as error:
+        raise CommandError(str(error)) from None
+    if not bag.complete:
+        steps = f"{bag.record.steps} of {scenario.timing.steps} steps"
+        raise CommandError(f"the bag is not complete: it holds {steps}")
+    return bag.record
+
+
+def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary | None]:
+    """Verdicts, and the flight in figures, which one of no step has none of."""
+    return tuple(judge(scenario.expect, flight, scenario)), summarise(flight) if flight.steps else None
+
+
+def _ping_pong() -> float | None:
+    """Median time in s of a bare message there and back between two processes; None where it fails."""
+    from satform_tools.bench.scaling import ping_pong_median  # noqa: PLC0415 - in-process runs do without
+
+    try:
+        return ping_pong_median(3000)
+    except RuntimeError as error:
+        console.note(f"the bare message exchange was not measured: {error}")
+        return None

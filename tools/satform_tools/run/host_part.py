@@ -1,0 +1,72 @@
+"""The part of a flight that one of several hosts has: which it is, and what can be said of it there."""
+
+from dataclasses import replace
+
+from satform.scenario import Scenario
+from satform.scenario.deployment import HostSpec
+from satform_tools import console
+from satform_tools.errors import CommandError
+from satform_tools.run import ros
+from satform_tools.run.run_result import Mode, Outcome
+
+_ONE_MACHINE: dict[Mode, str] = {
+    "inprocess": "a run in one process is on one machine",
+    "realtime": "on the wall clock a flight is on one machine, since clocks of several are not the same",
+}
+"""Why a flight of a mode cannot be on several hosts."""
+
+
+def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec:
+    """The part of the host that this machine is said to be.
+
+    Args:
+        scenario: what is flown.
+        name: of the host.
+        mode: how it is flown.
+        record: whether the flight is recorded.
+
+    Returns:
+        The host.
+
+    Raises:
+        CommandError: there is no such host, this machine is another one, or it has nothing to do.
+    """
+    if mode != "lockstep":
+        raise CommandError(f"--host {name} is for lockstep: {_ONE_MACHINE[mode]}")
+    ros.require()
+    from satform_bringup.deployment import multi_host_discovery  # noqa: PLC0415 - in-process runs do without
+    from satform_bringup.deployment.domain import DomainError  # noqa: PLC0415
+
+    try:
+        host = multi_host_discovery.find_host(scenario, name)
+        multi_host_discovery.require_own_address(host)
+        with multi_host_discovery.flight_domain(scenario, host) as domain:
+            console.note(multi_host_discovery.in_words(scenario, host, domain))
+    except (multi_host_discovery.PeerError, DomainError) as error:
+        raise CommandError(str(error)) from None
+    if host.runs == ("recorder",) and not record:
+        raise CommandError(f"host {name} runs the recorder alone, so with --no-record it has nothing to do")
+    return host
+
+
+def told(outcome: Outcome, host: HostSpec) -> Outcome:
+    """What came of a flight as it is to be told on one of its hosts.
+
+    Args:
+        outcome: as this machine saw it.
+        host: that this machine was.
+
+    Returns:
+        The same, with the host that judges and, where the flight ended early, the one that knows why.
+    """
+    from satform_bringup.deployment import multi_host_discovery  # noqa: PLC0415 - in-process runs do without
+
+    judge = multi_host_discovery.judge(outcome.scenario).name
+    outcome = replace(outcome, host=host.name, judged_on="" if judge == host.name else judge)
+    flown = outcome.speed.steps == outcome.scenario.timing.steps
+    if flown or outcome.lost or outcome.stopped or outcome.early_end or "plant" in host.runs:
+        return outcome
+    # Nothing failed here, and a bag that ends with the flight is not the reason.
+    plant = next(other.name for other in outcome.scenario.hosts if "plant" in other.runs)
+    steps = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
+    return replace(outcome, reason=f"it ended at {steps}; host {plant}, which runs the plant, says why")

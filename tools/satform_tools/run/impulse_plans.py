@@ -1,0 +1,246 @@
+"""Plans of flights by impulses, as tables for people and JSON for machines; the formulas are in `satform`."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+
+from satform.control.protocol import Motion
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER
+from satform.orbits.sun import days_at, sun_in_lvlh
+from satform.planning.patrol import (
+    GEOSTATIONARY_RADIUS,
+    Burn,
+    Encounter,
+    NoPatrolError,
+    Patrol,
+    PatrolGoal,
+    PatrolPlan,
+    PatrolTarget,
+    burn_in_lvlh,
+    clearance,
+    encounters,
+    plan_patrol,
+)
+from satform.planning.transfer_plan import TourPlan, plan_tour
+from satform.planning.transfers import Leg, node_crossing_rate
+from satform_tools import console
+from satform_tools.console import Table
+from satform_tools.errors import CommandError, InfeasibleError
+
+DAY = 86400.0
+PATROL_DATE = datetime(2022, 10, 20, 4, 12)  # noqa: DTZ001 - the command line's dates are in UTC
+PATROL_TARGETS = ("54.56,5.86,57", "56.82,0.01,270", "57.85,1.14,177")
+"""The targets of the scenario `patrol_three`."""
+
+
+def approach(
+    start: str,
+    points: Sequence[str],
+    period: float,
+    date: datetime | None,
+    longitude: float | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Print the impulses of a tour.
+
+    Args:
+        start: `x,y,z` in m, LVLH.
+        points: `x,y,z,seconds` of each way-point, with `,pass` where the tour does not stop.
+        period: of the chief's orbit, s.
+        date: of the start, UTC; None when the light does not matter.
+        longitude: of a geostationary chief, deg east; None likewise.
+        as_json: whether for a machine.
+
+    Raises:
+        CommandError: a text is not of its form, or the tour cannot be flown.
+    """
+    if (date is None) != (longitude is None):
+        raise CommandError("the light needs both --date and --longitude")
+    if not period > 0.0:
+        raise CommandError(f"--period {period:g}: an orbit takes a positive time")
+    legs = [_leg(text) for text in points]
+    begin = Motion(np.array(_numbers("--start", start, 3)), np.zeros(3))
+    try:
+        plan = plan_tour(begin, legs, 2.0 * math.pi / period)
+    except ValueError as error:
+        raise CommandError(str(error)) from None
+    light = None
+    if date is not None and longitude is not None:
+        light = _light_at_the_end(legs, plan, date, math.radians(longitude))
+    if as_json:
+        console.as_json(_approach_data(plan, light))
+        return
+    rows = [
+        (f"{time:.1f}", *(f"{part:.6f}" for part in impulse), f"{np.linalg.norm(impulse):.6f}")
+        for time, impulse in zip(plan.times.tolist(), plan.impulses.tolist(), strict=True)
+    ]
+    headings = ("time [s]", "x [m/s]", "y [m/s]", "z [m/s]", "delta-v [m/s]")
+    console.table(Table(headings, rows, frozenset(range(5))))
+    console.line(f"delta-v {plan.delta_v():.6g} m/s in {plan.times[-1]:g} s")
+    console.line(f"closest to the chief: {plan.closest_distance:.7g} m at {plan.closest_time:.6g} s")
+    if light is not None:
+        console.line(f"light angle at the chief on arrival: {math.degrees(light):.1f} deg")
+
+
+def patrol(
+    targets: Sequence[str] | None,
+    longitude: float,
+    below: float,
+    days: float,
+    budget: float,
+    keep_out: float,
+    date: datetime | None,
+    chief: float,
+    *,
+    as_json: bool,
+) -> None:
+    """Print the burns of a patrol, and its passes beside those of plain drift.
+
+    Args:
+        targets: `longitude,inclination,node` of each in deg; None for those of `patrol_three`.
+        longitude: of the watcher at the start, deg east.
+        below: depth of its orbit below the geostationary belt, km.
+        days: length of the patrol.
+        budget: delta-v that is not exceeded, m/s.
+        keep_out: distance to every target that is kept from the start to the end, km.
+        date: of the start, UTC; None for that of `patrol_three`.
+        chief: longitude of the chief in whose LVLH burns are given, deg east.
+        as_json: whether for a machine.
+
+    Raises:
+        CommandError: a text is not of its form, or a number is out of range.
+        InfeasibleError: no plan keeps budget, duration and keep-out distance.
+    """
+    if not (0.0 < days <= 60.0 and budget >= 0.0 and abs(below) <= 1000.0):
+        raise CommandError("a patrol takes up to 60 days, no negative budget, and 1000 km about the belt")
+    if not 0.0 <= keep_out <= 1000.0:
+        raise CommandError(f"--keep-out {keep_out:g}: takes 0 to 1000 km")
+    task = Patrol(
+        start_day=days_at(date or PATROL_DATE),
+        duration=days * DAY,
+        longitude=math.radians(longitude),
+        altitude_offset=-1e3 * below,
+        targets=tuple(_target(text) for text in targets or PATROL_TARGETS),
+    )
+    try:
+        plan = plan_patrol(task, PatrolGoal(budget=budget, keep_out=1e3 * keep_out))
+    except NoPatrolError as error:
+        raise InfeasibleError(str(error)) from None
+    drifting = encounters(task, ())
+    vectors = [burn_in_lvlh(task, plan.burns, burn, math.radians(chief)) for burn in plan.burns]
+    if as_json:
+        console.as_json(_patrol_data(task, plan, drifting, [vector.tolist() for vector in vectors]))
+        return
+    _print_burns(plan.burns, [vector.tolist() for vector in vectors], chief)
+    console.line()
+    _print_passes(task, plan.encounters, drifting)
+    console.line()
+    console.line(f"delta-v {plan.delta_v():.6g} m/s; drifting needs none")
+    nearest = clearance(task, plan.burns, 0.0, task.duration)
+    console.line(f"nearest to any target at any time: {nearest / 1e3:.1f} km")
+
+
+def _numbers(option: str, text: str, count: int) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+        raise CommandError(f"{option} {text}: takes {count} numbers with commas between them")
+    return numbers
+
+
+def _leg(text: str) -> Leg:
+    rest = text.removesuffix(",pass")
+    x, y, z, duration = _numbers("--point", rest, 4)
+    return Leg(np.array([x, y, z]), duration, stop=rest == text)
+
+
+def _target(text: str) -> PatrolTarget:
+    return PatrolTarget(*(math.radians(angle) for angle in _numbers("--target", text, 3)))
+
+
+def _light_at_the_end(legs: Sequence[Leg], plan: TourPlan, date: datetime, longitude: float) -> float:
+    sun = sun_in_lvlh(days_at(date) + float(plan.times[-1]) / DAY, longitude)
+    place = legs[-1].position
+    if not np.any(place):
+        return 0.0
+    return math.acos(max(-1.0, min(1.0, float(place @ sun) / float(np.linalg.norm(place)))))
+
+
+def _approach_data(plan: TourPlan, light: float | None) -> dict[str, Any]:
+    return {
+        "impulses": [
+            {"time": time, "velocity_change": impulse}
+            for time, impulse in zip(plan.times.tolist(), plan.impulses.tolist(), strict=True)
+        ],
+        "delta_v": plan.delta_v(),
+        "duration": float(plan.times[-1]),
+        "closest_distance": plan.closest_distance,
+        "closest_time": plan.closest_time,
+        "light_angle": light,
+    }
+
+
+def _patrol_data(
+    task: Patrol, plan: PatrolPlan, drifting: Sequence[Encounter], vectors: list[list[float]]
+) -> dict[str, Any]:
+    return {
+        "burns": [
+            {"time": burn.time, "velocity_change": vector}
+            for burn, vector in zip(plan.burns, vectors, strict=True)
+        ],
+        "delta_v": plan.delta_v(),
+        "closest_distance": clearance(task, plan.burns, 0.0, task.duration),
+        "passes": [
+            {**asdict(seen), "angular_rate": _angular_rate(target, seen)}
+            for target, seen in zip(task.targets, plan.encounters, strict=True)
+        ],
+        "drift_passes": [
+            {**asdict(seen), "angular_rate": _angular_rate(target, seen)}
+            for target, seen in zip(task.targets, drifting, strict=True)
+        ],
+    }
+
+
+def _angular_rate(target: PatrolTarget, seen: Encounter) -> float:
+    speed = math.sqrt(GRAVITATIONAL_PARAMETER / GEOSTATIONARY_RADIUS)
+    return node_crossing_rate(speed, target.inclination, seen.distance)
+
+
+def _print_burns(burns: Sequence[Burn], vectors: list[list[float]], chief: float) -> None:
+    rows = [
+        (
+            f"{burn.time:.1f}",
+            f"{burn.time / DAY:.3f}",
+            f"{burn.speed_change:.6f}",
+            *(f"{part:.8f}" for part in vector),
+        )
+        for burn, vector in zip(burns, vectors, strict=True)
+    ]
+    headings = ("time [s]", "day", "forward [m/s]", "x [m/s]", "y [m/s]", "z [m/s]")
+    console.table(Table(headings, rows, frozenset(range(6))))
+    console.line(f"x, y and z are in the LVLH axes of a geostationary chief at {chief:g} deg E")
+
+
+def _print_passes(task: Patrol, planned: Sequence[Encounter], drifting: Sequence[Encounter]) -> None:
+    headings = ("pass", "day", "closest [km]", "light angle [deg]", "sunlit", "angular rate [deg/s]")
+    rows = []
+    for name, passes in (("with burns", planned), ("drifting", drifting)):
+        for number, (target, seen) in enumerate(zip(task.targets, passes, strict=True), start=1):
+            rows.append(
+                (
+                    f"target {number}, {name}",
+                    f"{seen.time / DAY:.2f}",
+                    f"{seen.distance / 1e3:.1f}",
+                    f"{math.degrees(seen.light_angle):.1f}",
+                    "yes" if seen.sunlit else "no",
+                    f"{math.degrees(_angular_rate(target, seen)):.3f}",
+                )
+            )
+    console.table(Table(headings, rows, frozenset({1, 2, 3, 5})))

@@ -1,0 +1,121 @@
+"""The command `recover`: a whole bag from one whose recorder was killed."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from satform_bringup import BAG_FOLDER
+from satform_tools import console
+from satform_tools.errors import CommandError, sentence_of
+from satform_tools.run import ros
+
+if TYPE_CHECKING:
+    from satform_nodes.bag.reader import Bag
+    from satform_nodes.bag.recovery import Recovered
+
+_SUFFIX = "_recovered"
+"""End of the new folder's name by default."""
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is said of a recovery.
+
+    Attributes:
+        recovered: what was written.
+        bag: the new bag; None where it holds no flight.
+        why_none: why it holds none.
+    """
+
+    recovered: "Recovered"
+    bag: "Bag | None"
+    why_none: str
+
+    def data(self) -> dict[str, Any]:
+        """The same for machines."""
+        found: dict[str, Any] = {
+            "source": str(self.recovered.source),
+            "bag": str(self.recovered.folder),
+            "messages": self.recovered.messages,
+            "topics": self.recovered.topics,
+            "damage": self.recovered.damage,
+        }
+        if self.bag is None:
+            return found
+        timing = self.bag.scenario.timing
+        return found | {
+            "steps": self.bag.record.steps,
+            "steps_planned": timing.steps,
+            "complete": self.bag.complete,
+            "missing_from_step": None if self.bag.complete else self.bag.record.steps,
+        }
+
+    def lines(self) -> list[str]:
+        """Sentences for people."""
+        recovered = self.recovered
+        lines = [f"{recovered.messages} messages on {recovered.topics} topics are in {recovered.folder}"]
+        if recovered.damage:
+            lines.append(f"{recovered.source} could not be read further: {recovered.damage}")
+        if self.bag is None:
+            return [*lines, f"no flight can be read from it: {self.why_none}"]
+        steps, timing = self.bag.record.steps, self.bag.scenario.timing
+        if self.bag.complete:
+            return [*lines, f"the flight is whole: {steps} of {timing.steps} steps"]
+        missing = (
+            f"missing from step {steps} on ({steps * timing.step:g} s)"
+            if steps < timing.steps
+            else "its last messages may be missing"
+        )
+        return [*lines, f"complete are {steps} of {timing.steps} steps; {missing}"]
+
+
+def recover(run: Path, out: Path | None, *, as_json: bool) -> None:
+    """Write a whole bag from what can be read of a run's, into a folder of its own.
+
+    Args:
+        run: folder of a run, folder of a bag, or `.mcap` file; nothing in it is changed.
+        out: folder of the new bag; None for one beside the old.
+        as_json: whether to print for a machine.
+
+    Raises:
+        CommandError: there is no such bag, nothing of it can be read, or the new one cannot be written.
+    """
+    ros.require()
+    from satform_nodes.bag.reader import BagError  # noqa: PLC0415 - needs ROS
+    from satform_nodes.bag.recovery import is_whole  # noqa: PLC0415
+    from satform_nodes.bag.recovery import recover as written  # noqa: PLC0415
+
+    source = run / BAG_FOLDER if (run / BAG_FOLDER).is_dir() else run
+    folder = source.with_name(f"{source.stem}{_SUFFIX}") if out is None else out
+    try:
+        if out is None and is_whole(source):
+            _say_whole(source, as_json=as_json)
+            return
+        told = _told(written(source, folder))
+    except BagError as error:
+        raise CommandError(str(error)) from None
+    except FileExistsError:
+        raise CommandError(f"{folder} is there already; name another folder with --out") from None
+    except OSError as error:
+        raise CommandError(f"the bag cannot be recovered: {sentence_of(error)}") from None
+    if as_json:
+        console.as_json(told.data())
+        return
+    for line in told.lines():
+        console.line(line)
+
+
+def _told(recovered: "Recovered") -> _Told:
+    from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
+
+    try:
+        return _Told(recovered, read_bag(recovered.folder), "")
+    except BagError as error:
+        return _Told(recovered, None, str(error))
+
+
+def _say_whole(source: Path, *, as_json: bool) -> None:
+    if as_json:
+        console.as_json({"source": str(source), "whole": True})
+    else:
+        console.line(f"{source} is whole and rosbag2's description fits; there is nothing to recover")

@@ -1,0 +1,21 @@
+"""Whether ROS 2 is there, asked before anything that needs it is started."""
+
+from importlib.util import find_spec
+
+from satform_tools.errors import CommandError
+
+_NEEDED = ("rclpy", "satform_msgs", "satform_nodes", "satform_bringup")
+
+
+def require() -> None:
+    """Go on only with ROS 2 and the project's own ROS packages.
+
+    Raises:
+        CommandError: one of them is missing.
+    """
+    missing = next((name for name in _NEEDED if find_spec(name) is None), None)
+    if missing:
+        raise CommandError(
+            f"ROS 2 is not in this environment (there is no {missing}); start with ./tools/satform, "
+            "or use --mode inprocess"
+        )

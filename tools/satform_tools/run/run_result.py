@@ -1,0 +1,197 @@
+"""What came of a run: verdicts, speed, exit code, and the file that says so."""
+
+import math
+import platform
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Literal
+
+from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
+from satform.evaluation.tracking import Verdict
+from satform.files.durable_file import write_durably
+from satform.flight.early_end import EarlyEnd
+from satform.scenario import Scenario
+from satform_tools.console import to_json
+from satform_tools.report.summary import Summary
+
+Mode = Literal["lockstep", "inprocess", "realtime"]
+
+_PACKAGES = (
+    "satform",
+    "numpy",
+    "scipy",
+    "pydantic",
+    "brahe",
+    "ros-jazzy-rclpy",
+    "ros-jazzy-rmw-fastrtps-cpp",
+)
+
+
+@dataclass(frozen=True)
+class Speed:
+    """How fast a run was, in wall-clock time.
+
+    Attributes:
+        steps: flown.
+        seconds: from the first step to the last.
+        step_length: simulated time of a step, s.
+        start_seconds: from the command to the first step.
+        plant_seconds: of these, the plant's own computation; None where it is not told apart.
+        satellite_seconds: of these, each satellite's own computation.
+        ping_pong_seconds: of one bare message there and one back; None when it was not measured.
+    """
+
+    steps: int
+    seconds: float
+    step_length: float
+    start_seconds: float = 0.0
+    plant_seconds: float | None = None
+    satellite_seconds: dict[str, float] = field(default_factory=dict)
+    ping_pong_seconds: float | None = None
+
+    @property
+    def steps_per_second(self) -> float:
+        """Steps flown each second of wall-clock time."""
+        return self.steps / self.seconds if self.seconds > 0.0 else math.nan
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds each second of wall-clock time."""
+        return self.steps_per_second * self.step_length
+
+    def shares(self) -> dict[str, float]:
+        """Fractions of the step: the plant, the slowest satellite, and the rest, which is DDS and waiting."""
+        if self.plant_seconds is None or self.seconds <= 0.0:
+            return {}
+        plant = self.plant_seconds / self.seconds
+        slowest = max(self.satellite_seconds.values(), default=0.0) / self.seconds
+        return {"plant": plant, "slowest_satellite": slowest, "dds": max(0.0, 1.0 - plant - slowest)}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a run.
+
+    Attributes:
+        scenario: what was to be flown.
+        mode: how it was flown.
+        folder: where the run is kept.
+        speed: how fast it was.
+        verdicts: one for each expectation; empty when nothing could be judged.
+        summary: the flight in figures; None when nothing could be judged.
+        recorded: whether there is a record to judge by.
+        lost: names of the processes that were lost though the scenario does not say so, and are not back.
+        events: sentences about who was lost or came back, planned or not.
+        reason: why the flight ended early or cannot be judged; empty when neither is so.
+        stopped: whether the user stopped it.
+        messages: in the bag.
+        punctuality: of a flight on the wall clock: delays, missed steps, ages of what was heard.
+        host: the scenario's host that this machine was; empty when it ran everything.
+        judged_on: the host that judges the flight, where it is another one.
+        state_hash: of the record; empty when there is none, or on the wall clock, where every run has
+            bits of its own.
+        early_end: the quantity that was not finite or beyond its limit, with which the flight ended; None
+            when it did not end so.
+    """
+
+    scenario: Scenario
+    mode: Mode
+    folder: Path
+    speed: Speed
+    verdicts: tuple[Verdict, ...] = ()
+    summary: Summary | None = None
+    recorded: bool = True
+    lost: tuple[str, ...] = ()
+    events: tuple[str, ...] = ()
+    reason: str = ""
+    stopped: bool = False
+    messages: int = 0
+    punctuality: dict[str, Any] = field(default_factory=dict)
+    host: str = ""
+    judged_on: str = ""
+    state_hash: str = ""
+    early_end: EarlyEnd | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether every step was flown and nothing is missing from the record."""
+        flown = self.speed.steps == self.scenario.timing.steps
+        return flown and not (self.stopped or self.reason)
+
+    @property
+    def tolerated(self) -> bool:
+        """Whether no more was lost than the scenario allows."""
+        return len(self.lost) <= self.scenario.tolerated_losses
+
+    @property
+    def exit_code(self) -> int:
+        """As expected, expectation missed, a process lost, ended early, or stopped by the user."""
+        if self.stopped:
+            return EXIT_STOPPED
+        if self.early_end is not None:
+            return EXIT_ENDED_EARLY
+        if not (self.complete and self.tolerated):
+            return EXIT_LOST
+        return EXIT_DONE if all(verdict.met for verdict in self.verdicts) else EXIT_MISSED
+
+    @property
+    def judged(self) -> bool:
+        """Whether the whole flight, or one that ended early, was held against at least one expectation."""
+        return (self.complete or self.early_end is not None) and bool(self.verdicts)
+
+    def data(self) -> dict[str, Any]:
+        """Everything about the run, for `result.json` and `--json`."""
+        timing = self.scenario.timing
+        return {
+            "scenario": self.scenario.name,
+            "title": self.scenario.title,
+            "digest": self.scenario.digest(),
+            "seed": self.scenario.seed,
+            "mode": self.mode,
+            "folder": str(self.folder),
+            "steps": self.speed.steps,
+            "steps_planned": timing.steps,
+            "complete": self.complete,
+            "stopped": self.stopped,
+            "lost": list(self.lost),
+            "events": list(self.events),
+            "reason": self.reason,
+            "exit_code": self.exit_code,
+            "early_end": None if self.early_end is None else self.early_end.data(),
+            "judged": self.judged,
+            "expectations": [asdict(verdict) for verdict in self.verdicts],
+            "expectations_left_out": list(self.scenario.expectations_left_out),
+            "summary": None if self.summary is None else self.summary.data(),
+            "messages": self.messages,
+            "punctuality": self.punctuality,
+            "host": self.host,
+            "judged_on": self.judged_on,
+            "state_hash": self.state_hash or None,
+            "speed": {
+                **asdict(self.speed),
+                "steps_per_second": self.speed.steps_per_second,
+                "real_time_factor": self.speed.real_time_factor,
+                "shares": self.speed.shares(),
+            },
+            "versions": versions(),
+        }
+
+    def write(self, path: Path) -> None:
+        """Keep it as a JSON file.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        write_durably(path, f"{to_json(self.data())}\n".encode())
+
+
+def versions() -> dict[str, str]:
+    """What flies here: version of Python and of each package that has a part in the numbers."""
+    found = {"python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
+    for name in _PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found

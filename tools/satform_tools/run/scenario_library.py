@@ -1,0 +1,73 @@
+"""Scenarios by name: where they are, which one was meant, and reading them."""
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+from satform.scenario import Scenario, load_scenario
+from satform_tools import console
+from satform_tools.errors import CommandError
+
+ROOT = Path(__file__).resolve().parents[3]
+"""The project's folder."""
+
+SCENARIOS = ROOT / "scenarios"
+"""The scenarios that come with the project."""
+
+_SUFFIXES = (".yaml", ".yml", ".json")
+
+
+def names() -> list[str]:
+    """Names of the scenarios that come with the project."""
+    return sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+
+
+def find(scenario: str) -> Path:
+    """The file of a scenario.
+
+    Args:
+        scenario: name of one in the project's folder, or the path of a file.
+
+    Returns:
+        The file; a path is returned whether or not there is such a file.
+
+    Raises:
+        CommandError: nothing of that name is known.
+    """
+    known = names()
+    if scenario in known:
+        return SCENARIOS / f"{scenario}.yaml"
+    path = Path(scenario)
+    if path.suffix in _SUFFIXES or "/" in scenario or _is_file(path):
+        return path
+    close = difflib.get_close_matches(scenario, known, n=1)
+    meant = f"; did you mean {close[0]}?" if close else "."
+    raise CommandError(
+        f"there is no scenario {scenario!r}{meant} Name one of {', '.join(known)}, or the path of a YAML file"
+    )
+
+
+def load(scenario: str, changes: Iterable[str] = (), seed: int | None = None) -> Scenario:
+    """Read a scenario; what its file expects of a longer flight than is wanted is left out, and said.
+
+    Args:
+        scenario: its name or the path of its file.
+        changes: `key=value` settings laid over the file.
+        seed: laid over the file's when given.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        CommandError: nothing of that name is known.
+        ScenarioError: it cannot fly.
+    """
+    seeds = () if seed is None else (f"seed={seed}",)
+    return load_scenario(find(scenario), (*changes, *seeds), console.note)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
