@@ -1,4 +1,4 @@
-"""Whoever follows a link in the project's pages arrives."""
+"""Every link in the project's pages has a target: a file of the project, and a heading in it."""
 
 import re
 import subprocess
