@@ -1,4 +1,7 @@
-"""Attitude that points a sensor at a place on the ground and turns about it to keep panels to the sun."""
+"""Desired attitude: boresight to a target on the ground, panel axis perpendicular to the sun.
+
+Equations: docs/controllers/attitude.md.
+"""
 
 import math
 from dataclasses import dataclass

@@ -1,7 +1,9 @@
-"""Attitude of a gyrostat: a rigid body that carries one reaction wheel on each body axis.
+"""Attitude of a gyrostat: a rigid body with one reaction wheel on each body axis.
 
-Attitude is held in modified Rodrigues parameters (MRP), the axis of the rotation from inertial to
-body axes times the tangent of a quarter of its angle, switched to the shadow set beyond a half turn.
+Attitude is described by modified Rodrigues parameters (MRP): the axis of the rotation from inertial to
+body axes times the tangent of a quarter of its angle, switched to the shadow set beyond half a turn.
+
+Equations: docs/controllers/attitude.md.
 """
 
 from collections.abc import Callable

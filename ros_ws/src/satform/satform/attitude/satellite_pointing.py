@@ -1,4 +1,7 @@
-"""Attitude that points a sensor at another satellite of the formation."""
+"""Desired attitude: boresight to another satellite of the formation, panel axis perpendicular to the sun.
+
+Equations: docs/controllers/attitude.md.
+"""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -1,4 +1,7 @@
-"""Attitude tracking with reaction wheels, stable from any attitude."""
+"""Attitude tracking with reaction wheels, stable from any attitude.
+
+Equations: docs/controllers/attitude.md.
+"""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -1,11 +1,13 @@
-"""Turn about a line of sight that keeps panels to the sun, with its rates, where it is singular too.
+"""Yaw angle about a line of sight that keeps the panel axis perpendicular to the sun, with its rates.
 
-Two things are singular in yaw steering. Where the line of sight lies along the sun, every turn about it is
-as good for the panels as any other, and the turn that is best nearby goes round once for each way round the
-sun: no function of the line of sight alone is continuous there. Within a cone about the sun, in which the
-turn changes the panels' light by less than the sine of the cone's angle, the turn is therefore taken from a
-fixed direction, with a smooth transition. And where the panels can only just be kept square to the sun, the
-best turn ends with an infinite rate; its rate is bounded there.
+Two singularities are removed. For a line of sight along the sun no yaw angle is preferred, and the best
+angle nearby turns once around for each turn around the sun: no function of the line of sight alone is
+continuous there. Within a cone about the sun, in which yaw changes the panels' light by less than the sine
+of the cone's angle, the angle is therefore taken from a fixed direction, with a smooth transition. Where
+the panel axis can only just be perpendicular to the sun, the rate of the angle would be infinite; it is
+bounded there.
+
+Equations: docs/controllers/attitude.md.
 """
 
 import math

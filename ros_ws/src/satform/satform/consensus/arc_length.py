@@ -1,8 +1,9 @@
 """Consensus on the generalised arc length: the rate of each satellite along its own orbit.
 
-Satellites agree on their phase, xi less the satellite's own phase offset, and announce just that:
-nobody needs to know another's offset, which may therefore change in flight. Where no offset is
-wanted, the phase is xi itself.
+Satellites compare and send their phase, xi less the satellite's own phase offset. No satellite needs the
+offset of another, so that an offset can change in flight. Without offset the phase is xi itself.
+
+Equations: docs/controllers/consensus.md.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Who hears whom: communication topologies and what their Laplacian says about agreement."""
+"""Communication graphs: topologies, Laplacian and connectivity."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""Satellites that tell each other where they are, and agree on nothing."""
+"""Motion sharing: satellites send their position and velocity to their neighbours, without consensus.
+
+Equations: docs/controllers/consensus.md.
+"""
 
 import math
 from dataclasses import dataclass

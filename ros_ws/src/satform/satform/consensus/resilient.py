@@ -1,10 +1,9 @@
-"""Consensus on the generalised arc length in spite of satellites that say anything whatever.
+"""Consensus on the generalised arc length that tolerates Byzantine neighbours.
 
-A satellite has no use for a neighbour's phase and rate but in one combination, the phase that the
-neighbour would have after `rate_gain / coupling_gain` seconds at its rate. That look-ahead phase is
-what is compared, sorted and dropped, so that a liar with a plausible phase and a wild rate is as
-conspicuous as one with a wild phase, and two plausible halves that do not belong together are judged
-by what they would do.
+A satellite uses a neighbour's phase and rate in one combination only: the phase that the neighbour would
+have after `rate_gain / coupling_gain` seconds at its rate. This look-ahead phase is compared, sorted and
+discarded. A neighbour with a plausible phase and a wrong rate is therefore as conspicuous as one with a
+wrong phase.
 
 With z the phase less nominal_rate * time, q the look-ahead phase in the same sense, and
 look_ahead = rate_gain / coupling_gain, the law reads
@@ -13,9 +12,9 @@ look_ahead = rate_gain / coupling_gain, the law reads
     dq/dt = (tracking_gain - 1 / look_ahead) (z - q) + rate_gain sum of (q_neighbour - q)
 
 Where coupling_gain <= tracking_gain * rate_gain every coefficient is positive: z and q of a satellite
-never leave the interval of its own and of the look-ahead phases it uses, and the law is a consensus of
-first order in which each satellite takes part twice. Dropping up to F look-ahead phases on either side
-of the own one keeps what is used between those of honest satellites, as in first-order consensus.
+never leave the interval of its own look-ahead phase and of those that it uses, and the law is a consensus
+of first order in which each satellite takes part twice. Discarding up to F look-ahead phases on either
+side of the own one keeps those used between those of correct satellites, as in first-order consensus.
 """
 
 from dataclasses import dataclass

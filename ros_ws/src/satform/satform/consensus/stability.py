@@ -1,6 +1,6 @@
-"""Stability of the consensus that flies: its modes once a step, and the delay of messages that it bears.
+"""Stability of the consensus: its sampled modes, and the delay margin of its messages.
 
-Own values are those of now, and neighbours' values come over links. With the delay T of all links, the
+Own values are current; neighbour values are delayed by the links. With the delay T of all links, the
 graph's adjacency A and its in-degrees D, the characteristic equation of the law in continuous time is
 
     det[(s^2 + k1 s) I + (k2 + k3 s) D - n(s) exp(-s T) A] = 0
@@ -10,6 +10,8 @@ graph's adjacency A and its in-degrees D, the characteristic equation of the law
 
 with k1 the tracking gain, k2 the coupling gain and k3 the rate gain. A root crosses the imaginary axis at
 s = j w where n(j w) q = exp(j w T) for an eigenvalue q of inv((k1 j w - w^2) I + (k2 + k3 j w) D) A.
+
+Equations: docs/controllers/consensus.md.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""Which part of a command the thrusters could not apply: what laws with integral action need to know."""
+"""Saturation of the thrusters, as laws with integral action need it for anti-windup.
+
+Equations: docs/controllers/lqr.md.
+"""
 
 from dataclasses import dataclass
 

@@ -1,9 +1,11 @@
-"""Distance keeping to one neighbour without collision, with adaptation to unknown dynamics.
+"""Distance keeping to one neighbour by an artificial potential, with adaptation to unknown dynamics.
 
-Each satellite of a directed cycle keeps a set distance to the one it follows, from the relative
-position and velocity of that neighbour alone. A potential that is infinite at the safe distance
-gives the wanted velocity; a fuzzy approximation and a bound estimate, both adapted in flight, stand
-for the dynamics and the disturbance that the satellite does not know.
+Each satellite of a directed cycle keeps a set distance to the one that it follows, from the relative
+position and velocity of that neighbour and from its own velocity. A potential that is infinite at the
+safe distance gives the wanted velocity. A fuzzy approximation and a disturbance bound, both adapted in
+flight, compensate unknown dynamics and disturbances.
+
+Equations: docs/controllers/adaptive_formation.md.
 """
 
 from dataclasses import dataclass

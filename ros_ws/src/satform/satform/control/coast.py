@@ -1,4 +1,4 @@
-"""No control at all: the satellite moves as nature has it."""
+"""No control: the satellite moves freely under the truth model."""
 
 from dataclasses import dataclass
 from typing import Any, Literal

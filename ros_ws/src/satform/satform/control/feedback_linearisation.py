@@ -1,4 +1,7 @@
-"""Proportional-derivative control about cancelled Hill dynamics: the plainest baseline."""
+"""Feedback linearisation: cancelled relative dynamics and proportional-derivative feedback.
+
+Equations: docs/controllers/lqr.md.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal

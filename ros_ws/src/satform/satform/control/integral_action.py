@@ -1,4 +1,7 @@
-"""Integral action beside any control law that follows a reference: its steady offset goes away."""
+"""Integral action added to another control law that follows a reference; removes its steady offset.
+
+Equations: docs/controllers/lqr.md.
+"""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal

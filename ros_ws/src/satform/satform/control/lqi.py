@@ -1,4 +1,7 @@
-"""Linear-quadratic regulator with integral action: no steady offset under a constant disturbance."""
+"""Linear-quadratic regulator with integral action: no steady offset under a constant disturbance.
+
+Equations: docs/controllers/lqr.md.
+"""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -1,4 +1,7 @@
-"""Linear-quadratic regulator that keeps a satellite on its reference."""
+"""Linear-quadratic regulator that tracks a reference.
+
+Equations: docs/controllers/lqr.md.
+"""
 
 from dataclasses import dataclass
 from typing import Literal

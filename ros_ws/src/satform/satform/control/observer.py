@@ -1,4 +1,7 @@
-"""Luenberger observer: a control law flown on the state estimated from positions alone."""
+"""Luenberger observer: another control law on the state estimated from measured positions.
+
+Equations: docs/controllers/lqr.md.
+"""
 
 import math
 from dataclasses import dataclass, replace

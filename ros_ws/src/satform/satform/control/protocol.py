@@ -1,4 +1,4 @@
-"""The door for controllers: what a control law is given and what it gives back."""
+"""The protocol of control laws: what a law receives in each step and what it returns."""
 
 import inspect
 from dataclasses import dataclass

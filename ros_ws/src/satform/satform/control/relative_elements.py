@@ -1,13 +1,14 @@
-"""Relative orbit elements: their drift under the Earth's oblateness, and a gentle control law on them.
+"""Relative orbital elements: secular drift under J2, and a low-gain control law on them.
 
-The elements are those of a satellite near a chief on a circular orbit, each times the chief's
-semi-major axis and thus in m: offset of the semi-major axis, of the mean longitude, and the vectors of
-relative eccentricity and relative inclination.
+The elements are those of a satellite near a chief on a circular orbit, multiplied by the chief's
+semi-major axis and therefore in m: offset of the semi-major axis, of the mean longitude, and the vectors
+of relative eccentricity and relative inclination.
 
-Two kinds are told apart. Mean elements, whose drift `secular_drift` gives, are those of theory: the swing
-that oblateness causes within each orbit is averaged out of them. The control law takes the elements of the
-moment from position and velocity by the Clohessy-Wiltshire equations; it neither averages nor knows of
-oblateness, so that it works against the swing too.
+`secular_drift` holds for mean elements, in which the periodic effect of J2 within an orbit is averaged
+out. The control law uses osculating elements, from position and velocity by the Clohessy-Wiltshire
+equations; it neither averages nor models J2, so that it also works against the periodic effect.
+
+Equations: docs/controllers/relative_elements.md.
 """
 
 import math
@@ -194,16 +195,17 @@ class ElementControl(Memoryless):
 
 
 class ElementControlSpec(ControllerSpec):
-    """Gentle control of relative orbit elements, which does not resist free relative motion.
+    """Low-gain feedback of relative orbital elements; natural relative motion is left uncontrolled.
 
-    The elements are those of the moment, by the Clohessy-Wiltshire equations, not mean elements.
+    The elements are osculating, by the Clohessy-Wiltshire equations, not mean elements.
     """
 
     kind: Literal["relative_elements"] = "relative_elements"
     gain: Positive = 0.3
-    """Decay rate of the element errors as a multiple of the chief's mean motion."""
+    """Gain as a multiple of the chief's mean motion: for small gains the errors of semi-major axis,
+    eccentricity vector and inclination vector decay at 4, 2.5 and 0.5 times this rate."""
     longitude_orbits: Positive = 1.0
-    """Time in which an error of the mean longitude is drifted away, orbits."""
+    """Time constant with which an error of the mean longitude decays, orbits."""
     feedforward: bool = False
     """Whether the command that holds a reference that is no free relative orbit is added."""
 

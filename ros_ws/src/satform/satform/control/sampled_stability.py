@@ -1,8 +1,10 @@
 """Stability of control loops that are closed once a step: transition over a step, and its spectral radius.
 
-A loop is stable when the spectral radius of its transition over one step is below one: errors then shrink by
-about that factor in every step. Commands are held over the step, so that a loop that is stable in continuous
-time may not be. The consensus has its own page: `satform.consensus.stability`.
+A loop is stable when the spectral radius of its transition over one step is below one. Commands are held
+over the step, so that a loop that is stable in continuous time can be unstable. The consensus is in
+`satform.consensus.stability`.
+
+Equations: docs/stability.md and the pages of the laws.
 """
 
 import dataclasses

@@ -1,4 +1,7 @@
-"""Sliding-mode tracking of a desired relative motion with an exponential reaching law."""
+"""Sliding-mode tracking of a desired relative motion with an exponential reaching law.
+
+Equations: docs/controllers/sliding_mode.md.
+"""
 
 from dataclasses import dataclass
 from typing import Any, Literal

@@ -1,13 +1,15 @@
-"""Desired motion along a curve, driven by a generalised arc length.
+"""Reference motion along a curve, driven by a generalised arc length.
 
-The generalised arc length xi is the quantity on which satellites agree. It is in metres on every
-path, grows by one period a lap, and is tied to the place on the curve in one of two ways:
+The generalised arc length xi is the phase that satellites compare. It is in metres on every path and
+grows by xi_period in one revolution. It determines the place on the curve in one of two ways:
 
-- parameter `arc_length`: l = scale xi, so that constant xi-rate is constant speed;
-- parameter `angle`: theta = 2 pi xi / xi_period, so that constant xi-rate is constant angular rate
-  of the ellipse's angle, which on a centred 2:1 ellipse is a free Clohessy-Wiltshire motion.
+- `arc_length`: l = scale xi, so that a constant rate of xi is constant speed;
+- `angle`: theta = 2 pi xi / xi_period, so that a constant rate of xi is a constant rate of the
+  ellipse's angle, which on a centred 2:1 ellipse is free Clohessy-Wiltshire motion.
 
-In both, xi_period = perimeter / scale: paths with the same xi_period make a lap in the same time.
+In both, xi_period = perimeter / scale: paths with the same xi_period have the same period at equal rates.
+
+Equations: docs/controllers/consensus.md.
 """
 
 from dataclasses import dataclass

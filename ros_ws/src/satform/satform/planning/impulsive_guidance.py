@@ -1,4 +1,7 @@
-"""Controllers of impulsive flight: way-point after way-point, or burns by the clock."""
+"""Impulsive controllers: two-impulse transfers through way-points, and burns at given times.
+
+Equations: docs/controllers/planning.md.
+"""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal

@@ -1,8 +1,10 @@
-"""Patrol of the geostationary belt: passing several satellites close by with the sun behind.
+"""Patrol of the geostationary belt: close passes of several satellites with the sun behind the observer.
 
-The watcher flies below the belt, equatorially, and drifts eastward past its targets. Only its
+The observer is below the belt in the equatorial plane and drifts eastward past its targets. Only its
 altitude, and with it its drift rate, is changed, by pairs of small tangential burns half a day apart.
-A target whose orbit is inclined is near the equator only when it crosses its node.
+A target with an inclined orbit is near the equator only at its node.
+
+Equations: docs/controllers/planning.md.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""Motion on a nearly circular equatorial orbit near the geostationary belt, with small tangential burns."""
+"""Motion on a nearly circular equatorial orbit near the geostationary belt, with small tangential burns.
+
+Equations: docs/controllers/planning.md.
+"""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""Where a watcher of the geostationary belt and its targets are, and how near and how well lit they pass."""
+"""Positions of an observer of the geostationary belt and its targets; distance and light of their passes.
+
+Equations: docs/controllers/planning.md.
+"""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,7 @@
-"""A tour by impulses as a plan: when which impulse is flown, what it costs and how near it leads."""
+"""A tour of two-impulse transfers as a plan: times, impulses, delta-v, least distance to the chief.
+
+Equations: docs/controllers/planning.md.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,7 @@
-"""Impulsive transfers: between circular orbits, and from point to point about a circular orbit."""
+"""Impulsive transfers: between circular orbits, and from point to point about a circular orbit.
+
+Equations: docs/controllers/planning.md.
+"""
 
 import math
 from collections.abc import Sequence
