@@ -1,4 +1,4 @@
-"""The gallery shows every scenario that comes with the project, as it is now, and nothing else."""
+"""The gallery shows every shipped scenario, up to date, and nothing else."""
 
 from pathlib import Path
 
@@ -66,7 +66,7 @@ def test_a_picture_that_is_missing_or_torn_is_out_of_date(elsewhere: Path) -> No
 
 def test_a_figure_that_was_missed_is_told_first(elsewhere: Path) -> None:
     gallery.save(figure(2.0, 1.0), shipped("triangle"), TWO, elsewhere / "triangle.png")
-    told = "1 of 2 figures as expected (1 of them regression figures): "
+    told = "1 of 2 expectations met (1 of them regression figures): "
     assert told + "effort · Δv 3 m/s (**missed**); range 2 m." in gallery.page()
 
 

@@ -1,8 +1,7 @@
-"""The gallery in `docs/`: every scenario that comes with the project, flown, judged and drawn.
+"""The gallery in `docs/`: a picture and the figures of one flight of every shipped scenario.
 
-A picture carries the digest of the scenario that it shows and the figures of its flight, as text inside
-the PNG file. The page is made of these, so that whoever holds a picture against its scenario sees
-whether it is of today.
+Each PNG file contains the digest of its scenario and the figures of the flight as text. The page is
+written from these texts; a digest that differs from the scenario's shows that a picture is out of date.
 """
 
 import io
@@ -27,10 +26,10 @@ from satform_tools.report.plots.style import STYLE
 from satform_tools.run import scenario_library
 
 FOLDER = scenario_library.ROOT / "docs" / "gallery"
-"""Where the pictures are."""
+"""Folder of the pictures."""
 
 PAGE = scenario_library.ROOT / "docs" / "gallery.md"
-"""The page that shows them."""
+"""The page with the pictures."""
 
 _DIGEST = "Scenario digest"
 _FIGURES = "Figures"
@@ -39,24 +38,25 @@ _COLOURS = 256
 _FIGURES_SHOWN = 4
 _INTRODUCTION = """# Gallery
 
-Every scenario that comes with the project, as `./tools/satform gallery` flew, judged and drew it. What is
-expected comes from papers, theory and other programs, or is a regression figure of this software
-([expectations](expectations.md)).
+One flight of every shipped scenario: its picture and the figures that it is judged by, made by
+`./tools/satform gallery`. The expected values come from papers, closed forms and other programs, or are
+regression figures of satform ([expectations](expectations.md)). The equations of the control laws and the
+printed figures of the papers are on the pages of the [controllers](controllers/index.md).
 """
 
 
 def make(names: Sequence[str], *, stale: bool) -> int:
-    """Fly scenarios, draw them, and write the page that shows every picture there is.
+    """Fly scenarios, draw them, and write the page with all pictures.
 
     Args:
         names: of the scenarios to fly; all when empty.
-        stale: whether to pass over those whose picture shows the scenario as it is now.
+        stale: whether to skip scenarios whose picture is up to date.
 
     Returns:
-        Exit code: 1 when a scenario did not give what it expects.
+        Exit code: 1 when a scenario missed an expectation.
 
     Raises:
-        CommandError: a name is not that of a scenario that comes with the project.
+        CommandError: a name is not that of a shipped scenario.
         ScenarioError: a scenario cannot fly.
         OSError: the pictures or the page cannot be written.
     """
@@ -81,7 +81,7 @@ def make(names: Sequence[str], *, stale: bool) -> int:
 
 
 def page() -> str:
-    """The text of the page: title, picture and figures of each scenario, in the order of their names."""
+    """The text of the page: title, picture and figures of each scenario, sorted by name."""
     parts = [_INTRODUCTION]
     for name in scenario_library.names():
         parts.append(_entry(scenario_library.load(name)))
@@ -89,21 +89,21 @@ def page() -> str:
 
 
 def picture(name: str) -> Path:
-    """Where the picture of a scenario is."""
+    """Path of the picture of a scenario."""
     return FOLDER / f"{name}.png"
 
 
 def is_current(scenario: Scenario) -> bool:
-    """Whether the picture of a scenario shows it as it is now."""
+    """Whether the picture of a scenario was made from its present content."""
     return _text(scenario.name).get(_DIGEST) == scenario.digest()
 
 
 def save(drawn: Figure, scenario: Scenario, verdicts: Sequence[Verdict], file: Path) -> None:
-    """Write a picture, small, with what it shows inside.
+    """Write a picture in reduced size, with digest and figures as text inside.
 
     Args:
         drawn: the picture.
-        scenario: what was flown.
+        scenario: of the flight.
         verdicts: on the flight.
         file: PNG; replaced if it is there.
 
@@ -149,7 +149,7 @@ def _entry(scenario: Scenario) -> str:
 
 
 def _judgement(figures: Sequence[dict[str, Any]], scenario: Scenario) -> str:
-    """How many figures are as expected, and the first of them; those that are not come first."""
+    """How many expectations are met, and the first figures; missed ones come first."""
     met = sum(figure["met"] for figure in figures)
     shown = sorted(figures, key=lambda figure: bool(figure["met"]))[:_FIGURES_SHOWN]
     words = [
@@ -160,11 +160,11 @@ def _judgement(figures: Sequence[dict[str, Any]], scenario: Scenario) -> str:
     more = "; ..." if len(figures) > len(shown) else "."
     own = sum(expectation.regression for expectation in scenario.expect)
     regression = f" ({own} of them regression figures)" if own else ""
-    return f"{met} of {len(figures)} figures as expected{regression}: {'; '.join(words)}{more}"
+    return f"{met} of {len(figures)} expectations met{regression}: {'; '.join(words)}{more}"
 
 
 def _text(name: str) -> dict[str, str]:
-    """What is written inside the picture of a scenario; nothing when there is none that can be read."""
+    """The text inside the picture of a scenario; empty when there is no readable picture."""
     try:
         with Image.open(picture(name)) as image:
             image.load()
