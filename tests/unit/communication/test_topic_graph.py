@@ -93,14 +93,14 @@ def test_every_topic_has_a_type_and_its_name_ends_with_its_kind(name: str) -> No
 
 
 def described() -> dict[str, tuple[str, str]]:
-    """Speaker and listener of each topic, as the README of the nodes has them."""
+    """Publisher and subscribers of each topic, as the README of the nodes has them."""
     part = README.read_text(encoding="utf-8").partition("\n## Topics\n")[2].partition("\n## ")[0]
-    rows = re.findall(r"^\| `([^`]+)` \| [^|]+ \| ([^|]+) \| ([^|]+) \|$", part, flags=re.MULTILINE)
+    rows = re.findall(r"^\| `([^`]+)` \| [^|]+ \| [^|]+ \| ([^|]+) \| ([^|]+) \|$", part, flags=re.MULTILINE)
     return {topic: (speaker, listener) for topic, speaker, listener in rows}
 
 
 @pytest.mark.parametrize("name", ["formation_pointing", "noisy_navigation"])
-def test_the_readme_says_of_each_topic_who_speaks_there_and_who_listens(name: str) -> None:
+def test_the_readme_names_publisher_and_subscribers_of_each_topic(name: str) -> None:
     scenario = shipped(name, "every_satellite.thruster={dry_mass: 12.0}")
     names = {satellite.name for satellite in scenario.satellites}
     for topic, channel in by_topic(scenario).items():
@@ -111,8 +111,8 @@ def test_the_readme_says_of_each_topic_who_speaks_there_and_who_listens(name: st
         meant = {"plant": {PLANT}, "satellite": {own}, "satellites": names, RECORDER: {RECORDER}}
         who = takewhile(meant.__contains__, speakers.split(", "))
         assert set().union(*(meant[word] for word in who)) == set(channel.speakers), topic
-        hearers = {"plant": {PLANT}, "that satellite": {own}, "everyone": names, "whoever looks": set()}
+        hearers = {"plant": {PLANT}, "that satellite": {own}, "all satellites": names, "observers": set()}
         if listeners in hearers:
             assert hearers[listeners] == set(channel.listeners_in(recorded=False)), topic
         else:
-            assert listeners == "its listeners in the graph", topic
+            assert listeners == "its out-neighbours in the graph", topic

@@ -5,10 +5,12 @@ import re
 from pathlib import Path
 
 import pytest
+from rclpy.qos import QoSProfile
 from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
 from flights import shipped
+from satform.communication.topic_graph import channels
 from satform.flight.online_parameters import Adjustments
 from satform_nodes.plant import services
 from satform_nodes.programs import MODULES
@@ -122,6 +124,43 @@ def made_topics() -> dict[str, str]:
 
 def test_every_topic_is_described_with_its_type_and_nothing_else_is() -> None:
     assert {code(row[0]): code(row[1]).rpartition("/")[2] for row in rows("Topics")} == made_topics()
+
+
+def profiles() -> dict[str, QoSProfile]:
+    """Every QoS profile by its name."""
+    return {
+        name: value
+        for name, value in vars(topics).items()
+        if isinstance(value, QoSProfile) and not name.startswith("_")
+    }
+
+
+def test_every_qos_profile_is_described_with_its_values_and_nothing_else_is() -> None:
+    assert {(code(row[0]), *row[1:4]) for row in rows("QoS profiles")} == {
+        (
+            name,
+            profile.reliability.name.lower().replace("_", " "),
+            profile.durability.name.lower().replace("_", " "),
+            str(profile.depth),
+        )
+        for name, profile in profiles().items()
+    }
+
+
+def test_a_topic_that_is_published_by_its_rhythm_is_described_with_that_profile() -> None:
+    described = {code(row[0]): code(row[2]) for row in rows("Topics")}
+    assert set(described.values()) <= set(profiles())
+    scenario = shipped("noisy_navigation")
+    names = [satellite.name for satellite in scenario.satellites]
+    checked = 0
+    for channel in channels(scenario):
+        own = channel.topic.split("/")[1]
+        topic = channel.topic.replace(f"/{own}/", "/<satellite>/") if own in names else channel.topic
+        # The recorder and the diagnostics have profiles of their own.
+        if topic not in {topics.RECORDED, diagnostics.DIAGNOSTICS}:
+            assert profiles()[described[topic]] == topics.BY_RHYTHM[channel.rhythm], topic
+            checked += 1
+    assert checked > 8
 
 
 def test_every_service_is_described_with_its_type_and_nothing_else_is() -> None:
