@@ -24,7 +24,7 @@ LONG = ("--set", "timing.duration=100000.0", "--set", "expect=[]", "--set", "gra
 CLOCKED = ("--mode", "realtime", "--rate", "10")
 """On the wall clock: a flight that leaves the processor to those who look."""
 
-PATIENCE = ("--wait", "60")
+PATIENCE = ("--timeout", "60")
 
 Look = Callable[..., str]
 

@@ -50,7 +50,7 @@ def test_who_looks_on_finds_the_formation_in_its_namespace(domain: int, tmp_path
         *("--set", "expect=[]", "--namespace", "f1", "--out", str(tmp_path / "run")),
     )
     try:
-        topics = satform("topics", "--json", "--wait", "60")
+        topics = satform("topics", "--json", "--timeout", "60")
         out, err = topics.communicate(timeout=90)
         assert topics.returncode == 0, err
         there = {entry["topic"]: entry for entry in json.loads(out)}
@@ -61,7 +61,7 @@ def test_who_looks_on_finds_the_formation_in_its_namespace(domain: int, tmp_path
         out, err = watched.communicate(timeout=60)
         assert watched.returncode == 0, err
         assert [entry["name"] for entry in json.loads(out)["satellites"]] == ["sat1", "sat2", "sat3"]
-        elsewhere = satform("watch", "--once", "--namespace", "f2", "--wait", "1")
+        elsewhere = satform("watch", "--once", "--namespace", "f2", "--timeout", "1")
         _, err = elsewhere.communicate(timeout=60)
         assert elsewhere.returncode == 2
         assert f"no formation is flying on domain {domain} in the namespace /f2" in err

@@ -13,7 +13,7 @@ import numpy as np
 
 from flights import shipped, shortened
 from flown import assert_flies_again, flown, processes_of
-from satform_tools.run.command import Manner, run
+from satform_tools.run.command import RunOptions, run
 
 
 def satform(*words: str) -> subprocess.CompletedProcess[str]:
@@ -23,7 +23,7 @@ def satform(*words: str) -> subprocess.CompletedProcess[str]:
 
 def test_a_flight_on_the_wall_clock_meets_its_expectations_and_has_all_figures(tmp_path: Path) -> None:
     outcome = run(
-        shipped("realtime_triangle"), "realtime", record=True, out=tmp_path, manner=Manner(rate=4.0)
+        shipped("realtime_triangle"), "realtime", record=True, out=tmp_path, options=RunOptions(rate=4.0)
     )
     assert outcome.exit_code == 0, outcome.reason
     kept = json.loads((tmp_path / "result.json").read_text())

@@ -73,5 +73,5 @@ def test_settings_of_the_users_own_are_left_as_they_are(
 
 
 def test_too_many_processes_are_refused_with_a_group_size_that_fits(tmp_path: Path) -> None:
-    with pytest.raises(local_discovery.DiscoveryError, match="--group 11"):
+    with pytest.raises(local_discovery.DiscoveryError, match="--satellites-per-process 11"):
         local_discovery.variables(1002, 1000, tmp_path)

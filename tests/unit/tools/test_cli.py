@@ -145,11 +145,20 @@ def test_a_run_never_touches_what_is_there_already(
     ("words", "sentence"),
     [
         (["--mode", "inprocess", "--restart"], "--restart is for processes that are lost"),
-        (["--mode", "inprocess", "--group", "2"], "--group is for flights of several processes"),
-        (["--mode", "inprocess", "--measure"], "--measure is for DDS"),
-        (["--mode", "inprocess", "--without-recorder"], "--without-recorder is for DDS"),
-        (["--mode", "inprocess", "--rate", "10"], "--rate is for the wall clock"),
-        (["--rate", "1"], "--rate is for the wall clock: --mode lockstep has none, --mode realtime has"),
+        (
+            ["--mode", "inprocess", "--satellites-per-process", "2"],
+            "--satellites-per-process is for several processes",
+        ),
+        (
+            ["--mode", "inprocess", "--measure-round-trip"],
+            "--measure-round-trip is for messages between processes",
+        ),
+        (
+            ["--mode", "inprocess", "--continue-without-recorder"],
+            "--continue-without-recorder is for a recorder",
+        ),
+        (["--mode", "inprocess", "--rate", "10"], "--rate is for --mode realtime"),
+        (["--rate", "1"], "--mode lockstep has no wall clock"),
         (["--mode", "realtime", "--profile"], "--profile is for lockstep"),
         (["--display", "--secure", "keys"], "--display and --secure exclude each other"),
     ],
@@ -160,6 +169,32 @@ def test_what_cannot_be_had_together_is_a_sentence_before_anything_is_made(
     assert cli.main(["run", "triangle", "--out", str(tmp_path / "run"), *words]) == 2
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "present"),
+    [
+        (["run", "triangle", "--group", "2"], "--group is now --satellites-per-process"),
+        (["run", "triangle", "--group=2"], "--group is now --satellites-per-process"),
+        (["run", "triangle", "--measure"], "--measure is now --measure-round-trip"),
+        (["run", "triangle", "--without-recorder"], "--without-recorder is now --continue-without-recorder"),
+        (["topics", "--wait", "5"], "--wait is now --timeout"),
+        (["echo", "/sat1/state", "--wait", "5"], "--wait is now --timeout"),
+        (["params", "set", "/sat1", "name", "1.0", "--wait", "5"], "--wait is now --timeout"),
+        (["bench", "--times", "5", "ping-pong"], "--times is now --repetitions"),
+        (["bench", "ping-pong", "--keep", "history"], "--keep is now --history"),
+    ],
+)
+def test_an_earlier_name_of_an_option_is_answered_with_the_present_one(
+    words: list[str], present: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words) == 2
+    assert capsys.readouterr().err.endswith(f"Error: {present}\n")
+
+
+def test_an_unknown_option_is_not_taken_for_a_renamed_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["list", "--wait", "5"]) == 2
+    assert capsys.readouterr().err.endswith("Error: No such option: --wait\n")
 
 
 def test_a_folder_that_cannot_be_made_is_a_sentence(
@@ -366,7 +401,7 @@ def test_the_bare_exchange_is_measured_on_a_domain_of_its_own_and_leaves_no_trac
     monkeypatch.setitem(sys.modules, "satform_nodes.transport.round_trip", stand_in)
     fly_like(monkeypatch)
     out = str(tmp_path / "run")
-    assert cli.main(["run", "ring_six", "--no-record", "--measure", "--out", out, *SHORT]) == 0
+    assert cli.main(["run", "ring_six", "--no-record", "--measure-round-trip", "--out", out, *SHORT]) == 0
     ((domain, where),) = seen
     assert domain is not None
     assert domain.isdigit()

@@ -302,7 +302,7 @@ def test_a_changed_gain_and_a_warning_are_worth_a_line_and_small_talk_is_not() -
 def test_every_look_at_an_empty_domain_ends_with_2_and_a_sentence(
     words: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main([*words, "--domain", "231", "--wait", "0.2"]) == 2
+    assert cli.main([*words, "--domain", "231", "--timeout", "0.2"]) == 2
     captured = capsys.readouterr()
     assert captured.err == ("satform: no formation is flying on domain 231; no run is under way here\n")
     assert not captured.out

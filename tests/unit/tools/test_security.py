@@ -224,7 +224,7 @@ def test_every_node_is_started_in_its_own_enclave() -> None:
 
 
 def test_satellites_that_share_a_process_cannot_have_keys_of_their_own() -> None:
-    with pytest.raises(security.SecurityError, match="fly with --group 1"):
+    with pytest.raises(security.SecurityError, match="fly with --satellites-per-process 1"):
         security.secured(processes(shipped("triangle"), Path("scenario.json"), None, 2))
 
 
@@ -263,4 +263,4 @@ def test_a_middleware_without_security_flies_nothing_unsecured_instead(
 
 def test_a_run_in_one_process_cannot_be_secured(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["run", "triangle", "--mode", "inprocess", "--secure", "keys"]) == 2
-    assert "--secure is for DDS" in capsys.readouterr().err
+    assert "--secure is for messages" in capsys.readouterr().err

@@ -1,55 +1,39 @@
-"""The commands that look into a running formation: topics, echo, nodes, params, call, watch."""
+"""The commands that inspect a running formation: topics, echo, nodes, params, call, watch."""
 
 # ruff: noqa: PLC0415
 
+import inspect
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
+from satform_tools.cli.options import Json
 
 if TYPE_CHECKING:
     from satform_tools.inspect.observer_node import Looker
 
-_WHICH = (
-    "The formation is the one that is under way on this machine; where there are several, or it flies "
-    "elsewhere, --domain or ROS_DOMAIN_ID say which."
+_SELECTION = (
+    "By default the only formation that runs on this machine; with several, or one on another machine, "
+    "--domain or ROS_DOMAIN_ID selects it."
 )
 
-Domain = Annotated[
-    int | None,
-    typer.Option(
-        min=0,
-        max=232,
-        metavar="N",
-        help="DDS domain; by default ROS_DOMAIN_ID, else that of the only run here.",
-    ),
-]
-Wait = Annotated[
-    float, typer.Option(min=0.1, metavar="SECONDS", help="How long to wait for what is looked for.")
-]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 Topic = Annotated[str, typer.Argument(metavar="TOPIC", help="Name of a topic, e.g. /sat1/state.")]
 NodeName = Annotated[str, typer.Argument(metavar="NODE", help="Name of a node, e.g. /sat1.")]
 ParameterName = Annotated[
     str, typer.Argument(metavar="NAME", help="Name of a parameter, e.g. controller.switching_gain.")
 ]
 
-Namespace = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME", help="Namespace of the formation, / for the root; by default that of the only one."
-    ),
-]
-
-_PATIENCE = 10.0
-
-topics = typer.Typer(help=f"Topics of a running formation. {_WHICH}", invoke_without_command=True)
-nodes = typer.Typer(help=f"Nodes of a running formation. {_WHICH}", invoke_without_command=True)
-params = typer.Typer(help=f"Parameters of a running formation's nodes. {_WHICH}", no_args_is_help=True)
+topics = typer.Typer(
+    help=f"List the topics of a running formation. {_SELECTION}", invoke_without_command=True
+)
+nodes = typer.Typer(help=f"List the nodes of a running formation. {_SELECTION}", invoke_without_command=True)
+params = typer.Typer(
+    help=f"Read and set parameters of a running formation's nodes. {_SELECTION}", no_args_is_help=True
+)
 
 
 def add_to(app: typer.Typer) -> None:
@@ -57,13 +41,76 @@ def add_to(app: typer.Typer) -> None:
     app.add_typer(topics, name="topics")
     app.add_typer(nodes, name="nodes")
     app.add_typer(params, name="params")
-    app.command(help=f"Print what is said on a topic. {_WHICH}")(echo)
-    app.command(help=f"Call a service. {_WHICH}")(call)
-    app.command(help=f"Watch a formation fly. {_WHICH}")(watch)
+    app.command(help=f"Print the messages of a topic. {_SELECTION}")(echo)
+    app.command(help=f"Call a service. {_SELECTION}")(call)
+    app.command(help=f"Show the state of a running formation until its flight ends. {_SELECTION}")(watch)
+
+
+def _observer_options(
+    context: typer.Context,
+    domain: Annotated[
+        int | None,
+        typer.Option(
+            min=0,
+            max=232,
+            metavar="N",
+            help="DDS domain; by default ROS_DOMAIN_ID, else that of the only run on this machine.",
+        ),
+    ] = None,
+    namespace: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Namespace of the formation, / for the root; by default that of the only one.",
+        ),
+    ] = None,
+    timeout: Annotated[
+        float, typer.Option(min=0.1, metavar="SECONDS", help="Wall-clock time to wait for what is asked for.")
+    ] = 10.0,
+    json: Json = False,
+) -> None:
+    """The options of every command that takes an observer node."""
+
+
+def _observing(command: Callable[..., int | None]) -> Callable[..., None]:
+    """Give a command the options of an observer node, and call it with the node.
+
+    Args:
+        command: takes the observer node, its own arguments, and `as_json`; may return an exit code.
+
+    Returns:
+        The command as Typer takes it: its own arguments and the options in its signature.
+    """
+    own = [
+        parameter
+        for name, parameter in inspect.signature(command).parameters.items()
+        if name not in ("observer", "as_json")
+    ]
+    options = list(inspect.signature(_observer_options).parameters.values())
+    keyword = inspect.Parameter.KEYWORD_ONLY
+
+    def observing(**arguments: Any) -> None:
+        asked = {option.name: arguments.pop(option.name) for option in options}
+        if asked["context"].invoked_subcommand:
+            # The callback of a group, before one of its commands.
+            return
+        if asked["json"] and arguments.get("csv"):
+            raise typer.BadParameter("--csv and --json exclude each other")
+        with _observer(asked["domain"], asked["namespace"], asked["timeout"]) as observer:
+            code = command(observer, **arguments, as_json=asked["json"])
+        if code is not None:
+            raise typer.Exit(code)
+
+    observing.__name__ = command.__name__
+    observing.__doc__ = command.__doc__
+    parameters = [parameter.replace(kind=keyword) for parameter in (*own, *options)]
+    observing.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    observing.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return observing
 
 
 @contextmanager
-def _looking(domain: int | None, namespace: str | None, wait: float) -> Iterator["Looker"]:
+def _observer(domain: int | None, namespace: str | None, timeout: float) -> Iterator["Looker"]:
     from satform_tools.cli import names
     from satform_tools.run import ros
 
@@ -71,209 +118,153 @@ def _looking(domain: int | None, namespace: str | None, wait: float) -> Iterator
     from satform_tools.inspect import observer_node, target_domain
 
     space = None if namespace is None else names.namespace(namespace)
-    with observer_node.looking(target_domain.domain(domain), wait, space) as found:
+    with observer_node.looking(target_domain.domain(domain), timeout, space) as found:
         try:
             yield found
         except BrokenPipeError:
-            # Whoever read this has seen enough; nothing more may be written on the way out.
+            # The reader of the output has gone; nothing more may be written on the way out.
             sys.stdout = None
             raise typer.Exit(EXIT_DONE) from None
 
 
 @topics.callback()
-def list_topics(
-    context: typer.Context,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
-    """List topics, with their types and how many publish and subscribe."""
-    if context.invoked_subcommand:
-        return
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import graph
+@_observing
+def list_topics(observer: "Looker", *, as_json: bool) -> None:
+    """List topics with their types and numbers of publishers and subscriptions."""
+    from satform_tools.inspect import graph
 
-        graph.list_topics(observer_node, as_json=json)
+    graph.list_topics(observer, as_json=as_json)
 
 
 @topics.command("info")
-def topic_info(
-    topic: Topic,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
-    """Show who publishes and who subscribes, and with which quality of service."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import graph
+@_observing
+def topic_info(observer: "Looker", topic: Topic, *, as_json: bool) -> None:
+    """Show publishers and subscriptions of a topic with their QoS."""
+    from satform_tools.inspect import graph
 
-        graph.topic_info(observer_node, topic, as_json=json)
+    graph.topic_info(observer, topic, as_json=as_json)
 
 
 @topics.command("hz")
+@_observing
 def topic_rate(
+    observer: "Looker",
     topic: Topic,
     count: Annotated[int, typer.Option(min=0, help="Lines after which to end; 0 to go on.")] = 0,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
+    *,
+    as_json: bool,
 ) -> None:
-    """Print once a second how often something is said."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import echo as topic_echo
+    """Print the message rate of a topic once a second."""
+    from satform_tools.inspect import echo as topic_echo
 
-        topic_echo.rate(observer_node, topic, count=count, as_json=json)
+    topic_echo.rate(observer, topic, count=count, as_json=as_json)
 
 
+@_observing
 def echo(
+    observer: "Looker",
     topic: Topic,
     once: Annotated[bool, typer.Option("--once", help="End after the first message.")] = False,
     field: Annotated[
         str, typer.Option(metavar="A.B", help="Only this part of the message, e.g. position.x or alive[0].")
     ] = "",
     csv: Annotated[bool, typer.Option("--csv", help="A line for each message, after one of names.")] = False,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
+    *,
+    as_json: bool,
 ) -> None:
-    """Print what is said on a topic."""
-    if csv and json:
-        raise typer.BadParameter("--csv and --json exclude each other")
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import echo as topic_echo
+    """Print the messages of a topic."""
+    from satform_tools.inspect import echo as topic_echo
 
-        form = "csv" if csv else "json" if json else "yaml"
-        topic_echo.echo(observer_node, topic, once=once, field=field, form=form)
+    form = "csv" if csv else "json" if as_json else "yaml"
+    topic_echo.echo(observer, topic, once=once, field=field, form=form)
 
 
 @nodes.callback()
-def list_nodes(
-    context: typer.Context,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
+@_observing
+def list_nodes(observer: "Looker", *, as_json: bool) -> None:
     """List nodes."""
-    if context.invoked_subcommand:
-        return
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import graph
+    from satform_tools.inspect import graph
 
-        graph.list_nodes(observer_node, as_json=json)
+    graph.list_nodes(observer, as_json=as_json)
 
 
 @nodes.command("info")
-def node_info(
-    node: NodeName,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
-    """Show what a node publishes, what it subscribes to, and its services."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import graph
+@_observing
+def node_info(observer: "Looker", node: NodeName, *, as_json: bool) -> None:
+    """Show publishers, subscriptions and services of a node."""
+    from satform_tools.inspect import graph
 
-        graph.node_info(observer_node, node, as_json=json)
+    graph.node_info(observer, node, as_json=as_json)
 
 
 @params.command("list")
-def list_parameters(
-    node: NodeName,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
+@_observing
+def list_parameters(observer: "Looker", node: NodeName, *, as_json: bool) -> None:
     """List the parameters of a node with their values."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import parameters as node_parameters
+    from satform_tools.inspect import parameters
 
-        node_parameters.list_all(observer_node, node, as_json=json)
+    parameters.list_all(observer, node, as_json=as_json)
 
 
 @params.command("get")
-def get_parameter(
-    node: NodeName,
-    name: ParameterName,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
+@_observing
+def get_parameter(observer: "Looker", node: NodeName, name: ParameterName, *, as_json: bool) -> None:
     """Print the value of a parameter."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import parameters as node_parameters
+    from satform_tools.inspect import parameters
 
-        node_parameters.get(observer_node, node, name, as_json=json)
+    parameters.get(observer, node, name, as_json=as_json)
 
 
 @params.command("describe")
-def describe_parameter(
-    node: NodeName,
-    name: ParameterName,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
+@_observing
+def describe_parameter(observer: "Looker", node: NodeName, name: ParameterName, *, as_json: bool) -> None:
     """Show type, meaning, bounds and value of a parameter."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import parameters as node_parameters
+    from satform_tools.inspect import parameters
 
-        node_parameters.describe(observer_node, node, name, as_json=json)
+    parameters.describe(observer, node, name, as_json=as_json)
 
 
 @params.command("set", context_settings={"ignore_unknown_options": True})
+@_observing
 def set_parameter(
+    observer: "Looker",
     node: NodeName,
     name: ParameterName,
     value: Annotated[str, typer.Argument(metavar="VALUE", help="As YAML, e.g. '[0.2, 0.2, 0.2]'.")],
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
-    """Change a parameter in flight; the node says from which step on it counts."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import parameters as node_parameters
+    *,
+    as_json: bool,
+) -> int:
+    """Set a parameter in flight, and print the step at which it takes effect."""
+    from satform_tools.inspect import parameters
 
-        taken = node_parameters.change(observer_node, node, name, value, as_json=json)
-    raise typer.Exit(0 if taken else EXIT_BAD_INPUT)
+    accepted = parameters.change(observer, node, name, value, as_json=as_json)
+    return EXIT_DONE if accepted else EXIT_BAD_INPUT
 
 
+@_observing
 def call(
+    observer: "Looker",
     service: Annotated[str, typer.Argument(metavar="SERVICE", help="Name of a service.")],
     request: Annotated[
         str, typer.Argument(metavar="[YAML]", help="Fields of the request, e.g. '{names: [scenario]}'.")
     ] = "",
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
+    *,
+    as_json: bool,
 ) -> None:
     """Call a service of a running formation."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import service_call
+    from satform_tools.inspect import service_call
 
-        service_call.call(observer_node, service, request, as_json=json)
+    service_call.call(observer, service, request, as_json=as_json)
 
 
+@_observing
 def watch(
+    observer: "Looker",
     once: Annotated[bool, typer.Option("--once", help="Print one frame and end.")] = False,
-    domain: Domain = None,
-    namespace: Namespace = None,
-    wait: Wait = _PATIENCE,
-    json: Json = False,
-) -> None:
-    """Watch a formation fly until it has ended, or Ctrl-C."""
-    with _looking(domain, namespace, wait) as observer_node:
-        from satform_tools.inspect import watch as watch_command
+    *,
+    as_json: bool,
+) -> int:
+    """Show the state of a running formation until its flight ends, or Ctrl-C."""
+    from satform_tools.inspect import watch as watch_command
 
-        code = watch_command.watch(observer_node, once=once, as_json=json)
-    raise typer.Exit(code)
+    return watch_command.watch(observer, once=once, as_json=as_json)

@@ -140,7 +140,7 @@ def _next_message(looker: Looker, topic: str, waiting: deque[Any], first: bool) 
     while not looker.wait(heard_or_over, looker.patience):
         if first:
             raise CommandError(
-                f"nothing is said on {topic} within {looker.patience:g} s; --wait SECONDS waits longer"
+                f"nothing is said on {topic} within {looker.patience:g} s; --timeout SECONDS waits longer"
             )
     return bool(waiting)
 

@@ -64,8 +64,8 @@ def _why_not(service: str) -> str:
     if not service.endswith("parameters"):
         return ""
     return (
-        f"; there are none for parameters where a run has more than {MOST_FULL} processes, or a process "
-        f"more than {LARGEST_FULL_GROUP} satellites (another --group makes fewer, or smaller ones)"
+        f"; parameter services are off in a run of more than {MOST_FULL} processes, and in a process of more "
+        f"than {LARGEST_FULL_GROUP} satellites (see run --satellites-per-process)"
     )
 
 

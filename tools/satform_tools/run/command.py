@@ -21,26 +21,26 @@ from satform_tools.run.run_result import Mode, Outcome, Speed
 
 
 @dataclass(frozen=True)
-class Manner:
+class RunOptions:
     """How a scenario is flown over DDS.
 
     Attributes:
-        measure: whether to measure the bare message exchange, too.
-        group: satellites that share a process.
-        restart: whether a satellite that is lost is started again.
-        without_recorder: whether the flight goes on when the recorder is lost.
-        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
-        display: whether to show the flight on topics that RViz and Foxglove draw.
-        host: the scenario's host that this machine is; None when it runs everything.
+        measure_round_trip: whether to measure a bare round trip, too.
+        satellites_per_process: satellites that share a process.
+        restart: whether lost satellites are restarted.
+        continue_without_recorder: whether the flight goes on if the recorder is lost.
+        rate: simulated seconds in a second of wall-clock time; 0 for lockstep.
+        display: whether to publish markers, poses and paths for RViz and Foxglove.
+        host: name of this machine's host in the scenario; None when it runs everything.
         keystore: with the nodes' keys; None to fly unsecured.
-        profile: whether to keep what every process did when.
+        profile: whether to write what every process did when.
         namespace: of all nodes and topics, such as `/f1`; empty for the root.
     """
 
-    measure: bool = False
-    group: int = 1
+    measure_round_trip: bool = False
+    satellites_per_process: int = 1
     restart: bool = False
-    without_recorder: bool = False
+    continue_without_recorder: bool = False
     rate: float = 0.0
     display: bool = False
     host: str | None = None
@@ -50,7 +50,7 @@ class Manner:
 
 
 def run(
-    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, manner: Manner | None = None
+    scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, options: RunOptions | None = None
 ) -> Outcome:
     """Fly a scenario and keep what came of it.
 
@@ -59,7 +59,7 @@ def run(
         mode: in this process, or as separate processes over DDS.
         record: whether to keep the flight.
         out: folder of the run; None for a new one.
-        manner: of a flight over DDS.
+        options: of a flight over DDS.
 
     Returns:
         What came of it; also written to the folder.
@@ -67,19 +67,19 @@ def run(
     Raises:
         CommandError: the run cannot be started or kept.
     """
-    manner = manner or Manner()
-    _require_fitting(manner, mode)
-    part = None if manner.host is None else host_part.part(scenario, manner.host, mode, record=record)
+    options = options or RunOptions()
+    _require_fitting(options, mode)
+    part = None if options.host is None else host_part.part(scenario, options.host, mode, record=record)
     folder = folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
             save_scenario(scenario, folder / SCENARIO_FILE)
             outcome = _in_process(scenario, folder, record=record)
         else:
-            outcome = _over_dds(scenario, folder, record=record, manner=manner, host=part)
+            outcome = _over_dds(scenario, folder, record=record, options=options, host=part)
         if part is not None:
             outcome = host_part.told(outcome, part)
-        if manner.profile:
+        if options.profile:
             _join_trace(folder)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
@@ -96,35 +96,35 @@ def _kept(outcome: Outcome) -> Outcome:
     return outcome
 
 
-def _require_fitting(manner: Manner, mode: Mode) -> None:
+def _require_fitting(options: RunOptions, mode: Mode) -> None:
     """Go on only if everything that is asked for can be had together.
 
     Raises:
         CommandError: it cannot.
     """
     if mode == "inprocess":
-        asked = (
-            (manner.display, "--display shows what passes over DDS; there is nothing to show in one process"),
-            (manner.keystore, "--secure is for DDS: a run in one process says nothing on a network"),
-            (manner.profile, "--profile is for flights of several processes; --mode inprocess is but one"),
-            (manner.group > 1, "--group is for flights of several processes; --mode inprocess is but one"),
-            (manner.restart, "--restart is for processes that are lost; --mode inprocess has but one"),
-            (manner.without_recorder, "--without-recorder is for DDS: in one process there is no recorder"),
-            (manner.namespace != "", "--namespace is for DDS: a run in one process has no topics"),
-            (manner.measure, "--measure is for DDS: a run in one process exchanges no messages"),
+        needs_dds = (
+            (options.display, "--display", "publishes on topics"),
+            (options.keystore, "--secure", "is for messages on a network"),
+            (options.profile, "--profile", "is for flights of several processes"),
+            (options.satellites_per_process > 1, "--satellites-per-process", "is for several processes"),
+            (options.restart, "--restart", "is for processes that are lost"),
+            (options.continue_without_recorder, "--continue-without-recorder", "is for a recorder process"),
+            (options.namespace != "", "--namespace", "is for names of topics"),
+            (options.measure_round_trip, "--measure-round-trip", "is for messages between processes"),
         )
-        for wanted, sentence in asked:
+        for wanted, option, purpose in needs_dds:
             if wanted:
-                raise CommandError(sentence)
-    if manner.profile and mode == "realtime":
+                raise CommandError(f"{option} {purpose}; --mode inprocess is one process without DDS")
+    if options.profile and mode == "realtime":
         raise CommandError(
-            "--profile is for lockstep: on the wall clock a step waits for its moment, not for work"
+            "--profile is for lockstep; against the wall clock a step waits for its time, not for work"
         )
-    if manner.namespace and manner.keystore is not None:
+    if options.namespace and options.keystore is not None:
         raise CommandError(
-            "--namespace and --secure exclude each other: a keystore's permissions name topics of the root"
+            "--namespace and --secure exclude each other: a keystore's permissions are for the root namespace"
         )
-    if manner.display and manner.keystore is not None:
+    if options.display and options.keystore is not None:
         raise CommandError(
             "--display and --secure exclude each other: a keystore has no keys for the display"
         )
@@ -200,12 +200,12 @@ def _join_trace(folder: Path) -> None:
 
 
 def _over_dds(
-    scenario: Scenario, folder: Path, *, record: bool, manner: Manner, host: HostSpec | None
+    scenario: Scenario, folder: Path, *, record: bool, options: RunOptions, host: HostSpec | None
 ) -> Outcome:
     ros.require()
     from satform_bringup.supervisor.run import fly  # noqa: PLC0415 - in-process runs do without
 
-    policy = Policy(manner.restart, manner.without_recorder, manner.rate)
+    policy = Policy(options.restart, options.continue_without_recorder, options.rate)
     try:
         with progress.shown(scenario) as report:
             flight = fly(
@@ -213,13 +213,13 @@ def _over_dds(
                 folder,
                 record=record,
                 progress=report,
-                group=manner.group,
-                display=manner.display,
+                group=options.satellites_per_process,
+                display=options.display,
                 policy=policy,
                 host=host,
-                keystore=manner.keystore,
-                environment=_tracing(folder) if manner.profile else None,
-                namespace=manner.namespace,
+                keystore=options.keystore,
+                environment=_tracing(folder) if options.profile else None,
+                namespace=options.namespace,
             )
     except RuntimeError as error:
         raise CommandError(str(error)) from None
@@ -230,7 +230,7 @@ def _over_dds(
         start_seconds=flight.start_seconds,
         plant_seconds=flight.plant_seconds,
         satellite_seconds=flight.satellite_seconds,
-        ping_pong_seconds=_ping_pong() if manner.measure and not flight.stopped else None,
+        ping_pong_seconds=_ping_pong() if options.measure_round_trip and not flight.stopped else None,
     )
     reason = flight.reason or "; ".join(flight.missed)
     broken = bool(flight.stopped or reason)
@@ -241,7 +241,7 @@ def _over_dds(
         try:
             recorded = _read(scenario, flight.bag)
             verdicts, summary = _judged(scenario, recorded)
-            state_hash = "" if manner.rate or not recorded.steps else recorded.digest()
+            state_hash = "" if options.rate or not recorded.steps else recorded.digest()
         except CommandError as error:
             reason = reason or str(error)
             if flight.early_end:
@@ -249,7 +249,7 @@ def _over_dds(
                 verdicts = tuple(expectation.verdict(math.nan) for expectation in scenario.expect)
     return Outcome(
         scenario=scenario,
-        mode="realtime" if manner.rate else "lockstep",
+        mode="realtime" if options.rate else "lockstep",
         punctuality=flight.punctuality,
         state_hash=state_hash,
         folder=folder,

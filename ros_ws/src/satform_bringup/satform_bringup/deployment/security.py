@@ -56,7 +56,8 @@ def secured(nodes: Sequence[NodeProcess]) -> list[NodeProcess]:
     groups = [node.name for node in nodes if node.executable == "group_node"]
     if groups:
         raise SecurityError(
-            f"the satellites of {groups[0]} share a process, and keys belong to processes; fly with --group 1"
+            f"the satellites of {groups[0]} share a process, and keys belong to processes; "
+            "fly with --satellites-per-process 1"
         )
     return [replace(node, enclave=f"{ENCLAVES}/{node.name}") for node in nodes]
 

@@ -1,0 +1,213 @@
+"""The commands that fly: run, replay, recover, rejoin, gallery."""
+
+# ruff: noqa: PLC0415
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from satform_tools import console
+from satform_tools.cli.options import Changes, Json, Run, ScenarioArgument
+from satform_tools.errors import CommandError
+
+EPILOG = (
+    "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
+    "4 the flight ended early (a quantity diverged, or a satellite hit the ground), "
+    "130 stopped by Ctrl-C or SIGTERM."
+)
+
+
+class RunMode(StrEnum):
+    """How a scenario is flown."""
+
+    LOCKSTEP = "lockstep"
+    INPROCESS = "inprocess"
+    REALTIME = "realtime"
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add these commands to the program's."""
+    app.command(epilog=EPILOG)(run)
+    app.command()(replay)
+    app.command()(recover)
+    app.command()(rejoin)
+    app.command()(gallery)
+
+
+def run(
+    scenario: ScenarioArgument,
+    mode: Annotated[
+        RunMode,
+        typer.Option(
+            help="lockstep: a process for each satellite, over DDS; inprocess: one process, no ROS; "
+            "realtime: as lockstep, against the wall clock."
+        ),
+    ] = RunMode.LOCKSTEP,
+    record: Annotated[
+        bool,
+        typer.Option("--record/--no-record", help="Record the flight; expectations are evaluated from that."),
+    ] = True,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the run, new or empty; by default a new one in ./runs."),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of all random numbers, instead of the scenario's.")
+    ] = None,
+    changes: Changes = None,
+    json: Json = False,
+    satellites_per_process: Annotated[
+        int, typer.Option(min=1, help="Satellites that share a process; each keeps its node and its topics.")
+    ] = 1,
+    measure_round_trip: Annotated[
+        bool,
+        typer.Option("--measure-round-trip", help="Also measure a bare round trip between two processes."),
+    ] = False,
+    rate: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-3,
+            max=1e6,
+            help="With --mode realtime: simulated seconds in a second of wall-clock time; by default 1.",
+        ),
+    ] = None,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Restart lost satellites from their checkpoints.")
+    ] = False,
+    continue_without_recorder: Annotated[
+        bool,
+        typer.Option(
+            "--continue-without-recorder", help="Continue if the recorder is lost, instead of stopping."
+        ),
+    ] = False,
+    display: Annotated[
+        bool,
+        typer.Option("--display", help="Also publish markers, poses, paths and /tf for RViz and Foxglove."),
+    ] = False,
+    secure: Annotated[
+        Path | None,
+        typer.Option(metavar="KEYSTORE", help="Fly with the keys that `security` made, or not at all."),
+    ] = None,
+    host: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Run only the part of this machine, by its name in the scenario's hosts."
+        ),
+    ] = None,
+    namespace: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="Namespace of all nodes, topics and services, so that formations can share a DDS domain.",
+        ),
+    ] = "",
+    profile: Annotated[
+        bool,
+        typer.Option("--profile", help="Write what every process did when: trace.json, trace.png."),
+    ] = False,
+) -> None:
+    """Fly a scenario, record the flight and evaluate the scenario's expectations."""
+    if rate is not None and mode is not RunMode.REALTIME:
+        raise CommandError(f"--rate is for --mode realtime; --mode {mode.value} has no wall clock")
+    if mode is not RunMode.INPROCESS:
+        _prepare_dds(secured=secure is not None)
+    from satform_tools.cli import names
+    from satform_tools.report import tables
+    from satform_tools.run import command as run_command
+    from satform_tools.run import scenario_library
+
+    flown = scenario_library.load(scenario, changes or (), seed)
+    options = run_command.RunOptions(
+        measure_round_trip=measure_round_trip,
+        satellites_per_process=satellites_per_process,
+        restart=restart,
+        continue_without_recorder=continue_without_recorder,
+        rate=(rate or 1.0) if mode is RunMode.REALTIME else 0.0,
+        display=display,
+        host=host,
+        keystore=secure,
+        profile=profile,
+        namespace=names.namespace(namespace),
+    )
+    result = run_command.run(flown, mode.value, record=record, out=out, options=options)
+    if json:
+        console.as_json(result.data())
+    else:
+        tables.print_outcome(result)
+    raise typer.Exit(result.exit_code)
+
+
+def _prepare_dds(*, secured: bool) -> None:
+    """Check that a flight over DDS can start, and let the process server import while this process goes on.
+
+    Raises:
+        CommandError: a flight cannot work here.
+    """
+    from satform_tools.run import ros
+
+    ros.require()
+    from satform_bringup.deployment import preflight
+    from satform_bringup.supervisor import process_server
+
+    try:
+        preflight.require(secured=secured)
+    except preflight.PreflightError as error:
+        raise CommandError(str(error)) from None
+    for name in preflight.set_in_vain():
+        console.note(f"{name} is set; the nodes of a flight ignore it")
+    preflight.neutralise()
+    process_server.prepare()
+
+
+def replay(run: Run, json: Json = False) -> None:
+    """Repeat a recorded flight in one process, with all events that happened in it, and compare the bits."""
+    from satform_tools.run import replay as replay_command
+
+    raise typer.Exit(replay_command.replay(run, as_json=json))
+
+
+def recover(
+    run: Run,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the new bag; by default one beside the old."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Make a complete bag of one whose recorder was killed; the old one stays as it is."""
+    from satform_tools.run import recover as recover_command
+
+    recover_command.recover(run, out, as_json=json)
+
+
+def rejoin(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a running flight.")],
+    satellite: Annotated[str, typer.Argument(help="Name of the lost satellite.")],
+) -> None:
+    """Restart a lost satellite of a running flight; prints the step from which it takes part."""
+    from satform_tools.run import ros
+
+    ros.require()
+    from satform_bringup.supervisor.rejoin import RejoinError
+    from satform_bringup.supervisor.rejoin import rejoin as start_again
+
+    try:
+        raise typer.Exit(start_again(run, satellite))
+    except RejoinError as error:
+        raise CommandError(str(error)) from None
+
+
+def gallery(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Scenarios to fly; all when left out.")
+    ] = None,
+    stale: Annotated[
+        bool, typer.Option("--stale", help="Only those that have changed since their figure was made.")
+    ] = False,
+) -> None:
+    """Fly the shipped scenarios and write docs/gallery.md and its figures."""
+    from satform_tools.report import gallery as gallery_page
+
+    raise typer.Exit(gallery_page.make(names or (), stale=stale))

@@ -1,0 +1,103 @@
+"""The commands before and after a flight: list, check, show, schema, security, report."""
+
+# ruff: noqa: PLC0415
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from satform_tools import output_streams
+from satform_tools.cli.options import Changes, Json, ScenarioArgument
+from satform_tools.report.formats import Format
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add these commands to the program's."""
+    app.command("list")(list_scenarios)
+    app.command()(check)
+    app.command()(show)
+    app.command()(schema)
+    app.command()(security)
+    app.command()(report)
+
+
+def list_scenarios(json: Json = False) -> None:
+    """List the shipped scenarios."""
+    from satform_tools.describe import scenario_list
+
+    raise typer.Exit(scenario_list.show(as_json=json))
+
+
+def check(
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Scenario files, or names of scenarios.")
+    ],
+    json: Json = False,
+) -> None:
+    """Validate scenario files: print all errors, and warnings with their reasons."""
+    from satform_tools.check import files as check_files
+
+    raise typer.Exit(check_files.check(files, as_json=json))
+
+
+def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False) -> None:
+    """Describe a scenario: graph, gains, modal roots, processes, topics, expectations."""
+    from satform_tools.describe import scenario as describe_scenario
+    from satform_tools.run import scenario_library
+
+    describe_scenario.show(scenario_library.load(scenario, changes or ()), as_json=json)
+
+
+def schema(
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print the scenario reference (docs/reference.md) instead.")
+    ] = False,
+) -> None:
+    """Print the JSON Schema of scenario files, by which editors complete and check them."""
+    from satform_tools.describe import json_schema, scenario_reference
+
+    output_streams.write(scenario_reference.text() if markdown else json_schema.text())
+
+
+def security(
+    scenario: ScenarioArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the keystore, new or empty; by default in ./keystores."),
+    ] = None,
+    days: Annotated[int, typer.Option(min=1, max=36500, help="Days for which the keys are valid.")] = 365,
+    domain: Annotated[
+        int | None,
+        typer.Option(min=0, max=230, help="The only DDS domain for which the keys are valid; else all."),
+    ] = None,
+    changes: Changes = None,
+    json: Json = False,
+) -> None:
+    """Make keys and signed permissions (SROS 2), by which each node can use its own topics and no others."""
+    from satform_tools.run import scenario_library
+    from satform_tools.security import command
+
+    command.secure(scenario_library.load(scenario, changes or ()), out, days, domain, as_json=json)
+
+
+def report(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RUN [OTHER]", help="Folder of a run, bag folder, or .mcap file; two are compared."
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the report; by default `report` beside the bag."),
+    ] = None,
+    export: Annotated[
+        list[Format] | None, typer.Option(help="Also write this format. Repeatable.", show_choices=True)
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Report a flight: print its figures, write a page for a browser and files; or compare two flights."""
+    from satform_tools.report import command as report_command
+
+    report_command.report(runs, out, export or (), as_json=json)
