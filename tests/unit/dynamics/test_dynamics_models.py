@@ -12,13 +12,9 @@ from satform.common.spec import specs
 from satform.dynamics.cw import propagate
 from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.integrators import Adaptive, FixedStep
-from satform.dynamics.models import (
-    CwDynamicsSpec,
-    CwPerturbedDynamicsSpec,
-    GravitySpec,
-    InertialDynamicsSpec,
-)
+from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.specs import GravitySpec
 from satform.orbits.chief import as_utc, semi_major_axis_of
 
 DATA = Path(__file__).parents[2] / "data"

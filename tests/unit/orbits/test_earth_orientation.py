@@ -11,8 +11,9 @@ from pydantic import ValidationError
 
 from earth_orientation_table import finals
 from satform.dynamics.forces import FullEarthRotation, brahe_epoch
-from satform.dynamics.models import GravitySpec, InertialDynamicsSpec
+from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.specs import GravitySpec
 from satform.files.named_file import FileSource, NamedFile
 from satform.flight.simulate import simulate
 from satform.orbits.earth_orientation import from_file, without_file

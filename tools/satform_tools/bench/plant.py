@@ -12,9 +12,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from satform.dynamics.forces import brahe_epoch, gravitational_parameter
-from satform.dynamics.inertial import InertialDynamics, build
-from satform.dynamics.models import FixedStepSpec, GravitySpec, InertialDynamicsSpec
+from satform.dynamics.inertial import InertialDynamics
+from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.specs import FixedStepSpec, GravitySpec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import ChiefOrbitSpec
 
@@ -98,7 +99,7 @@ def _dynamics(count: int, method: str, step: float) -> InertialDynamics:
     spec = InertialDynamicsSpec(
         epoch=_EPOCH, chief=_CHIEF, gravity=GravitySpec(degree=DEGREE), integrator=integrator
     )
-    return build(spec, DynamicsSetting(mean_motion=rate, step=step, satellite_count=count))
+    return spec.build(DynamicsSetting(mean_motion=rate, step=step, satellite_count=count))
 
 
 def _starts(count: int) -> Array:

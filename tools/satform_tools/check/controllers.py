@@ -3,8 +3,8 @@
 import numpy as np
 
 from satform.control.sliding_mode import SlidingModeSpec, gain_warnings, sampling_warnings
-from satform.dynamics.models import PerturbedDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.specs import PerturbedDynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 from satform_tools.check.reference_motion import steady_motions

@@ -13,20 +13,16 @@ Two models, by what the chief does:
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from satform.dynamics.forces import Gravity, gravitational_parameter, gravity_of
+from satform.dynamics.forces import Gravity, gravitational_parameter
 from satform.dynamics.integrators import ExponentialStep, FixedStep, exponential_step, substeps
 from satform.dynamics.perturbations import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
 from satform.numeric.elementwise import Array, cross, dot
-from satform.orbits.chief import CircularChief, semi_major_axis_of
+from satform.orbits.chief import ChiefOrbitSpec, CircularChief, semi_major_axis_of
 from satform.orbits.frames import LvlhFrame, chief_frame
-
-if TYPE_CHECKING:
-    from satform.dynamics.models import CwPerturbedDynamicsSpec
 
 
 @dataclass(frozen=True)
@@ -234,33 +230,48 @@ def differential_central_gravity(position_lvlh: Array, radius: float, parameter:
     return acceleration
 
 
-def build(
-    spec: "CwPerturbedDynamicsSpec", setting: DynamicsSetting
-) -> CwPerturbedDynamics | PropagatedChiefDynamics:
-    """The perturbed CW model that a scenario describes.
+def about_propagated_chief(
+    setting: DynamicsSetting,
+    chief: ChiefOrbitSpec,
+    gravity: Gravity,
+    integrator: FixedStep,
+    perturbations: tuple[Perturbation, ...],
+) -> PropagatedChiefDynamics:
+    """The model whose chief feels the same gravity as the satellites.
 
     Args:
-        spec: what the scenario says.
-        setting: the chief's mean motion, the step, the satellites and the perturbations.
+        setting: the chief's mean motion and the step.
+        chief: its orbit at time zero.
+        gravity: on chief and satellites.
+        integrator: of chief and satellites.
+        perturbations: added to the rest.
     """
-    method = spec.integrator.build()
-    if spec.chief_motion == "propagated":
-        position, velocity = spec.chief.state(setting.mean_motion, gravitational_parameter())
-        return PropagatedChiefDynamics(
-            period=setting.step,
-            gravity=gravity_of(spec.gravity, spec.epoch),
-            chief_position=position,
-            chief_velocity=velocity,
-            integrator=method,
-            perturbations=spec.build_perturbations(setting),
-        )
-    parts = substeps(setting.step, method.maximum_step)
+    position, velocity = chief.state(setting.mean_motion, gravitational_parameter())
+    return PropagatedChiefDynamics(
+        period=setting.step,
+        gravity=gravity,
+        chief_position=position,
+        chief_velocity=velocity,
+        integrator=integrator,
+        perturbations=perturbations,
+    )
+
+
+def about_circular_chief(
+    setting: DynamicsSetting,
+    chief: ChiefOrbitSpec,
+    gravity: Gravity,
+    integrator: FixedStep,
+    perturbations: tuple[Perturbation, ...],
+) -> CwPerturbedDynamics:
+    """The model whose chief keeps to its unperturbed circle; arguments as in `about_propagated_chief`."""
+    parts = substeps(setting.step, integrator.maximum_step)
     radius = semi_major_axis_of(setting.mean_motion, gravitational_parameter())
     return CwPerturbedDynamics(
         period=setting.step,
-        chief=CircularChief(spec.chief, radius, setting.mean_motion),
-        gravity=gravity_of(spec.gravity, spec.epoch),
-        substep=exponential_step(method.tableau, setting.mean_motion, setting.step / parts),
+        chief=CircularChief(chief, radius, setting.mean_motion),
+        gravity=gravity,
+        substep=exponential_step(integrator.tableau, setting.mean_motion, setting.step / parts),
         parts=parts,
-        perturbations=spec.build_perturbations(setting),
+        perturbations=perturbations,
     )

@@ -10,19 +10,18 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import brahe
 import numpy as np
 
 from satform.dynamics.atmosphere import Atmosphere, atmosphere_of
+from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
+from satform.dynamics.specs import BodySpec, GravitySpec
 from satform.numeric.elementwise import Array, dot
 from satform.orbits.chief import as_utc, earth_angle_at
 from satform.orbits.earth_orientation import EarthOrientation, from_file, without_file
 from satform.orbits.frames import ClosedEarthRotation, EarthRotation
-
-if TYPE_CHECKING:
-    from satform.dynamics.models import BodySpec, GravitySpec, InertialDynamicsSpec
 
 MAXIMUM_DEGREE = 120
 
@@ -253,7 +252,7 @@ class ForceModel:
         return total
 
 
-def gravity_of(spec: "GravitySpec", epoch: datetime) -> Gravity:
+def gravity_of(spec: GravitySpec, epoch: datetime) -> Gravity:
     """The gravity that a scenario describes.
 
     Args:
@@ -270,7 +269,7 @@ def gravity_of(spec: "GravitySpec", epoch: datetime) -> Gravity:
     return Gravity(spec.degree, order, FullEarthRotation(brahe_epoch(epoch), earth_orientation_of(spec)))
 
 
-def earth_orientation_of(spec: "GravitySpec") -> EarthOrientation:
+def earth_orientation_of(spec: GravitySpec) -> EarthOrientation:
     """The Earth orientation parameters that a scenario names.
 
     Raises:
@@ -279,34 +278,45 @@ def earth_orientation_of(spec: "GravitySpec") -> EarthOrientation:
     return without_file() if spec.orientation_file is None else from_file(spec.orientation_file)
 
 
-def forces_of(spec: "InertialDynamicsSpec") -> ForceModel:
-    """All the forces that a scenario chooses for inertial propagation."""
-    epoch = brahe_epoch(spec.epoch)
-    chosen: list[Force] = [gravity_of(spec.gravity, spec.epoch)]
-    if spec.sun or spec.moon:
-        chosen.append(ThirdBodies(epoch, spec.sun, spec.moon))
-    if spec.drag:
-        chosen.append(_drag_of(spec, epoch))
-    if spec.solar_pressure:
-        chosen.append(SolarPressure(epoch))
+def forces_of(
+    epoch: datetime,
+    gravity: GravitySpec,
+    *,
+    sun: bool,
+    moon: bool,
+    atmosphere: HarrisPriesterSpec | Nrlmsise00Spec | None,
+    solar_pressure: bool,
+) -> ForceModel:
+    """All the forces that a scenario chooses for inertial propagation.
+
+    Args:
+        epoch: of time zero.
+        gravity: of the Earth.
+        sun: whether the Sun's gravity acts.
+        moon: whether the Moon's gravity acts.
+        atmosphere: in which there is drag; None for no drag.
+        solar_pressure: whether sunlight presses.
+    """
+    zero = brahe_epoch(epoch)
+    earth = gravity_of(gravity, epoch)
+    chosen: list[Force] = [earth]
+    if sun or moon:
+        chosen.append(ThirdBodies(zero, sun, moon))
+    if atmosphere is not None:
+        equator, orientation = _equator(gravity, zero), earth_orientation_of(gravity)
+        chosen.append(Drag(atmosphere_of(atmosphere, zero, equator, earth.rotation, orientation), equator))
+    if solar_pressure:
+        chosen.append(SolarPressure(zero))
     return ForceModel(tuple(chosen))
 
 
-def _drag_of(spec: "InertialDynamicsSpec", epoch: Any) -> Drag:
-    """Drag in the atmosphere that a scenario chooses."""
-    equator = _equator(spec.gravity, epoch)
-    rotation = gravity_of(spec.gravity, spec.epoch).rotation
-    orientation = earth_orientation_of(spec.gravity)
-    return Drag(atmosphere_of(spec.atmosphere, epoch, equator, rotation, orientation), equator)
-
-
-def _equator(spec: "GravitySpec", epoch: Any) -> Array:
+def _equator(spec: GravitySpec, epoch: Any) -> Array:
     """Rotation of inertial axes into the equator to which the atmosphere belongs, (3, 3)."""
     if spec.rotation == "closed":
         return np.eye(3)
     return earth_orientation_of(spec).inertial_to_equator_of_date(epoch)
 
 
-def body_of(spec: "BodySpec") -> Body:
+def body_of(spec: BodySpec) -> Body:
     """The body that a scenario describes."""
     return Body(spec.mass, spec.drag_area, spec.drag_coefficient, spec.radiation_area, spec.reflectivity)

@@ -2,26 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from satform.dynamics.forces import (
-    Body,
-    ForceModel,
-    body_of,
-    central_gravity,
-    forces_of,
-    gravitational_parameter,
-)
+from satform.dynamics.forces import Body, ForceModel, central_gravity, gravitational_parameter
 from satform.dynamics.integrators import Adaptive, FixedStep
 from satform.dynamics.perturbations import Perturbation
-from satform.dynamics.protocol import DynamicsSetting, total_perturbation
+from satform.dynamics.protocol import total_perturbation
 from satform.numeric.elementwise import Array, norm
 from satform.orbits.frames import LvlhFrame, chief_axes, chief_frame
-
-if TYPE_CHECKING:
-    from satform.dynamics.models import InertialDynamicsSpec
 
 
 @dataclass(frozen=True)
@@ -166,31 +155,3 @@ class _Push:
         radial, along_track, normal = chief_axes(chief_position, chief_velocity)
         turned: Array = total[:, 0:1] * radial + total[:, 1:2] * along_track + total[:, 2:3] * normal
         return turned
-
-
-def build(spec: "InertialDynamicsSpec", setting: DynamicsSetting) -> InertialDynamics:
-    """The inertial truth model that a scenario describes.
-
-    Args:
-        spec: what the scenario says.
-        setting: the chief's mean motion, the step, the satellites and the perturbations.
-
-    Raises:
-        ValueError: the list of bodies does not fit the satellites, or the chief enters the Earth.
-    """
-    position, velocity = spec.chief.state(setting.mean_motion, gravitational_parameter())
-    faults = spec.faults(setting)
-    if faults:
-        raise ValueError("; ".join(sentence for _, sentence in faults))
-    of_satellites = spec.satellite_bodies or (spec.body,) * setting.satellite_count
-    return InertialDynamics(
-        period=setting.step,
-        forces=forces_of(spec),
-        bodies=tuple(body_of(body) for body in (spec.body, *of_satellites)),
-        chief_position=position,
-        chief_velocity=velocity,
-        integrator=spec.integrator.build(),
-        keplerian_chief=spec.chief_motion == "keplerian",
-        exact_rate=spec.frame_rate == "exact",
-        perturbations=spec.build_perturbations(setting),
-    )

@@ -11,19 +11,15 @@ Frame: LVLH of the chief (x radial outward, y along-track, z orbit normal).
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from satform.dynamics.cw import InPlaneCoupling, sinc, sine_remainder
 from satform.dynamics.perturbations import Perturbation
-from satform.dynamics.protocol import DynamicsSetting, total_perturbation
+from satform.dynamics.protocol import total_perturbation
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import semi_major_axis_of
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
-
-if TYPE_CHECKING:
-    from satform.dynamics.models import LinearJ2DynamicsSpec
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _LONGEST_ARC = 0.25
@@ -257,22 +253,6 @@ class LinearJ2Dynamics:
             velocity += rest.from_velocity[1](kick)
             position[:, 2] += zv * kick[:, 2]
             velocity[:, 2] += vv * kick[:, 2]
-
-
-def build(spec: "LinearJ2DynamicsSpec", setting: DynamicsSetting) -> LinearJ2Dynamics:
-    """The linear J2 model that a scenario describes.
-
-    Args:
-        spec: what the scenario says.
-        setting: the chief's mean motion, the step, the satellites and the perturbations.
-    """
-    rates = J2Rates.of(setting.mean_motion, spec.chief.inclination)
-    return LinearJ2Dynamics(
-        period=setting.step,
-        rates=rates,
-        cross_track=CrossTrack(rates, spec.chief.argument_of_latitude),
-        perturbations=spec.build_perturbations(setting),
-    )
 
 
 def _in_plane(x_from_x: float, y_from_y: float, x_from_y: float, y_from_x: float) -> InPlaneCoupling:

@@ -1,102 +1,28 @@
 """The truth models that a scenario chooses under `dynamics:`, from textbook CW to inertial space."""
 
-from dataclasses import dataclass
-from datetime import UTC, datetime
-from functools import cached_property
+from datetime import datetime
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
-from satform.common.spec import NonNegative, Plugin, Positive, Spec
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
 from satform.dynamics.cw import DisturbedStep
-from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
-from satform.dynamics.linear_j2 import LinearJ2Dynamics
-from satform.dynamics.linear_j2 import build as build_linear_j2
-from satform.dynamics.perturbations import Perturbation, PerturbationSetting, PerturbationSpec
-from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec, total_perturbation
-from satform.files.named_file import NamedFile
-from satform.numeric.elementwise import Array
-from satform.orbits.chief import Angle, ChiefOrbitSpec
+from satform.dynamics.cw_model import CwDynamics
+from satform.dynamics.linear_j2 import CrossTrack, J2Rates, LinearJ2Dynamics
+from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.specs import (
+    EPOCH,
+    AdaptiveSpec,
+    BodySpec,
+    FixedStepSpec,
+    GravitySpec,
+    PerturbedDynamicsSpec,
+)
+from satform.orbits.chief import ChiefOrbitSpec
 
 if TYPE_CHECKING:
     from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
     from satform.dynamics.inertial import InertialDynamics
-
-Degree = Annotated[int, Field(ge=0, le=120)]
-
-
-@dataclass(frozen=True)
-class CwState:
-    """LVLH motion at one time.
-
-    Attributes:
-        position: m, shape (N, 3).
-        velocity: m/s, in the rotating frame, shape (N, 3).
-    """
-
-    position: Array
-    velocity: Array
-
-
-@dataclass(frozen=True)
-class CwDynamics:
-    """The CW equations, exact for any step with the command held.
-
-    Perturbations enter by three-point Gauss-Legendre quadrature over the step.
-
-    Attributes:
-        step: the exact step.
-        perturbations: added to the CW equations.
-    """
-
-    step: DisturbedStep
-    perturbations: tuple[Perturbation, ...] = ()
-
-    @cached_property
-    def _offsets(self) -> tuple[float, ...]:
-        """Times since the start of a step at which the perturbations are wanted, s."""
-        return tuple(self.step.nodes.tolist())
-
-    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
-        """The state at time zero; arguments as in `Dynamics.start`."""
-        return CwState(position_lvlh, velocity_lvlh)
-
-    def lvlh(self, state: CwState) -> tuple[Array, Array]:
-        """Relative position in m and velocity in m/s, shape (N, 3) each."""
-        return state.position, state.velocity
-
-    def advance(self, state: CwState, acceleration_lvlh: Array, step: int) -> CwState:
-        """The state one control period later; arguments as in `Dynamics.advance`."""
-        if not self.perturbations:
-            return CwState(*self.step.undisturbed(state.position, state.velocity, acceleration_lvlh))
-        disturbance = np.empty((len(self._offsets), *state.position.shape))
-        for node, offset in enumerate(self._offsets):
-            disturbance[node] = total_perturbation(self.perturbations, step, offset)
-        return CwState(*self.step.advance(state.position, state.velocity, acceleration_lvlh, disturbance))
-
-
-class PerturbedDynamicsSpec(DynamicsSpec):
-    """What all the truth models here have in common: a list of perturbations."""
-
-    perturbations: tuple[Annotated[PerturbationSpec, Plugin("satform.perturbations")], ...] = ()
-    """Accelerations added to the model's own, in LVLH."""
-
-    def build_perturbations(self, setting: DynamicsSetting) -> tuple[Perturbation, ...]:
-        """The perturbations themselves, in the order of the list."""
-        return tuple(
-            spec.build(
-                PerturbationSetting(
-                    mean_motion=setting.mean_motion,
-                    step=setting.step,
-                    satellite_count=setting.satellite_count,
-                    seed=setting.seed,
-                    index=index,
-                )
-            )
-            for index, spec in enumerate(self.perturbations)
-        )
 
 
 class CwDynamicsSpec(PerturbedDynamicsSpec):
@@ -110,88 +36,6 @@ class CwDynamicsSpec(PerturbedDynamicsSpec):
             step=DisturbedStep.over(setting.mean_motion, setting.step),
             perturbations=self.build_perturbations(setting),
         )
-
-
-class GravitySpec(Spec):
-    """The Earth's gravity field, EGM2008 (tide free), and the rotation that carries it."""
-
-    degree: Degree = 10
-    """Highest degree of the spherical harmonics; 0 is a point mass."""
-    order: Degree | None = None
-    """Highest order; the degree when left out, 0 for zonal harmonics only."""
-    rotation: Literal["closed", "full"] = "closed"
-    """closed: uniform about the inertial z axis; full: precession, nutation and polar motion (brahe)."""
-    earth_angle: Angle | None = None
-    """closed: Earth rotation angle at time zero [rad]; the epoch's when left out."""
-    orientation_file: NamedFile | None = None
-    """full: a file of Earth orientation parameters (IERS finals2000A or C04), its path counted from the
-    scenario's folder; UT1 = UTC and no polar motion when left out. Nothing is downloaded."""
-
-    @field_validator("orientation_file")
-    @classmethod
-    def _readable(cls, file: NamedFile | None) -> NamedFile | None:
-        if file is not None:
-            from satform.orbits.earth_orientation import from_file  # noqa: PLC0415  brahe is slow to import
-
-            from_file(file)
-        return file
-
-    @model_validator(mode="after")
-    def _consistent(self) -> "GravitySpec":
-        if self.order is not None and self.order > self.degree:
-            raise ValueError(
-                f"order {self.order} is above degree {self.degree}; at most the degree is allowed"
-            )
-        if self.rotation == "full" and self.earth_angle is not None:
-            raise ValueError(
-                "earth_angle belongs to rotation: closed; rotation: full takes it from the epoch"
-            )
-        if self.rotation == "closed" and self.orientation_file is not None:
-            raise ValueError("orientation_file belongs to rotation: full; rotation: closed needs none")
-        return self
-
-
-class BodySpec(Spec):
-    """What drag and sunlight meet on a satellite."""
-
-    mass: Positive = 100.0
-    """Mass [kg], constant in these forces."""
-    drag_area: NonNegative = 1.0
-    """Area across the wind [m^2]."""
-    drag_coefficient: NonNegative = 2.2
-    """Drag coefficient."""
-    radiation_area: NonNegative = 1.0
-    """Area across the sunlight [m^2]."""
-    reflectivity: Annotated[float, Field(ge=1.0, le=2.0)] = 1.3
-    """Radiation pressure coefficient, 1 absorbs all and 2 reflects all."""
-
-
-class FixedStepSpec(Spec):
-    """Runge-Kutta with equal sub-steps inside the control period."""
-
-    kind: Literal["rk4", "rk8"] = "rk8"
-    """rk4: four stages, order 4, enough for steps of a few seconds; rk8: twelve stages, order 8."""
-    maximum_step: Positive = 45.0
-    """Longest sub-step [s]."""
-
-    def build(self) -> FixedStep:
-        """The integrator itself."""
-        return FixedStep(TABLEAUS[self.kind](), self.maximum_step)
-
-
-class AdaptiveSpec(Spec):
-    """Dormand & Prince's method of order 8 with step control (scipy), one satellite at a time."""
-
-    kind: Literal["dop853"] = "dop853"
-    """The method."""
-    relative_tolerance: Annotated[float, Field(ge=1e-13, le=1e-3)] = 1e-12
-    """Of the local error."""
-    absolute_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 1e-6
-    """Of the local error [m and m/s]."""
-
-    def build(self) -> Adaptive:
-        """The integrator itself."""
-        return Adaptive(self.relative_tolerance, self.absolute_tolerance)
 
 
 class LinearJ2DynamicsSpec(PerturbedDynamicsSpec):
@@ -216,10 +60,13 @@ class LinearJ2DynamicsSpec(PerturbedDynamicsSpec):
 
     def build(self, setting: DynamicsSetting) -> LinearJ2Dynamics:
         """The truth model itself."""
-        return build_linear_j2(self, setting)
-
-
-EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
+        rates = J2Rates.of(setting.mean_motion, self.chief.inclination)
+        return LinearJ2Dynamics(
+            period=setting.step,
+            rates=rates,
+            cross_track=CrossTrack(rates, self.chief.argument_of_latitude),
+            perturbations=self.build_perturbations(setting),
+        )
 
 
 class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
@@ -255,9 +102,13 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
 
     def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics | PropagatedChiefDynamics":
         """The truth model itself."""
-        from satform.dynamics.cw_perturbed import build  # noqa: PLC0415  brahe is slow to import
+        from satform.dynamics.cw_perturbed import about_circular_chief, about_propagated_chief  # noqa: PLC0415
+        from satform.dynamics.forces import gravity_of  # noqa: PLC0415  brahe is slow to import
 
-        return build(self, setting)
+        gravity = gravity_of(self.gravity, self.epoch)
+        perturbations = self.build_perturbations(setting)
+        about = about_propagated_chief if self.chief_motion == "propagated" else about_circular_chief
+        return about(setting, self.chief, gravity, self.integrator.build(), perturbations)
 
 
 class InertialDynamicsSpec(PerturbedDynamicsSpec):
@@ -312,6 +163,30 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
         Raises:
             ValueError: the list of bodies does not fit the satellites, or the chief hits the Earth.
         """
-        from satform.dynamics.inertial import build  # noqa: PLC0415  brahe is slow to import
+        from satform.dynamics.forces import body_of, forces_of, gravitational_parameter  # noqa: PLC0415
+        from satform.dynamics.inertial import InertialDynamics  # noqa: PLC0415  brahe is slow to import
 
-        return build(self, setting)
+        position, velocity = self.chief.state(setting.mean_motion, gravitational_parameter())
+        faults = self.faults(setting)
+        if faults:
+            raise ValueError("; ".join(sentence for _, sentence in faults))
+        of_satellites = self.satellite_bodies or (self.body,) * setting.satellite_count
+        forces = forces_of(
+            self.epoch,
+            self.gravity,
+            sun=self.sun,
+            moon=self.moon,
+            atmosphere=self.atmosphere if self.drag else None,
+            solar_pressure=self.solar_pressure,
+        )
+        return InertialDynamics(
+            period=setting.step,
+            forces=forces,
+            bodies=tuple(body_of(body) for body in (self.body, *of_satellites)),
+            chief_position=position,
+            chief_velocity=velocity,
+            integrator=self.integrator.build(),
+            keplerian_chief=self.chief_motion == "keplerian",
+            exact_rate=self.frame_rate == "exact",
+            perturbations=self.build_perturbations(setting),
+        )
