@@ -17,8 +17,8 @@ from rclpy.qos import QoSProfile
 from visualization_msgs.msg import Marker, MarkerArray
 
 from flights import shortened
-from satform.flight.record import FlightRecord
 from satform.flight.simulate import simulate
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_bringup.supervisor.flight import Flight
 from satform_bringup.supervisor.node_processes import NodeProcess

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from satform.evaluation.tracking import settled
-from satform.flight.record import FlightRecord
 from satform.flight.simulate import simulate
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
 PERIMETER = 484422.4110

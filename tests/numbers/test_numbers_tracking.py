@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from flights import shipped, shortened
-from satform.flight.record import FlightRecord
 from satform.flight.simulate import simulate
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, parse_scenario
 
 Array = NDArray[np.float64]

@@ -3,7 +3,7 @@
 import pytest
 
 from flights import SCENARIOS, shipped
-from satform.evaluation.tracking import judge
+from satform.evaluation.evaluate import judge
 from satform.flight.simulate import simulate
 
 # The longest first, so that none of them is flown alone when everything else is done.

@@ -13,8 +13,8 @@ import pytest
 from arro3.io import read_parquet
 
 from flights import shipped, shortened
-from satform.flight.record import QUANTITIES, FlightRecord
 from satform.flight.simulate import simulate
+from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform_tools.cli import main as cli
 from satform_tools.report.page.charts import _envelope, charts
 from satform_tools.report.page.render import page_of

@@ -10,10 +10,10 @@ from satform.attitude.gyrostat import direction_cosines
 from satform.communication.neighbour_buffer import Told
 from satform.consensus.arc_length import Heard
 from satform.consensus.graph import CompleteSpec
-from satform.flight.record import FlightRecord
 from satform.flight.satellite import Satellite, flight_plan
 from satform.flight.simulate import simulate
 from satform.membership.state import Plan, Rewired
+from satform.record.flight_record import FlightRecord
 
 STEADY = (
     "timing.step=1.0",

@@ -13,7 +13,7 @@ from satform.control.lqr import LqrSpec
 from satform.control.protocol import ControlStep, FlightSetting, Motion, RelativeNeighbour
 from satform.dynamics import cw
 from satform.equipment.thruster import ThrusterSpec
-from satform.flight.findings import findings
+from satform.evaluation.findings import findings
 from satform.flight.simulate import simulate
 from satform.orbits.path_reference import Reference
 from satform.scenario import parse_scenario

@@ -14,11 +14,11 @@ from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion, re
 from satform.dynamics import cw
 from satform.equipment.kalman_filter import Measurement, process_covariance
 from satform.equipment.navigation import FilterSpec, NavigationSpec
-from satform.flight.record import FlightRecord
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.orbits.path_reference import Reference
 from satform.planning.impulsive_guidance import TimedBurnsSpec
+from satform.record.flight_record import FlightRecord
 from satform.scenario import parse_scenario
 
 NOBODY = Told.whole(np.zeros((0, 2)), np.zeros(0))

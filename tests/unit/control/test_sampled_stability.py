@@ -8,21 +8,16 @@ import numpy as np
 import pytest
 
 from flights import shipped, shortened
-from satform.attitude.tracking import AttitudeTrackingSpec
+from satform.attitude.tracking import AttitudeTrackingSpec, attitude_transition
 from satform.control.artificial_potential import AdaptiveDistanceSpec
 from satform.control.feedback_linearisation import HillPdSpec
 from satform.control.protocol import ControllerSpec, ControlStep, FlightSetting, Motion, RelativeNeighbour
-from satform.control.sampled_stability import (
-    attitude_transition,
-    closed_loop,
-    estimation_transition,
-    spectral_radius,
-)
+from satform.control.sampled_stability import closed_loop, spectral_radius
 from satform.control.sliding_mode import SlidingModeSpec
-from satform.equipment.navigation import FilterSpec, Measurement, NavigationSpec
+from satform.equipment.navigation import FilterSpec, Measurement, NavigationSpec, estimation_transition
+from satform.evaluation.evaluate import judge
 from satform.evaluation.loops import SpectralRadius
 from satform.evaluation.sampled_loops import sampled_loops
-from satform.evaluation.tracking import judge
 from satform.flight.simulate import simulate
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario, parse_scenario
@@ -253,7 +248,7 @@ def test_a_scenario_can_expect_its_loops_to_decay() -> None:
     scenario = alone(2.0, 2, SLIDING)
     record = simulate(scenario)
     expectations = (SpectralRadius(below=1.0), SpectralRadius(loop="consensus", below=1.0))
-    tracking, consensus = judge(expectations, record, scenario)
+    tracking, consensus = judge(expectations, record, lambda: sampled_loops(scenario))
     assert tracking.figure == pytest.approx(layer(2.0), rel=1e-5)
     assert not tracking.met
     assert consensus.met

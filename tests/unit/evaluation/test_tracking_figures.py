@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from flights import shortened
 from satform.common.spec import specs
+from satform.evaluation.evaluate import judge
 from satform.evaluation.tracking import (
     ArcLengthMean,
     ArcLengthRate,
@@ -19,19 +20,18 @@ from satform.evaluation.tracking import (
     Control,
     DeltaV,
     Distance,
-    Expectation,
     ReachingTime,
     SettlingTime,
     SlidingVariable,
     TrackingError,
     TrackingErrorAt,
     arc_length_spread,
-    judge,
     settled,
 )
-from satform.flight.record import QUANTITIES, FlightRecord
 from satform.flight.simulate import simulate
+from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform.scenario import Timing
+from satform.scenario.expectation import Expectation
 
 STEP = 0.5
 TIMING = Timing(step=STEP, duration=2.0)

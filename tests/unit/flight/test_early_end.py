@@ -14,12 +14,12 @@ from satform_msgs.msg import Command
 from flights import shortened
 from satform.common.exit_codes import EXIT_ENDED_EARLY
 from satform.control.protocol import Motion
-from satform.evaluation.tracking import judge
-from satform.flight.early_end import EarlyEnd
+from satform.evaluation.evaluate import judge
 from satform.flight.limits import QUANTITIES, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.flight.simulate import simulate
 from satform.orbits.path_reference import Reference
+from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario, ScenarioError
 from satform_tools.cli import main as cli
 from satform_tools.run import folders

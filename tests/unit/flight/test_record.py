@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from flights import shortened
-from satform.flight.record import QUANTITIES, FlightRecord, no_estimates
 from satform.flight.simulate import simulate
+from satform.record.flight_record import QUANTITIES, FlightRecord, no_estimates
 
 STEPS, COUNT = 4, 3
 

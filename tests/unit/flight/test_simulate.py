@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from flights import SCENARIOS, shipped, shortened
 from satform.flight.plant import Plant
-from satform.flight.record import QUANTITIES, FlightRecord
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
+from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform.scenario import Scenario
 
 Array = NDArray[np.float64]

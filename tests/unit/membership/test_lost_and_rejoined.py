@@ -9,10 +9,10 @@ from test_simulate import RATE, formation
 from flights import SCENARIOS, shipped, shortened
 from satform.evaluation.presence import RejoinTime, StepsAbsent
 from satform.evaluation.tracking import ArcLengthRate, ArcLengthSpread, SettlingTime, TrackingError
-from satform.flight.record import FlightRecord
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.membership.state import Adjusted, Back, Lost, Plan
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
 STEP = 0.5

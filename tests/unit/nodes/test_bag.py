@@ -24,9 +24,9 @@ from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Command, FormationStatus
 
 from flights import shortened
-from satform.flight.record import FlightRecord
 from satform.flight.simulate import simulate
 from satform.membership.state import Lost, Plan
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.definitions import MessageType, described
 from satform_nodes.bag.metadata import offered

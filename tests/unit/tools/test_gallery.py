@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from flights import SCENARIOS, shipped, shortened
-from satform.evaluation.tracking import Verdict
+from satform.scenario.expectation import Verdict
 from satform_tools.cli import main as cli
 from satform_tools.report import gallery
 from satform_tools.report.plots.style import figure

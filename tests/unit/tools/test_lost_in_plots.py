@@ -10,8 +10,8 @@ import pytest
 from test_simulate import formation
 
 from satform.evaluation.tracking import arc_length_spread
-from satform.flight.record import FlightRecord
 from satform.flight.simulate import simulate
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.report.plots import prediction
 from satform_tools.report.plots.figures import draw

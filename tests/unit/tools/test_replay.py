@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from test_simulate import formation
 
-from satform.flight.record import FlightRecord
 from satform.flight.simulate import simulate
 from satform.membership.state import Lost, Plan
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag import reader as bag_reader
 from satform_tools.cli import main as cli

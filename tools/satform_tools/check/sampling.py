@@ -1,6 +1,7 @@
 """Warnings about loops that are closed once a step and do not decay at that step."""
 
-from satform.evaluation.sampled_loops import SampledLoop, sampled_loops
+from satform.control.sampled_stability import SampledLoop
+from satform.evaluation.sampled_loops import sampled_loops
 from satform.scenario import Scenario
 from satform_tools.check.wording import listed
 

@@ -14,7 +14,7 @@ from satform.flight.simulate import simulate
 from satform.numeric.elementwise import Array
 from satform.planning.impulsive_guidance import TimedBurnsSpec
 from satform.scenario import Scenario
-from satform.scenario.model import Timing
+from satform.scenario.parts import Timing
 
 _IMPULSIVE = frozenset({"impulse", "timed_burns"})
 """Laws whose commands are burns: one that is clipped is a burn of the wrong size."""

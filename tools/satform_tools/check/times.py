@@ -5,10 +5,10 @@ from typing import TypeAlias
 
 from satform.communication.channel_model import LinkSpec
 from satform.control.protocol import ControllerSpec
-from satform.evaluation.expectation import AtTime
 from satform.membership.faults import step_at
 from satform.planning.impulsive_guidance import ImpulseSpec, TimedBurnsSpec
 from satform.scenario import Scenario
+from satform.scenario.expectation import AtTime
 
 _SLACK = 1e-6
 """Of a step, by which a time may miss it and still count as on it."""

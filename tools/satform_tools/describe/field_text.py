@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.common.spec import Plugin, Spec, specs
-from satform.scenario.model import SatelliteFields, SatelliteSpec
+from satform.scenario.parts import SatelliteFields, SatelliteSpec
 
 GROUPS = {
     "satform.dynamics": "Truth models",

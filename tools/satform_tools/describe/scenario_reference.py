@@ -8,7 +8,7 @@ from satform.common.spec import Spec, specs
 from satform.control.protocol import ControllerSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.scenario import Scenario
-from satform.scenario.model import SatelliteFields, SatelliteSpec
+from satform.scenario.parts import SatelliteFields, SatelliteSpec
 from satform_tools.describe.field_text import (
     GROUPS,
     bounds_words,

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.evaluation.tracking import Verdict
-from satform.flight.record import QUANTITIES
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import QUANTITIES
+from satform.scenario.expectation import Verdict
 from satform_tools.report.units import UNITS
 from satform_tools.run.stored_run import Kept
 

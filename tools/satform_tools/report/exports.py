@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from satform.flight.record import QUANTITIES, FlightRecord
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform_tools.report.formats import Format
 from satform_tools.report.units import UNITS
 from satform_tools.run.stored_run import Kept

@@ -16,9 +16,10 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_MISSED
-from satform.evaluation.tracking import Verdict, judge
+from satform.evaluation.evaluate import evaluate
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
+from satform.scenario.expectation import Verdict
 from satform_tools import console
 from satform_tools.errors import CommandError
 from satform_tools.report.plots.overview import overview
@@ -131,7 +132,7 @@ def save(drawn: Figure, scenario: Scenario, verdicts: Sequence[Verdict], file: P
 
 def _fly_and_draw(scenario: Scenario) -> bool:
     record = simulate(scenario)
-    verdicts = judge(scenario.expect, record, scenario)
+    verdicts = evaluate(scenario, record)
     with mpl.rc_context(STYLE):
         save(overview(scenario, record), scenario, verdicts, picture(scenario.name))
     met = all(verdict.met for verdict in verdicts)

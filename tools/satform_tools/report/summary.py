@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from satform.evaluation.findings import findings, mean_after_settling
 from satform.evaluation.tracking import arc_length_spread
-from satform.flight.findings import findings, mean_after_settling
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
 
 FINAL_FRACTION = 0.2
 """The last part of a flight, over which what remains is measured."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from satform.evaluation.conclusion import conclusion_of
-from satform.evaluation.tracking import Verdict
+from satform.scenario.expectation import Verdict
 from satform_tools import console
 from satform_tools.console import Table, number
 from satform_tools.report.summary import Summary

@@ -5,10 +5,11 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from satform.evaluation.tracking import Verdict, judge
-from satform.flight.record import FlightRecord
+from satform.evaluation.evaluate import evaluate
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, save_scenario
 from satform.scenario.deployment import HostSpec
+from satform.scenario.expectation import Verdict
 from satform_bringup import SCENARIO_FILE
 from satform_bringup.supervisor.flight import Flight, Policy
 from satform_nodes.runtime.signals import StopRequest
@@ -306,7 +307,7 @@ def _read(scenario: Scenario, path: Path) -> FlightRecord:
 
 def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary | None]:
     """Verdicts, and the flight in figures, which one of no step has none of."""
-    return tuple(judge(scenario.expect, flight, scenario)), summarise(flight) if flight.steps else None
+    return tuple(evaluate(scenario, flight)), summarise(flight) if flight.steps else None
 
 
 def _ping_pong() -> float | None:

@@ -9,8 +9,8 @@ import numpy as np
 
 from satform.files.durable_file import durable_file
 from satform.files.numpy_archive import read_archive
-from satform.flight.early_end import EarlyEnd
-from satform.flight.record import ESTIMATES, QUANTITIES, FlightRecord, no_estimates
+from satform.record.early_end import EarlyEnd
+from satform.record.flight_record import ESTIMATES, QUANTITIES, FlightRecord, no_estimates
 from satform_tools.errors import CommandError, sentence_of
 
 RECORD = "record.npz"

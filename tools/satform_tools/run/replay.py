@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
 from satform.evaluation.conclusion import left_out
-from satform.flight.record import FlightRecord
 from satform.flight.simulate import simulate
 from satform.membership.state import Lost, Plan, planned
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, Timing
 from satform_bringup import BAG_FOLDER
 from satform_tools import console

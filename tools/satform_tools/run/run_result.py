@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
-from satform.evaluation.tracking import Verdict
 from satform.files.durable_file import write_durably
-from satform.flight.early_end import EarlyEnd
+from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
+from satform.scenario.expectation import Verdict
 from satform_tools.console import to_json
 from satform_tools.report.summary import Summary
 

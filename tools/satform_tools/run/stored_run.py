@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from satform.evaluation.tracking import Verdict, judge
+from satform.evaluation.evaluate import evaluate
 from satform.files.bounded_file import read_json
-from satform.flight.record import FlightRecord
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario
+from satform.scenario.expectation import Verdict
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
 from satform_nodes.bag.events import Events
 from satform_tools.errors import CommandError, sentence_of
@@ -57,7 +58,7 @@ class Kept:
 
     def verdicts(self) -> list[Verdict]:
         """The expectations against the flight; none where it is only a part of one."""
-        return judge(self.scenario.expect, self.record, self.scenario) if self.complete else []
+        return evaluate(self.scenario, self.record) if self.complete else []
 
     @property
     def state_hash(self) -> str:

@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 
 from satform.evaluation.tracking import arc_length_spread
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
 from satform_tools.report.event_log import Connection, connections
 from satform_tools.report.page.thinning import extremes
 from satform_tools.report.plots import prediction

@@ -10,8 +10,8 @@ from typing import Any, Literal
 from ruamel.yaml import YAML
 
 from satform.evaluation.conclusion import conclusion_of
-from satform.evaluation.tracking import Verdict
 from satform.scenario import Scenario
+from satform.scenario.expectation import Verdict
 from satform_tools.console import number
 from satform_tools.report.comparison import Comparison, Expected
 from satform_tools.report.event_log import Happening

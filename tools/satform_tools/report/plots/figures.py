@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from satform.flight.record import FlightRecord
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.report.plots.overview import overview
 from satform_tools.report.plots.panels import (

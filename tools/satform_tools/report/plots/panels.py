@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from satform.evaluation.tracking import arc_length_spread
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.report.plots import prediction
 from satform_tools.report.plots.style import series, thinned, time_unit

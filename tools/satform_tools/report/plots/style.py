@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Distinguishable with any colour vision (Okabe & Ito 2008)."""

@@ -135,3 +135,28 @@ class AttitudeTrackingSpec(Spec):
         products = np.array([[0.0, xy, zx], [xy, 0.0, yz], [zx, yz, 0.0]])
         body = gyrostat(np.diag(self.inertia) + products, np.array(self.wheel_inertia))
         return AttitudeTracking(body, np.asarray(self.attitude_gain), np.asarray(self.rate_gain))
+
+
+def attitude_transition(law: AttitudeTracking, step: float) -> Array:
+    """How the attitude error goes from step to step under a held wheel torque, close to the reference.
+
+    Args:
+        law: of one satellite, with its body.
+        step: control period, s.
+
+    Returns:
+        Transition of (modified Rodrigues parameters, angular velocity in rad/s) of the error, (6, 6).
+
+    Source: Schaub & Junkins, ch. 8: the closed loop's linear part, d(mrp)/dt = rate / 4 and
+        J d(rate)/dt = -attitude_gain mrp - rate_gain rate; Franklin, Powell & Workman, Digital Control of
+        Dynamic Systems, ch. 4, for the command that is held.
+    """
+    inverse, unit = law.body.inverse_platform_inertia, np.eye(3)
+    stiffness, damping = float(law.attitude_gain) * inverse, float(law.rate_gain) * inverse
+    eighth = 0.125 * step * step
+    return np.block(
+        [
+            [unit - eighth * stiffness, 0.25 * step * unit - eighth * damping],
+            [-step * stiffness, unit - step * damping],
+        ]
+    )

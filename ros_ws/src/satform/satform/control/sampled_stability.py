@@ -10,11 +10,11 @@ Equations: docs/stability.md and the pages of the laws.
 import dataclasses
 import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 
-from satform.attitude.tracking import AttitudeTracking
 from satform.control.protocol import (
     Controller,
     ControlStep,
@@ -24,7 +24,6 @@ from satform.control.protocol import (
     RelativeNeighbour,
 )
 from satform.dynamics import cw
-from satform.equipment.navigation import Estimator
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Reference
 
@@ -44,6 +43,26 @@ _MOST_WAITING = 200
 """Measurements on their way up to which a loop with latency is worked out."""
 
 _NOWHERE = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
+
+
+LoopKind = Literal["tracking", "consensus", "attitude", "estimation"]
+
+
+@dataclass(frozen=True)
+class SampledLoop:
+    """A loop that is closed once a step.
+
+    Attributes:
+        kind: of the loop.
+        satellites: whose loop it is, all with the same numbers.
+        radius: spectral radius of its transition over a step; None where it is not analysed.
+        words: what the loop is, or why it is not analysed.
+    """
+
+    kind: LoopKind
+    satellites: tuple[str, ...]
+    radius: float | None
+    words: str
 
 
 def spectral_radius(transition: Array, steps: int = 1) -> float:
@@ -206,61 +225,3 @@ def _filled(memory: Any, numbers: list[Any]) -> Any:
     shape = np.shape(memory)
     taken = [numbers.pop(0) for _ in range(int(np.prod(shape)))]
     return np.asarray(taken, dtype=np.float64).reshape(shape)
-
-
-def attitude_transition(law: AttitudeTracking, step: float) -> Array:
-    """How the attitude error goes from step to step under a held wheel torque, close to the reference.
-
-    Args:
-        law: of one satellite, with its body.
-        step: control period, s.
-
-    Returns:
-        Transition of (modified Rodrigues parameters, angular velocity in rad/s) of the error, (6, 6).
-
-    Source: Schaub & Junkins, ch. 8: the closed loop's linear part, d(mrp)/dt = rate / 4 and
-        J d(rate)/dt = -attitude_gain mrp - rate_gain rate; Franklin, Powell & Workman, Digital Control of
-        Dynamic Systems, ch. 4, for the command that is held.
-    """
-    inverse, unit = law.body.inverse_platform_inertia, np.eye(3)
-    stiffness, damping = float(law.attitude_gain) * inverse, float(law.rate_gain) * inverse
-    eighth = 0.125 * step * step
-    return np.block(
-        [
-            [unit - eighth * stiffness, 0.25 * step * unit - eighth * damping],
-            [-step * stiffness, unit - step * damping],
-        ]
-    )
-
-
-def estimation_transition(estimator: Estimator) -> Array:
-    """How the error of a Kalman filter goes from one measurement to the next once its gain is constant.
-
-    Args:
-        estimator: of one satellite.
-
-    Returns:
-        Transition of the error of (position, velocity) over `estimator.update` steps, in units of the
-        measurement noise, shape (6, 6).
-
-    Raises:
-        ValueError: the Riccati equation has no stabilising solution in double precision.
-
-    Source: Bar-Shalom, Li & Kirubarajan, ch. 5.2.5: the steady-state filter.
-    """
-    from scipy.linalg import solve_discrete_are  # noqa: PLC0415  slow to import, and not needed in flight
-
-    model = estimator.filter
-    scale = np.sqrt(model.variance)
-    transition = model.transition / scale[:, None] * scale
-    process = model.process / scale[:, None] / scale
-    between, added = np.eye(6), np.zeros((6, 6))
-    for _ in range(estimator.update):
-        between, added = transition @ between, transition @ added @ transition.T + process
-    try:
-        predicted = solve_discrete_are(between.T, np.eye(6), added, np.eye(6))
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise ValueError(f"the filter's steady state was not found: {error}") from None
-    gain = np.linalg.solve(predicted + np.eye(6), predicted).T
-    corrected: Array = (np.eye(6) - gain) @ between
-    return corrected

@@ -307,3 +307,36 @@ class FilterSpec(Spec):
             np.asarray(gate, dtype=np.float64),
             np.asarray(self.most_rejected, dtype=np.float64),
         )
+
+
+def estimation_transition(estimator: Estimator) -> Array:
+    """How the error of a Kalman filter goes from one measurement to the next once its gain is constant.
+
+    Args:
+        estimator: of one satellite.
+
+    Returns:
+        Transition of the error of (position, velocity) over `estimator.update` steps, in units of the
+        measurement noise, shape (6, 6).
+
+    Raises:
+        ValueError: the Riccati equation has no stabilising solution in double precision.
+
+    Source: Bar-Shalom, Li & Kirubarajan, ch. 5.2.5: the steady-state filter.
+    """
+    from scipy.linalg import solve_discrete_are  # noqa: PLC0415  slow to import, and not needed in flight
+
+    model = estimator.filter
+    scale = np.sqrt(model.variance)
+    transition = model.transition / scale[:, None] * scale
+    process = model.process / scale[:, None] / scale
+    between, added = np.eye(6), np.zeros((6, 6))
+    for _ in range(estimator.update):
+        between, added = transition @ between, transition @ added @ transition.T + process
+    try:
+        predicted = solve_discrete_are(between.T, np.eye(6), added, np.eye(6))
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise ValueError(f"the filter's steady state was not found: {error}") from None
+    gain = np.linalg.solve(predicted + np.eye(6), predicted).T
+    corrected: Array = (np.eye(6) - gain) @ between
+    return corrected

@@ -6,18 +6,16 @@ which a satellite does not fly, or in which the one that it points at does not, 
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from satform.common.spec import Positive
-from satform.evaluation.expectation import AtTime, Event, OfSatellites, OverWindow, largest
 from satform.evaluation.tracking import LargestOfSteps
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
-
-if TYPE_CHECKING:
-    from satform.scenario.model import SatelliteSpec
+from satform.record.flight_record import FlightRecord
+from satform.scenario.expectation import AtTime, Event, OfSatellites, OverWindow, largest
+from satform.scenario.parts import SatelliteSpec
 
 
 class PointingError(LargestOfSteps):
@@ -161,7 +159,7 @@ class WheelSaturation(OverWindow):
     """Which limit is meant."""
 
     def complaints_about_satellites(
-        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
     ) -> list[str]:
         found = super().complaints_about_satellites(satellites, announces)
         if found:

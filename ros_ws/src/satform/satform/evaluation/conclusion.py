@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from satform.evaluation.tracking import Verdict
 from satform.scenario import Scenario
+from satform.scenario.expectation import Verdict
 
 
 def conclusion_of(scenario: Scenario, verdicts: Sequence[Verdict]) -> str:

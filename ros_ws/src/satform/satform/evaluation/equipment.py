@@ -5,10 +5,10 @@ from typing import Literal
 
 import numpy as np
 
-from satform.evaluation.expectation import OverWindow, largest
 from satform.evaluation.tracking import LargestOfSteps
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
+from satform.scenario.expectation import OverWindow, largest
 
 
 class _OfThrusters(OverWindow):

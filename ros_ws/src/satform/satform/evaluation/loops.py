@@ -1,13 +1,10 @@
 """Figures of the loops that are closed once a step: properties of a scenario, not of its flight."""
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from satform.evaluation.expectation import OfSatellites
-from satform.flight.record import FlightRecord
-
-if TYPE_CHECKING:
-    from satform.scenario.model import Scenario
+from satform.record.flight_record import FlightRecord
+from satform.scenario.expectation import Loops, OfSatellites
 
 
 class SpectralRadius(OfSatellites):
@@ -23,16 +20,13 @@ class SpectralRadius(OfSatellites):
     def measure(self, record: FlightRecord) -> float:
         return math.nan
 
-    def figure(self, record: FlightRecord, scenario: "Scenario | None") -> float:
-        # A scenario's model holds expectations, and what loops it has can only be said with its satellites.
-        from satform.evaluation.sampled_loops import sampled_loops  # noqa: PLC0415
-
-        if scenario is None:
+    def figure(self, record: FlightRecord, loops: Loops | None) -> float:
+        if loops is None:
             return math.nan
         chosen = set(self.satellites or record.satellites)
         found = [
             loop.radius
-            for loop in sampled_loops(scenario)
+            for loop in loops()
             if loop.radius is not None and self.loop in (None, loop.kind) and chosen & set(loop.satellites)
         ]
         return max(found, default=math.nan)

@@ -3,20 +3,20 @@
 import math
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Number
-from satform.evaluation.expectation import OverWindow
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
+from satform.orbits.chief import as_utc
 from satform.orbits.sun import days_at, sun_in_lvlh
-
-if TYPE_CHECKING:
-    from satform.scenario.model import Timing
+from satform.record.flight_record import FlightRecord
+from satform.scenario.environment import SAME_DIRECTION, Environment
+from satform.scenario.expectation import OverWindow
+from satform.scenario.parts import Timing
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class _OfPair(OverWindow):
     satellites: Annotated[tuple[str, ...], Field(min_length=2, max_length=2)]
     """The satellite that looks and the one that it looks at."""
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         first, second = self.satellites
         same = f"a pass is of two different satellites; found {first} twice"
         return super().complaints(satellites, timing) + ([same] if first == second else [])
@@ -102,6 +102,29 @@ class PassLightAngle(_OfPair):
     """Date and time of time zero; without a time zone it is UTC."""
     chief_longitude: Annotated[Number, OR_DEGREES]
     """Of the geostationary chief, east of Greenwich, rad."""
+
+    def environment_complaints(self, environment: Environment) -> list[tuple[str, str]]:
+        found = []
+        if as_utc(self.epoch) != as_utc(environment.epoch):
+            found.append(
+                (
+                    "epoch",
+                    f"found {as_utc(self.epoch).isoformat()}; the truth model's epoch is "
+                    f"{as_utc(environment.epoch).isoformat()}, and a scenario has one",
+                )
+            )
+        radial = environment.chief_axes[0].tolist()
+        longitude = math.atan2(radial[1], radial[0]) - environment.earth_angle
+        apart = abs(math.remainder(longitude - self.chief_longitude, math.tau))
+        if apart > SAME_DIRECTION:
+            found.append(
+                (
+                    "chief_longitude",
+                    f"found {self.chief_longitude:.6g}; the truth model's chief is over "
+                    f"{math.remainder(longitude, math.tau):.6g} rad, by the Earth's angle at its epoch",
+                )
+            )
+        return found
 
     def measure(self, record: FlightRecord) -> float:
         found = self.closest(record)

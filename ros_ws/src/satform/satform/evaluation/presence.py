@@ -1,18 +1,16 @@
 """Figures of satellites that are lost and come back."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
 from satform.common.spec import Positive
-from satform.evaluation.expectation import Expectation, OverWindow, largest
 from satform.evaluation.tracking import arc_length_spread, settled
-from satform.flight.record import FlightRecord
-
-if TYPE_CHECKING:
-    from satform.scenario.model import Timing
+from satform.record.flight_record import FlightRecord
+from satform.scenario.expectation import Expectation, OverWindow, largest
+from satform.scenario.parts import Timing
 
 
 class StepsAbsent(OverWindow):
@@ -38,7 +36,7 @@ class RejoinTime(Expectation):
     within: Positive
     """Spread of the generalised arc lengths that counts as being together, m."""
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         own = []
         if self.satellite not in satellites:
             own.append(f"there is no satellite {self.satellite}; there are {', '.join(sorted(satellites))}")

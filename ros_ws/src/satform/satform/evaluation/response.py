@@ -1,12 +1,15 @@
 """Figures of how a satellite comes to its reference and stays there: overshoot, times, offset, ripple."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from pydantic import Field
 
-from satform.evaluation.expectation import (
+from satform.evaluation.tracking import LargestOfSteps, settled
+from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
+from satform.scenario.expectation import (
     Event,
     OfSatellites,
     OverWindow,
@@ -14,12 +17,7 @@ from satform.evaluation.expectation import (
     largest,
     without_gaps,
 )
-from satform.evaluation.tracking import LargestOfSteps, settled
-from satform.flight.record import FlightRecord
-from satform.numeric.elementwise import Array
-
-if TYPE_CHECKING:
-    from satform.scenario.model import Timing
+from satform.scenario.parts import Timing
 
 Axis: TypeAlias = Literal["x", "y", "z"]
 Quantity: TypeAlias = Literal["x", "y", "z", "range"]
@@ -76,7 +74,7 @@ class ResponseTime(_Response, Event):
     band: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
     """What counts as settled, as a fraction of the way from the start to the reference."""
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         own = []
         if (self.event == "settled") != (self.band is not None):
             own.append("a response_time of event settled needs a band, and no other event has one")

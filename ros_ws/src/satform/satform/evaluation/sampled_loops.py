@@ -1,45 +1,21 @@
 """Every loop of a scenario that is closed once a step, with the factor by which it shrinks errors."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
+from satform.attitude.tracking import attitude_transition
 from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.stability import Gains, sampled_modes
 from satform.control.protocol import FlightSetting
-from satform.control.sampled_stability import (
-    attitude_transition,
-    closed_loop,
-    estimation_transition,
-    spectral_radius,
-)
+from satform.control.sampled_stability import LoopKind, SampledLoop, closed_loop, spectral_radius
+from satform.equipment.navigation import estimation_transition
 from satform.flight.satellite import flight_setting
 from satform.membership.state import planned, rewirings
 from satform.numeric.elementwise import Array
-from satform.scenario.model import SatelliteSpec, Scenario
-
-LoopKind = Literal["tracking", "consensus", "attitude", "estimation"]
-
-
-@dataclass(frozen=True)
-class SampledLoop:
-    """A loop that is closed once a step.
-
-    Attributes:
-        kind: of the loop.
-        satellites: whose loop it is, all with the same numbers.
-        radius: spectral radius of its transition over a step; None where it is not analysed.
-        words: what the loop is, or why it is not analysed.
-    """
-
-    kind: LoopKind
-    satellites: tuple[str, ...]
-    radius: float | None
-    words: str
-
+from satform.scenario import SatelliteSpec, Scenario
 
 Analysis = tuple[float | None, str]
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,24 +10,18 @@ from pydantic import Field
 
 from satform.common.spec import Number, Positive
 from satform.control.coast import CoastSpec
-from satform.evaluation.expectation import (
+from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
+from satform.scenario.expectation import (
     AtTime,
     Event,
     Expectation,
     OfSatellites,
     OverWindow,
-    Verdict,
     by_satellite,
     largest,
 )
-from satform.flight.record import FlightRecord
-from satform.numeric.elementwise import Array
-
-if TYPE_CHECKING:
-    from satform.scenario.model import SatelliteSpec, Scenario, Timing
-
-_TIME_SLACK = 1e-9
-"""Relative slack between two times that are meant to be the same."""
+from satform.scenario.parts import SatelliteSpec, Timing
 
 __all__ = [
     "ArcLengthMean",
@@ -47,10 +41,8 @@ __all__ = [
     "SlidingVariable",
     "TrackingError",
     "TrackingErrorAt",
-    "Verdict",
     "arc_length_spread",
     "by_satellite",
-    "judge",
     "largest",
     "largest_of_each",
     "settled",
@@ -137,7 +129,7 @@ class Control(OverWindow):
     """Mean over the stretch, or its smallest or largest value."""
 
     def complaints_about_satellites(
-        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
     ) -> list[str]:
         idle = coasting(self, satellites)
         return super().complaints_about_satellites(satellites, announces) + idle
@@ -171,7 +163,7 @@ class DeltaV(OverWindow):
     kind: Literal["delta_v"] = "delta_v"
 
     def complaints_about_satellites(
-        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
     ) -> list[str]:
         idle = coasting(self, satellites)
         return super().complaints_about_satellites(satellites, announces) + idle
@@ -213,7 +205,7 @@ class ArcLengthSpread(AtTime, OfSatellites):
     given_at_start = True
     kind: Literal["arc_length_spread"] = "arc_length_spread"
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         meant = satellites if self.satellites is None else set(self.satellites)
         own = [] if len(meant) > 1 else [f"a spread is of two satellites or more; found {', '.join(meant)}"]
         return super().complaints(satellites, timing) + own
@@ -293,7 +285,7 @@ class Distance(OverWindow):
     statistic: Literal["smallest", "largest"]
     """Which distance of the stretch is meant."""
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         first, second = self.satellites
         same = f"a distance is between two different satellites; found {first} twice"
         return super().complaints(satellites, timing) + ([same] if first == second else [])
@@ -314,7 +306,7 @@ class Distance(OverWindow):
         return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"
 
 
-def coasting(expectation: OfSatellites, satellites: Mapping[str, "SatelliteSpec"]) -> list[str]:
+def coasting(expectation: OfSatellites, satellites: Mapping[str, SatelliteSpec]) -> list[str]:
     """That nothing is judged where all satellites that are meant coast: they command nothing."""
     meant = [satellites[name] for name in expectation.satellites or satellites]
     idle = all(isinstance(own.controller, CoastSpec) and own.thruster is None for own in meant)
@@ -342,23 +334,6 @@ def largest_of_each(values: Array, excused: NDArray[np.bool_]) -> Array:
     """The largest value of each row, leaving out what is excused; shapes (K, N), gives (K,)."""
     row = np.max(np.where(excused, -np.inf, values), axis=1, initial=-np.inf)
     return np.where(excused.all(axis=1), np.nan, row)
-
-
-def judge(
-    expectations: tuple[Expectation, ...], record: FlightRecord, scenario: "Scenario | None" = None
-) -> list[Verdict]:
-    """Every expectation of a scenario against a run's record, in order.
-
-    Of a flight that ended early those are missed that look at more of it than there is. What is expected of
-    the scenario itself needs the scenario.
-    """
-    flown = math.inf if record.early_end is None else record.steps * record.step * (1 + _TIME_SLACK)
-    return [
-        expectation.judge(record, scenario)
-        if expectation.ends(math.inf) + (record.step if expectation.of_steps else 0.0) <= flown
-        else expectation.verdict(math.nan)
-        for expectation in expectations
-    ]
 
 
 def settled(series: Array, level: float, step: float) -> float:

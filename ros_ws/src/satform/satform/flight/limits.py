@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from satform.flight.early_end import EarlyEnd
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import EQUATORIAL_RADIUS
+from satform.record.early_end import EarlyEnd
 
 if TYPE_CHECKING:
     from satform.flight.plant import Plant

@@ -27,7 +27,8 @@ from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
 from satform.orbits.path_reference import Path, Reference
 from satform.scenario.environment import pointing_in
-from satform.scenario.model import SatelliteSpec, Scenario
+from satform.scenario.model import Scenario
+from satform.scenario.parts import SatelliteSpec
 
 
 @dataclass(frozen=True)
@@ -519,3 +520,8 @@ def motion_at_start(scenario: Scenario) -> Motion:
     """
     starts = [flight_plan(scenario, index).start for index in range(len(scenario.satellites))]
     return stacking.stack(starts)
+
+
+def orientations(scenario: Scenario) -> list[Orientation | None]:
+    """Where each satellite of a scenario points; None for one without attitude."""
+    return [flight_plan(scenario, index).orientation for index in range(len(scenario.satellites))]

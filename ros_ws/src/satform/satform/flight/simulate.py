@@ -8,26 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude
+from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
 from satform.communication.messages import WIDTH, numbers
 from satform.communication.neighbour_buffer import Told
 from satform.communication.receiver import Ears, Index
 from satform.control.protocol import Motion
-from satform.evaluation.pointing_accuracy import FIGURES, attitude_figures
 from satform.flight.checkpoint import restore, save
-from satform.flight.early_end import EarlyEnd
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.online_parameters import Adjustments
 from satform.flight.plant import Plant
-from satform.flight.record import (
-    ATTITUDE_VECTORS,
-    ESTIMATES,
-    QUANTITIES,
-    FlightRecord,
-    no_attitude,
-    no_estimates,
-    no_propulsion,
-)
-from satform.flight.satellite import Decision, Satellite, flight_plan
+from satform.flight.satellite import Decision, Satellite, flight_plan, orientations
 from satform.membership.faults import Faults
 from satform.membership.state import (
     Adjusted,
@@ -40,6 +30,16 @@ from satform.membership.state import (
     merged,
     planned,
     possible_graph,
+)
+from satform.record.early_end import EarlyEnd
+from satform.record.flight_record import (
+    ATTITUDE_VECTORS,
+    ESTIMATES,
+    QUANTITIES,
+    FlightRecord,
+    no_attitude,
+    no_estimates,
+    no_propulsion,
 )
 from satform.scenario.model import Scenario
 
@@ -429,7 +429,7 @@ class _Log:
         record = self.record
         if self._turns:
             known = {name: getattr(record, name) for name in QUANTITIES}
-            figures: dict[str, Any] = attitude_figures(scenario, known)
+            figures: dict[str, Any] = attitude_figures(orientations(scenario), scenario.timing.step, known)
             record = replace(record, **figures)
         if self._filters:
             return record

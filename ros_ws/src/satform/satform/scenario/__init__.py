@@ -2,7 +2,8 @@
 
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.loader import load_scenario, parse_scenario, save_scenario
-from satform.scenario.model import Orbit, SatelliteSpec, Scenario, Timing
+from satform.scenario.model import Scenario
+from satform.scenario.parts import Orbit, SatelliteSpec, Timing
 
 __all__ = [
     "Orbit",

@@ -6,7 +6,7 @@ on the inertial x axis at time zero.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -14,12 +14,10 @@ import numpy as np
 
 from satform.attitude.ground_pointing import GroundPointingSpec, direction_of
 from satform.attitude.satellite_pointing import SatellitePointingSpec
-from satform.common.spec import Spec
 from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSpec
-from satform.evaluation.passes import PassLightAngle
 from satform.numeric.elementwise import Array
-from satform.orbits.chief import as_utc, earth_angle_at
+from satform.orbits.chief import earth_angle_at
 from satform.orbits.sun import days_at, sun_direction
 
 Complaint = tuple[tuple[str | int, ...], str]
@@ -27,7 +25,7 @@ Complaint = tuple[tuple[str | int, ...], str]
 
 Pointing = GroundPointingSpec | SatellitePointingSpec
 
-_SAME_DIRECTION = math.radians(1.0)
+SAME_DIRECTION = math.radians(1.0)
 """Angle within which two directions are one: the Sun moves by as much in a day."""
 
 
@@ -90,21 +88,17 @@ def _sun_for(environment: Environment, pointing: Pointing) -> Array:
 
 
 def environment_complaints(
-    dynamics: DynamicsSpec, pointings: Iterable[tuple[int, str, Pointing]], expect: Sequence[Spec]
+    environment: Environment, pointings: Iterable[tuple[int, str, Pointing]]
 ) -> list[Complaint]:
-    """What contradicts the truth model's Sun, Earth or chief.
+    """What of pointing tasks contradicts the truth model's Sun, Earth or chief.
 
     Args:
-        dynamics: the truth model.
+        environment: of the truth model.
         pointings: place of a satellite, its name and its pointing task, of those that have one.
-        expect: expectations.
 
     Returns:
         Field and sentence of each contradiction.
     """
-    environment = environment_of(dynamics)
-    if environment is None:
-        return []
     found: list[Complaint] = []
     for index, name, pointing in pointings:
         try:
@@ -113,10 +107,6 @@ def environment_complaints(
             # A direction that is none is named elsewhere.
             continue
         found += [(("satellites", index), f"attitude of {name}: {sentence}") for sentence in faults]
-    for index, expectation in enumerate(expect):
-        if isinstance(expectation, PassLightAngle):
-            for field, sentence in _light_faults(environment, expectation):
-                found.append((("expect", index, field), sentence))
     return found
 
 
@@ -125,7 +115,7 @@ def _pointing_faults(environment: Environment, pointing: Pointing) -> list[str]:
     if pointing.sun is not None:
         sun = _sun_for(environment, pointing)
         apart = _angle(direction_of("sun", np.array(pointing.sun)), sun)
-        if apart > _SAME_DIRECTION:
+        if apart > SAME_DIRECTION:
             found.append(
                 f"sun stands {math.degrees(apart):.3g} degrees from where it is at the truth model's epoch, "
                 f"({', '.join(f'{part:.4f}' for part in sun.tolist())}) in these axes; leave it out"
@@ -135,36 +125,12 @@ def _pointing_faults(environment: Environment, pointing: Pointing) -> list[str]:
         orbit = pointing.model_copy(update={"start_longitude": longitude}).build().orbit
         radial, transverse, _ = environment.chief_axes
         apart = max(_angle(orbit.radial, radial), _angle(orbit.transverse, transverse))
-        if apart > _SAME_DIRECTION:
+        if apart > SAME_DIRECTION:
             found.append(
                 "start_latitude, start_longitude and heading are those of an orbit that is "
                 f"{math.degrees(apart):.3g} degrees away from the truth model's chief, by the Earth's angle "
                 "at its epoch"
             )
-    return found
-
-
-def _light_faults(environment: Environment, expectation: PassLightAngle) -> list[tuple[str, str]]:
-    found = []
-    if as_utc(expectation.epoch) != as_utc(environment.epoch):
-        found.append(
-            (
-                "epoch",
-                f"found {as_utc(expectation.epoch).isoformat()}; the truth model's epoch is "
-                f"{as_utc(environment.epoch).isoformat()}, and a scenario has one",
-            )
-        )
-    radial = environment.chief_axes[0].tolist()
-    longitude = math.atan2(radial[1], radial[0]) - environment.earth_angle
-    apart = abs(math.remainder(longitude - expectation.chief_longitude, math.tau))
-    if apart > _SAME_DIRECTION:
-        found.append(
-            (
-                "chief_longitude",
-                f"found {expectation.chief_longitude:.6g}; the truth model's chief is over "
-                f"{math.remainder(longitude, math.tau):.6g} rad, by the Earth's angle at its epoch",
-            )
-        )
     return found
 
 

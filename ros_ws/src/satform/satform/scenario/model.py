@@ -4,31 +4,35 @@ import hashlib
 import math
 import re
 from functools import cached_property
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, TypeAlias
 
 from pydantic import Field, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
-from satform.attitude.guidance import AttitudeSpec
 from satform.attitude.satellite_pointing import SatellitePointingSpec
-from satform.common.angle_text import OR_DEGREES_PER_SECOND
-from satform.common.spec import Number, PerAxis, Plugin, Positive, Spec
+from satform.common.spec import Plugin, Positive, Spec
 from satform.communication.channel_model import LinksSpec
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
-from satform.control.protocol import ControllerSpec, FlightSetting, require_protocol
+from satform.control.protocol import FlightSetting, require_protocol
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
-from satform.equipment.navigation import FilterSpec, NavigationSpec
-from satform.equipment.thruster import ThrusterSpec
-from satform.evaluation.expectation import Expectation
 from satform.files.named_file import BY_CONTENT, with_copies
 from satform.membership.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
 from satform.membership.state import GraphChangeSpec, planned, possible_graph
-from satform.orbits.curve_specs import CurveSpec
-from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.scenario.deployment import HostSpec, host_complaints
-from satform.scenario.environment import environment_complaints
+from satform.scenario.environment import environment_complaints, environment_of
+from satform.scenario.expectation import Expectation
 from satform.scenario.limits import LimitsSpec
+from satform.scenario.parts import (
+    Circulation,
+    Name,
+    Orbit,
+    SatelliteFields,
+    SatelliteSpec,
+    Sentence,
+    Source,
+    Timing,
+)
 from satform.scenario.start import coincident_with_followed, singular_references
 
 _NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
@@ -38,188 +42,6 @@ _RESERVED_NAMES = frozenset({"plant", "recorder", "display", "formation", "clock
 
 Complaint: TypeAlias = tuple[tuple[str | int, ...], str]
 """Path of a field and what is wrong with it."""
-
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
-Sentence = Annotated[str, Field(min_length=1, max_length=20_000)]
-
-
-class Orbit(Spec):
-    """The chief's circular orbit, by exactly one of its period, mean motion or semi-major axis."""
-
-    period: Annotated[float, Field(ge=1e-3, le=1e12, strict=True)] | None = None
-    """Time of one revolution, s."""
-    mean_motion: Annotated[float, Field(ge=1e-12, le=1e4, strict=True), OR_DEGREES_PER_SECOND] | None = None
-    """Angular rate, rad/s."""
-    semi_major_axis: Annotated[float, Field(ge=1.0, le=1e12, strict=True)] | None = None
-    """Radius of the orbit about the Earth's centre, m."""
-    allow_below_surface: bool = False
-    """Whether the orbit may lie below the Earth's surface, where a source prints such a period."""
-
-    @model_validator(mode="after")
-    def _one_of_three(self) -> "Orbit":
-        names = ("period", "mean_motion", "semi_major_axis")
-        given = [name for name in names if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError(
-                "give exactly one of period [s], mean_motion [rad/s, or deg/s as text], semi_major_axis [m]; "
-                f"found {' and '.join(given) if given else 'none'}"
-            )
-        if self.radius < EQUATORIAL_RADIUS and not self.allow_below_surface:
-            shortest = 2.0 * math.pi * math.sqrt(EQUATORIAL_RADIUS**3 / GRAVITATIONAL_PARAMETER)
-            raise ValueError(
-                f"the orbit of period {2.0 * math.pi / self.rate:.6g} s has a radius of "
-                f"{self.radius / 1e3:.1f} km, below the Earth's surface at {EQUATORIAL_RADIUS / 1e3:.1f} km; "
-                f"give a period above {shortest:.1f} s, or allow_below_surface: true where a source prints it"
-            )
-        return self
-
-    @property
-    def rate(self) -> float:
-        """Mean motion in rad/s, whichever way the orbit was given."""
-        if self.period is not None:
-            return 2.0 * math.pi / self.period
-        if self.mean_motion is not None:
-            return self.mean_motion
-        assert self.semi_major_axis is not None  # noqa: S101 - the validator has seen to it
-        return math.sqrt(GRAVITATIONAL_PARAMETER / self.semi_major_axis**3)
-
-    @property
-    def radius(self) -> float:
-        """Radius in m of the circular orbit about a point-mass Earth."""
-        if self.semi_major_axis is not None:
-            return self.semi_major_axis
-        return float((GRAVITATIONAL_PARAMETER / self.rate**2) ** (1.0 / 3.0))
-
-    @property
-    def altitude(self) -> float:
-        """Height in m of the circular orbit above the equator."""
-        return self.radius - EQUATORIAL_RADIUS
-
-
-class Timing(Spec):
-    """The control period and how long the flight lasts."""
-
-    step: Annotated[float, Field(ge=1e-6, le=3600.0)]
-    """Control period over which commands are held, s; a whole number of nanoseconds."""
-    duration: Annotated[float, Field(gt=0.0, le=1e9)]
-    """Length of the flight, s; a whole number of steps."""
-
-    @model_validator(mode="after")
-    def _whole_steps(self) -> "Timing":
-        if abs(self.step * 1e9 - round(self.step * 1e9)) > 1e-3:
-            raise ValueError(f"step {self.step:g} s is not a whole number of nanoseconds")
-        ratio = self.duration / self.step
-        if abs(ratio - round(ratio)) > 1e-6 * max(1.0, ratio) or round(ratio) < 1:
-            raise ValueError(
-                f"duration {self.duration:g} s is {ratio:g} steps of {self.step:g} s; it has to be a whole "
-                f"number, for example {max(1, round(ratio)) * self.step:g} s"
-            )
-        if round(ratio) > 100_000_000:
-            raise ValueError(f"{round(ratio)} steps; at most 100000000 are allowed")
-        return self
-
-    @property
-    def steps(self) -> int:
-        """Number of control steps of the flight."""
-        return round(self.duration / self.step)
-
-    @property
-    def step_nanoseconds(self) -> int:
-        """The control period in whole nanoseconds, from which every stamp is computed."""
-        return round(self.step * 1e9)
-
-
-class Circulation(Spec):
-    """How fast satellites go round their curves once they agree: by period or by rate."""
-
-    period: Positive | None = None
-    """Time of one lap, s; all satellites need the same perimeter per scale."""
-    rate: Number | None = None
-    """Rate of the generalised arc length, m/s."""
-
-    @model_validator(mode="after")
-    def _one_of_two(self) -> "Circulation":
-        if (self.period is None) == (self.rate is None):
-            raise ValueError("give exactly one of period [s] or rate [m/s]")
-        return self
-
-
-class Source(Spec):
-    """Where the scenario comes from: what the source printed and what was chosen here."""
-
-    reference: Sentence
-    """Paper or book, with its equation or section."""
-    printed: Sentence | None = None
-    """The numbers that the source prints."""
-    chosen: Sentence | None = None
-    """The numbers that the source leaves open or lost, chosen for this scenario."""
-
-
-class SatelliteFields(Spec):
-    """What may be said of one satellite, or of every satellite that does not say otherwise."""
-
-    curve: Annotated[CurveSpec, Plugin("satform.curves")] | None = None
-    """The closed relative orbit to be flown."""
-    controller: Annotated[ControllerSpec, Plugin("satform.controllers")] | None = None
-    """The control law."""
-    scale: Positive = 1.0
-    """Metres of arc length per metre of generalised arc length."""
-    parameter: Literal["arc_length", "angle"] = "arc_length"
-    """What advances evenly along the curve: its arc length, or its angle (natural motion)."""
-    feed_forward: Literal["middle", "start"] = "middle"
-    """Where in the hold the reference acceleration is taken."""
-    arc_length: Number = 0.0
-    """Generalised arc length at the start, m."""
-    rate: Number | None = None
-    """Rate of the generalised arc length at the start, m/s; the circulation's when left out."""
-    phase_offset: Number = 0.0
-    """Generalised arc length by which this satellite shall lead the formation's agreement, m."""
-    position_error: PerAxis = (0.0, 0.0, 0.0)
-    """Position at the start minus the reference, in LVLH, m."""
-    velocity_error: PerAxis = (0.0, 0.0, 0.0)
-    """Velocity at the start minus the reference, in rotating LVLH, m/s."""
-    thruster: ThrusterSpec | None = None
-    """What becomes of a command; when left out it is given as it is."""
-    sensor: NavigationSpec | None = None
-    """How the satellite is told of its motion; when left out it is told the truth at once."""
-    filter: FilterSpec | None = None
-    """What the satellite makes of its measurements; when left out it takes them as they are."""
-    attitude: AttitudeSpec | None = None
-    """Its attitude, wheels and pointing; when left out the satellite is a point."""
-
-    def equipment_faults(self, mean_motion: float, step: float) -> list[tuple[str, str]]:
-        """What thruster, sensor and filter cannot do in this setting.
-
-        Args:
-            mean_motion: of the chief, rad/s.
-            step: control period, s.
-
-        Returns:
-            Field and sentence of each fault.
-        """
-        faults: list[tuple[str, str]] = []
-        for name, part in (("thruster", self.thruster), ("sensor", self.sensor)):
-            try:
-                if part is not None:
-                    part.build(step)
-            except ValueError as error:
-                faults.append((name, str(error)))
-        if self.filter is None or any(name == "sensor" for name, _ in faults):
-            return faults
-        if self.sensor is None:
-            return [*faults, ("filter", "a filter needs a sensor, whose measurements it works with")]
-        try:
-            self.filter.build(mean_motion, step, self.sensor)
-        except ValueError as error:
-            faults.append(("filter", str(error)))
-        return faults
-
-
-class SatelliteSpec(SatelliteFields):
-    """One satellite; what it leaves out is taken from `every_satellite`."""
-
-    name: Name
-    """Name of the satellite's node and topics: lower case letters, digits and underscores."""
 
 
 class Scenario(Spec):
@@ -433,7 +255,16 @@ class Scenario(Spec):
             (index, own.name, self.satellite(index).attitude) for index, own in enumerate(self.satellites)
         )
         pointings = [(index, name, spec.pointing) for index, name, spec in attitudes if spec is not None]
-        return environment_complaints(self.dynamics, pointings, self.expect)
+        environment = environment_of(self.dynamics)
+        if environment is None:
+            return []
+        found = environment_complaints(environment, pointings)
+        for index, expectation in enumerate(self.expect):
+            found += [
+                (("expect", index, field), sentence)
+                for field, sentence in expectation.environment_complaints(environment)
+            ]
+        return found
 
     def _target_faults(self, index: int, target: str, names: list[str], graph: Graph | None) -> list[str]:
         if target not in names:

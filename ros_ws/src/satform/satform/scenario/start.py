@@ -1,16 +1,13 @@
 """What cannot be flown from where satellites start."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from satform.consensus.graph import Graph
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Path
-
-if TYPE_CHECKING:
-    from satform.scenario.model import SatelliteSpec
+from satform.scenario.parts import SatelliteSpec
 
 _SAMPLES = 33
 """Places along a curve at which its reference is looked at."""
@@ -22,7 +19,7 @@ _LONGEST_PERIOD = 1e15
 """Of generalised arc length, m; as the largest number that a scenario has."""
 
 
-def start_position(satellite: "SatelliteSpec") -> Array:
+def start_position(satellite: SatelliteSpec) -> Array:
     """Where a satellite starts, LVLH, m, shape (3,).
 
     Args:
@@ -35,7 +32,7 @@ def start_position(satellite: "SatelliteSpec") -> Array:
     return start
 
 
-def coincident_with_followed(satellites: Sequence["SatelliteSpec"], graph: Graph) -> list[tuple[int, str]]:
+def coincident_with_followed(satellites: Sequence[SatelliteSpec], graph: Graph) -> list[tuple[int, str]]:
     """Satellites that start where the one is that they are to keep a distance from.
 
     Args:
@@ -58,7 +55,7 @@ def coincident_with_followed(satellites: Sequence["SatelliteSpec"], graph: Graph
     return found
 
 
-def singular_references(satellites: Sequence["SatelliteSpec"], lap_time: float) -> list[tuple[int, str]]:
+def singular_references(satellites: Sequence[SatelliteSpec], lap_time: float) -> list[tuple[int, str]]:
     """Satellites whose reference is not a finite motion somewhere along its curve.
 
     Args:
@@ -80,7 +77,7 @@ def singular_references(satellites: Sequence["SatelliteSpec"], lap_time: float) 
     return found
 
 
-def _singular(satellite: "SatelliteSpec", lap_time: float) -> str:
+def _singular(satellite: SatelliteSpec, lap_time: float) -> str:
     """Why a satellite's reference is no finite motion; empty where it is one."""
     assert satellite.curve is not None  # noqa: S101 - the caller has seen to it
     with np.errstate(all="ignore"):

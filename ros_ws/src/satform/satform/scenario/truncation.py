@@ -6,8 +6,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from satform.common.spec import specs
-from satform.evaluation.expectation import Expectation
 from satform.scenario.error_messages import Path
+from satform.scenario.expectation import Expectation
 
 _SLACK = 1e-9
 """Relative, between two times that are meant to be the same."""

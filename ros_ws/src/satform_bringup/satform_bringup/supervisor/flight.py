@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from satform.flight.early_end import EarlyEnd
+from satform.record.early_end import EarlyEnd
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from satform.common.wording import listed
 from satform.evaluation.conclusion import conclusion_of
-from satform.evaluation.tracking import judge
+from satform.evaluation.evaluate import evaluate
 from satform.scenario import Scenario
 
 
@@ -55,7 +55,7 @@ def result(scenario: Scenario, bag: Path | None) -> list[str]:
         return [f"result: not judged: {error}"]
     if not flight.complete:
         return [f"result: not judged: {flight.record.steps} of {scenario.timing.steps} steps are in the bag"]
-    verdicts = list(judge(scenario.expect, flight.record, scenario))
+    verdicts = list(evaluate(scenario, flight.record))
     lines = [
         f"{'met' if verdict.met else 'MISSED'}: {verdict.label}: {verdict.figure:g} {verdict.unit}, "
         f"expected {verdict.allowed}"

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
-from satform.flight.early_end import EarlyEnd
 from satform.membership.faults import SatelliteLostSpec
 from satform.membership.manager import NOBODY_LEFT
 from satform.membership.state import Lost, planned
+from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform_bringup import leftovers
 from satform_bringup.deployment.multi_host_discovery import step_told

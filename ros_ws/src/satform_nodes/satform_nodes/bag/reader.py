@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, FormationStatus, ParameterChange
 
+from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
 from satform.communication.topic_graph import topic_name
 from satform.consensus.arc_length import Announces
-from satform.evaluation.pointing_accuracy import FIGURES, attitude_figures
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
-from satform.flight.early_end import EarlyEnd
-from satform.flight.record import (
+from satform.flight.satellite import orientations
+from satform.membership.state import Plan
+from satform.record.early_end import EarlyEnd
+from satform.record.flight_record import (
     ATTITUDE_VECTORS,
     QUANTITIES,
     FlightRecord,
@@ -29,9 +31,8 @@ from satform.flight.record import (
     no_estimates,
     no_propulsion,
 )
-from satform.membership.state import Plan
 from satform.scenario import Scenario, ScenarioError, parse_scenario
-from satform.scenario.model import SatelliteSpec
+from satform.scenario.parts import SatelliteSpec
 from satform_nodes.bag.absence_log import Absences, happened
 from satform_nodes.bag.events import TYPES, EventError, Events, Told, read_events
 from satform_nodes.bag.records import ExpansionError, records
@@ -318,7 +319,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
     if not any(satellite.attitude for satellite in satellites):
         return record
     known = {name: getattr(record, name) for name in QUANTITIES}
-    figures: dict[str, Any] = attitude_figures(scenario, known)
+    figures: dict[str, Any] = attitude_figures(orientations(scenario), scenario.timing.step, known)
     return replace(record, **figures)
 
 

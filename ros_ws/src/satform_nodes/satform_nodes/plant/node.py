@@ -13,11 +13,11 @@ from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EX
 from satform.common.wording import listed
 from satform.communication.topic_graph import PLANT, RECORDER, channels, heard_by, said_by
 from satform.flight.command_timeout import held_steps
-from satform.flight.early_end import EarlyEnd
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
 from satform.membership.manager import NOBODY_LEFT, Change, Muster
 from satform.membership.state import Event
+from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform_nodes.plant.publishers import PlantVoice
 from satform_nodes.plant.services import FormationServices

@@ -10,10 +10,10 @@ from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, Rel
 from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
 from satform.communication.topic_graph import Channel, relative, topic_name
-from satform.flight.early_end import EarlyEnd
 from satform.flight.plant import Plant
 from satform.membership.manager import Change
 from satform.membership.state import Formation
+from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform_nodes.runtime.lifecycle import see_off
 from satform_nodes.runtime.sim_time import Stamps

@@ -6,8 +6,8 @@ import numpy as np
 from satform_msgs.msg import Command, FormationStatus
 
 from satform.consensus.graph import Graph
-from satform.flight.early_end import EarlyEnd
 from satform.membership.state import Formation
+from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform_nodes.runtime.sim_time import Stamps
 

@@ -1,20 +1,23 @@
 """What an expectation is: which figure of which satellites over which time, and what is allowed."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 
 from satform.common.spec import NonNegative, Number, Positive, Spec
-from satform.flight.record import FlightRecord
+from satform.control.sampled_stability import SampledLoop
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
+from satform.scenario.environment import Environment
+from satform.scenario.parts import SatelliteSpec, Timing
 
-if TYPE_CHECKING:
-    from satform.scenario.model import SatelliteSpec, Scenario, Timing
+Loops: TypeAlias = Callable[[], Sequence[SampledLoop]]
+"""Gives the sampled loops of a scenario, worked out when they are asked for."""
 
 _TIME_SLACK = 1e-9
 """Relative slack when a time is looked up on the grid of steps."""
@@ -94,16 +97,21 @@ class Expectation(Spec):
         """The figure in its unit; NaN when the record does not hold it."""
         raise NotImplementedError
 
-    def figure(self, record: FlightRecord, scenario: "Scenario | None") -> float:
-        """The figure in its unit, of the flight or of the scenario that was flown; NaN for none."""
+    def figure(self, record: FlightRecord, loops: Loops | None) -> float:
+        """The figure in its unit, of the flight or of the loops that are closed in it; NaN for none.
+
+        Args:
+            record: of the flight.
+            loops: gives the scenario's sampled loops; None where they are not known.
+        """
         return self.measure(record)
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         """What is wrong with this expectation in a scenario with these satellites and times."""
         return []
 
     def complaints_about_satellites(
-        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
     ) -> list[str]:
         """What the satellites of a scenario lack for this expectation to be able to be missed or met.
 
@@ -113,6 +121,10 @@ class Expectation(Spec):
         """
         if self.of_phases and announces != "arc_length":
             return ["satellites share their motion here; they have no arc lengths to be judged"]
+        return []
+
+    def environment_complaints(self, environment: Environment) -> list[tuple[str, str]]:
+        """Field and sentence of what contradicts the truth model's Sun, Earth or chief."""
         return []
 
     def needs(self, duration: float, step: float) -> float:
@@ -157,9 +169,9 @@ class Expectation(Spec):
         """The label, or one made from the fields."""
         return self.label or type(self).__name__
 
-    def judge(self, record: FlightRecord, scenario: "Scenario | None" = None) -> Verdict:
-        """The figure of a run, or of the scenario that was flown, against what is expected."""
-        return self.verdict(self.figure(record, scenario))
+    def judge(self, record: FlightRecord, loops: Loops | None = None) -> Verdict:
+        """The figure of a run, or of the loops that are closed in it, against what is expected."""
+        return self.verdict(self.figure(record, loops))
 
     def verdict(self, figure: float) -> Verdict:
         """A figure against what is expected; one that is not finite is never as expected."""
@@ -187,13 +199,13 @@ class OfSatellites(Expectation):
     satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     """Names of the satellites that are meant; all when left out."""
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         unknown = sorted(set(self.satellites or ()) - satellites)
         own = [f"there is no satellite {name}; there are {', '.join(sorted(satellites))}" for name in unknown]
         return super().complaints(satellites, timing) + own
 
     def complaints_about_satellites(
-        self, satellites: Mapping[str, "SatelliteSpec"], announces: str
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
     ) -> list[str]:
         own = super().complaints_about_satellites(satellites, announces)
         if not self.of_equipment:
@@ -229,7 +241,7 @@ class OverWindow(OfSatellites):
     before: Positive | None = None
     """End of the stretch, s; the end of the flight when left out."""
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         own = []
         end = timing.duration if self.before is None else self.before
         if end > timing.duration * (1 + _TIME_SLACK):
@@ -301,7 +313,7 @@ class AtTime(Expectation):
     at: NonNegative | None = None
     """Simulated time, s; the end of the flight when left out."""
 
-    def complaints(self, satellites: set[str], timing: "Timing") -> list[str]:
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         own = []
         if self.at is not None and self.at > timing.duration * (1 + _TIME_SLACK):
             own.append(f"at {self.at:g} s is later than the flight's end at {timing.duration:g} s")

@@ -1,5 +1,7 @@
 """How well satellites pointed, from what was recorded of their attitudes."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from satform.attitude.ground_pointing import (
@@ -8,25 +10,27 @@ from satform.attitude.ground_pointing import (
     pointing_error,
     pointing_reference,
 )
+from satform.attitude.guidance import Orientation
 from satform.attitude.gyrostat import direction_cosines
-from satform.attitude.satellite_pointing import SatellitePointing, SatellitePointingSpec, inertial_line
+from satform.attitude.satellite_pointing import inertial_line
 from satform.attitude.tracking import attitude_error
 from satform.dynamics.linear import multiply
-from satform.flight.satellite import flight_plan
 from satform.numeric.elementwise import Array, dot, norm
 from satform.numeric.time_derivatives import Jet
 from satform.orbits.path_reference import Reference
-from satform.scenario.model import Scenario
 
 FIGURES = ("pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_error")
 """Quantities of a flight record that follow from the others and the scenario."""
 
 
-def attitude_figures(scenario: Scenario, told: dict[str, Array]) -> dict[str, Array]:
+def attitude_figures(
+    orientations: Sequence[Orientation | None], step: float, told: dict[str, Array]
+) -> dict[str, Array]:
     """Quantities of pointing at every step.
 
     Args:
-        scenario: what was flown.
+        orientations: where each satellite points; None for one without attitude.
+        step: control period, s.
         told: quantities of the flight record by name: position, velocity, mrp, angular_velocity, shape
             (K + 1, N, 3), and reference_position, reference_velocity, reference_acceleration, (K, N, 3).
 
@@ -35,22 +39,21 @@ def attitude_figures(scenario: Scenario, told: dict[str, Array]) -> dict[str, Ar
         there are none.
     """
     steps, count = told["reference_position"].shape[:2]
-    anyone = any(scenario.satellite(index).attitude is not None for index in range(count))
+    anyone = any(orientation is not None for orientation in orientations)
     figures = {name: np.full((steps if anyone else 0, count), np.nan) for name in FIGURES}
-    for index in range(count):
-        if scenario.satellite(index).attitude is not None and steps:
-            for name, values in _of_satellite(scenario, index, told).items():
+    for index, orientation in enumerate(orientations):
+        if orientation is not None and steps:
+            time: Array = np.arange(steps, dtype=np.float64) * step
+            for name, values in _of_satellite(orientation, index, told, time).items():
                 figures[name][:, index] = values
     return figures
 
 
-def _of_satellite(scenario: Scenario, index: int, told: dict[str, Array]) -> dict[str, Array]:
-    orientation = flight_plan(scenario, index).orientation
-    assert orientation is not None  # noqa: S101 - asked for those with attitude only
+def _of_satellite(
+    orientation: Orientation, index: int, told: dict[str, Array], time: Array
+) -> dict[str, Array]:
     pointing = orientation.pointing
-    steps = len(told["reference_position"])
-    time: Array = np.arange(steps, dtype=np.float64) * scenario.timing.step
-    wanted, sight = _aim(scenario, index, pointing, told, time)
+    wanted, sight = _aim(orientation, index, told, time)
     mrp, rate = told["mrp"][:-1, index], told["angular_velocity"][:-1, index]
     matrix = direction_cosines(mrp)
     error = attitude_error(mrp, rate, wanted)
@@ -64,20 +67,15 @@ def _of_satellite(scenario: Scenario, index: int, told: dict[str, Array]) -> dic
 
 
 def _aim(
-    scenario: Scenario,
-    index: int,
-    pointing: GroundPointing | SatellitePointing,
-    told: dict[str, Array],
-    time: Array,
+    orientation: Orientation, index: int, told: dict[str, Array], time: Array
 ) -> tuple[AttitudeReference, Array]:
     """The desired attitude, and the true line of sight in inertial axes, at every step."""
+    pointing, target = orientation.pointing, orientation.target
     if isinstance(pointing, GroundPointing):
         line = pointing.line_of_sight(time)
         return pointing_reference(line, pointing.sun, pointing.axes), line.value
-    spec = scenario.satellite(index).attitude
-    assert spec is not None  # noqa: S101 - asked for those with attitude only
-    assert isinstance(spec.pointing, SatellitePointingSpec)  # noqa: S101 - as it was built
-    other = [satellite.name for satellite in scenario.satellites].index(spec.pointing.target)
+    assert target is not None  # noqa: S101 - built together
+    other = int(target.satellite)
 
     def desired(column: int) -> Reference:
         names = ("reference_position", "reference_velocity", "reference_acceleration")

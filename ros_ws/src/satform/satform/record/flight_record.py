@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.equipment.kalman_filter import normalised_error_squared
-from satform.flight.early_end import EarlyEnd
 from satform.numeric.elementwise import Array
+from satform.record.early_end import EarlyEnd
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from satform.flight.record import FlightRecord
 from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
 
 MOST = 0.5
 """Share of the steps from which on a limit counts as met most of the time."""
