@@ -13,15 +13,15 @@ from satform_msgs.msg import (
     ArcLength,
     Command,
     FormationStatus,
+    NodeReady,
     ParameterChange,
-    Ready,
-    Recorded,
+    RecorderProgress,
     RelativeState,
     Tracking,
 )
 
 from satform_nodes.runtime.diagnostics import DIAGNOSTICS
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 NUMBERS = (0.0, 1.0, -1e3, 1e300, float("nan"), float("inf"))
 
@@ -46,15 +46,15 @@ def lie_of_the_formation(draw: random.Random, names: list[str], steps: list[int]
     """All are lost, or the flight is over, or nobody hears anybody."""
     return FormationStatus(
         step=draw.choice(steps),
-        number=draw.randrange(1, 1000),
+        version=draw.randrange(1, 1000),
         phase=draw.choice([FormationStatus.FINISHED, FormationStatus.ABORTED, FormationStatus.FLYING]),
         last_step=draw.choice(steps),
         satellites=names,
         alive=[draw.random() < 0.5 for _ in names],
         lost=names,
-        last_words=[Command() for _ in names],
-        back=names[:1],
-        checkpoints=[3],
+        final_commands=[Command() for _ in names],
+        rejoined=names[:1],
+        rejoin_checkpoints=[3],
         reason="a lie",
     )
 
@@ -66,17 +66,17 @@ def main(names: list[str]) -> None:
     kinds = {
         topics.CLOCK: Clock,
         topics.STATUS: FormationStatus,
-        topics.READY: Ready,
-        topics.RECORDED: Recorded,
+        topics.NODE_READY: NodeReady,
+        topics.RECORDER_PROGRESS: RecorderProgress,
         DIAGNOSTICS: DiagnosticArray,
     }
     for name in names:
         kinds |= {topics.state(name): RelativeState, topics.arc_length(name): ArcLength}
         kinds |= {topics.command(name): Command, topics.tracking(name): Tracking}
         kinds |= {topics.parameter_changes(name): ParameterChange}
-    latched = (topics.STATUS, topics.READY, *(topics.parameter_changes(name) for name in names))
+    latched = (topics.STATUS, topics.NODE_READY, *(topics.parameter_changes(name) for name in names))
     writers = {
-        topic: node.create_publisher(kind, topic, topics.LATCHED if topic in latched else topics.STEPPED)
+        topic: node.create_publisher(kind, topic, qos.LATCHED if topic in latched else qos.LOCKSTEP)
         for topic, kind in kinds.items()
     }
     sys.stdout.write("talking\n")
@@ -94,8 +94,8 @@ def main(names: list[str]) -> None:
                 message = DiagnosticArray(
                     status=[DiagnosticStatus(hardware_id="stranger", message="all is well", values=[lie])]
                 )
-            elif kind is Ready:
-                message = Ready(node=f"/{draw.choice(names)}", step=draw.choice(steps), checkpoint=7)
+            elif kind is NodeReady:
+                message = NodeReady(node=f"/{draw.choice(names)}", step=draw.choice(steps), checkpoint=7)
             elif kind is ParameterChange:
                 message = ParameterChange(
                     step=draw.choice(steps), name="controller.reaching_gain", value=[9.0]

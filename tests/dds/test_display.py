@@ -25,13 +25,13 @@ from satform_bringup.supervisor.node_processes import NodeProcess
 from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.reader import read_bag
 from satform_nodes.runtime.sim_time import Stamps
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 KILOMETRES = 1e-3
 """Length in the markers of one metre, unless the display is told otherwise."""
 
 
-def hear(observer: Node, kind: str, topic: str, profile: QoSProfile = topics.PICTURE) -> list[Any]:
+def hear(observer: Node, kind: str, topic: str, profile: QoSProfile = qos.MARKERS) -> list[Any]:
     """What is published on a topic from now on."""
     heard: list[Any] = []
     observer.create_subscription(topics.TYPES[kind], topic, heard.append, profile)
@@ -96,7 +96,7 @@ def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
     poses = [hear(observer, "pose", topics.pose(spec.name)) for spec in scenario.satellites]
     paths = [hear(observer, "path", topics.path(spec.name)) for spec in scenario.satellites]
     markers = hear(observer, "markers", topics.MARKERS)
-    transforms = hear(observer, "tf", topics.TF, topics.TRANSFORMS)
+    transforms = hear(observer, "tf", topics.TF, qos.TRANSFORMS)
     flight = fly_before(observer, scenario, tmp_path)
     assert flight.lost == ()
     assert flight.missed == ()

@@ -9,7 +9,7 @@ from std_msgs.msg import String
 
 from satform_nodes import LEAN
 from satform_nodes.runtime.parameters import FormationNode
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos
 from satform_nodes.transport.executor import StepExecutor
 
 SHORT, LONG = 0.3, 30.0
@@ -29,10 +29,10 @@ def into(heard: list[str]) -> Callable[[bytes, str], None]:
 def test_what_is_overheard_arrives_but_is_no_progress(observer: Node, executor: StepExecutor) -> None:
     vital: list[str] = []
     overheard: list[str] = []
-    executor.subscribe(observer, String, "/vital", into(vital), topics.STEPPED_READER)
-    executor.subscribe(observer, String, "/aside", into(overheard), topics.STEPPED_READER, vital=False)
+    executor.subscribe(observer, String, "/vital", into(vital), qos.LOCKSTEP_READER)
+    executor.subscribe(observer, String, "/aside", into(overheard), qos.LOCKSTEP_READER, vital=False)
     say_vital, say_aside = (
-        observer.create_publisher(String, topic, topics.STEPPED) for topic in ("/vital", "/aside")
+        observer.create_publisher(String, topic, qos.LOCKSTEP) for topic in ("/vital", "/aside")
     )
     executor.add_chore(lambda: say_aside.publish(String(data="again")))
     # Something is said aside all the time, and the wait is over all the same.
@@ -53,8 +53,8 @@ def test_a_lean_node_has_only_what_it_was_made_for_and_can_be_waited_for(
     heard: list[str] = []
     executor = StepExecutor()
     executor.add_node(node)
-    executor.subscribe(node, String, "/vital", into(heard), topics.STEPPED_READER)
-    say = observer.create_publisher(String, "/vital", topics.STEPPED)
+    executor.subscribe(node, String, "/vital", into(heard), qos.LOCKSTEP_READER)
+    say = observer.create_publisher(String, "/vital", qos.LOCKSTEP)
     executor.add_chore(lambda: say.publish(String(data="news")))
     assert executor.spin_while(lambda: len(heard) < 3, LONG)
     node.destroy_node()
@@ -66,9 +66,9 @@ def test_one_is_waited_for_after_the_other_and_the_rest_is_heard_all_the_same(
     heard: list[str] = []
     kinds = ["/first", "/second", "/third"]
     subscriptions = [
-        executor.subscribe(observer, String, kind, into(heard), topics.STEPPED_READER) for kind in kinds
+        executor.subscribe(observer, String, kind, into(heard), qos.LOCKSTEP_READER) for kind in kinds
     ]
-    publishers = [observer.create_publisher(String, kind, topics.STEPPED) for kind in kinds]
+    publishers = [observer.create_publisher(String, kind, qos.LOCKSTEP) for kind in kinds]
     asked: list[int] = []
 
     def last_that_lacks() -> object:
@@ -95,7 +95,7 @@ def test_one_is_waited_for_after_the_other_and_the_rest_is_heard_all_the_same(
 def test_what_a_node_gives_up_between_two_looks_is_not_looked_at_any_more(
     observer: Node, executor: StepExecutor
 ) -> None:
-    executor.subscribe(observer, String, "/hot", into([]), topics.STEPPED_READER)
+    executor.subscribe(observer, String, "/hot", into([]), qos.LOCKSTEP_READER)
     seen: list[str] = []
     given_up = observer.create_subscription(String, "/cold", lambda said: seen.append(said.data), 10)
     say = observer.create_publisher(String, "/cold", 10)

@@ -13,7 +13,7 @@ from satform_msgs.msg import FormationStatus
 from flights import shortened
 from satform.scenario import Scenario
 from satform_bringup.supervisor.node_processes import processes
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 DIRECTED = "{kind: matrix, rows: [[0,1,0,0],[0,0,1,0],[0,0,0,1],[1,1,0,0]]}"
 """Row i hears column j; the last satellite hears two, and not everyone is heard back."""
@@ -64,7 +64,7 @@ def test_where_satellites_share_their_motion_each_hears_the_one_that_it_follows_
     for name in names:
         for topic, _ in observer.get_subscriber_names_and_types_by_node(name, "/"):
             speakers = {endpoint.node_name for endpoint in observer.get_publishers_info_by_topic(topic)}
-            assert not speakers & (names - {name}) or topic.endswith("/motion") or topic == topics.READY
+            assert not speakers & (names - {name}) or topic.endswith("/motion") or topic == topics.NODE_READY
 
 
 def flies_on_its_graph(
@@ -76,7 +76,7 @@ def flies_on_its_graph(
     file.write_text(scenario.to_json())
     flying: list[int] = []
     observer.create_subscription(
-        FormationStatus, topics.STATUS, lambda status: flying.append(status.phase), topics.LATCHED
+        FormationStatus, topics.STATUS, lambda status: flying.append(status.phase), qos.LATCHED
     )
     fleet(processes(scenario, file, None))
     end = time.monotonic() + 60.0

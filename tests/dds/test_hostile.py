@@ -40,8 +40,8 @@ def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
     assert {reason.partition(":")[0] for reason in counted} == {"plant", "recorder", "sat1", "sat2", "sat3"}
     for who, topic in [
         ("plant", "/sat1/command"),
-        ("plant", "/formation/ready"),
-        ("plant", "/formation/recorded"),
+        ("plant", "/formation/node_ready"),
+        ("plant", "/formation/recorder_progress"),
         ("sat1", "/sat1/state"),
         ("sat2", "/sat1/arc_length"),
         ("sat3", "/formation/status"),

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 import rclpy
 from rclpy.node import Node
-from satform_msgs.msg import Ready
+from satform_msgs.msg import NodeReady
 from std_srvs.srv import Trigger
 
 from flights import shortened
 from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of
 from satform.membership.state import Back, Lost
 from satform_nodes.plant import services
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 LOST_AND_BACK = "{kind: satellite_lost, satellite: sat2, at: 27.0, back: 27.0"
 OTHER = "{kind: satellite_lost, satellite: sat3, at: %s, back: %s, memory: plan}"
@@ -51,12 +51,12 @@ def test_a_loss_and_a_return_within_one_pause_have_the_same_bits_when_flown_agai
     ready: list[str] = []
     again = threading.Event()
 
-    def on_ready(message: Ready) -> None:
+    def on_ready(message: NodeReady) -> None:
         ready.append(message.node)
         if ready.count("/sat2") == 2:
             again.set()
 
-    observer.create_subscription(Ready, topics.READY, on_ready, topics.LATCHED_READER)
+    observer.create_subscription(NodeReady, topics.NODE_READY, on_ready, qos.LATCHED_READER)
     helpers: list[threading.Thread] = []
 
     def resume() -> None:

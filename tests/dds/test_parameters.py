@@ -22,7 +22,7 @@ from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.node_processes import processes
 from satform_nodes.bag.reader import read_bag
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 STEPS = 3000
 
@@ -60,7 +60,7 @@ def fly_until_some_steps_are_taken(operator: Node, fleet: Callable[..., list], f
     file.write_text(scenario.to_json())
     steps: list[int] = []
     operator.create_subscription(
-        Command, topics.command("sat1"), lambda command: steps.append(command.step), topics.STEPPED
+        Command, topics.command("sat1"), lambda command: steps.append(command.step), qos.LOCKSTEP
     )
     running = fleet(processes(scenario, file, bag))
     end = time.monotonic() + 60.0

@@ -18,7 +18,7 @@ from flown import assert_as_in_one_process
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.reader import read_bag
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 NAMES = ("sat1", "sat2", "sat3")
 
@@ -31,7 +31,7 @@ class Listener:
         self._node = rclpy.create_node("listener")
         for index, name in enumerate(NAMES):
             self._node.create_subscription(
-                Command, topics.command(name), self._listen_to(index), topics.STEPPED_READER
+                Command, topics.command(name), self._listen_to(index), qos.LOCKSTEP_READER
             )
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)

@@ -6,7 +6,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
 
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos
 from satform_nodes.transport.serialized_take import GID_BYTES, Taker
 
 
@@ -21,9 +21,9 @@ def take(taker: Taker, subscription: object) -> tuple[bytes, bytes]:
 def test_messages_come_whole_in_order_and_with_the_writer_that_the_graph_names(observer: Node) -> None:
     taker = Taker()
     subscription = observer.create_subscription(
-        String, "/spoken", lambda _: None, topics.STEPPED_READER, raw=True
+        String, "/spoken", lambda _: None, qos.LOCKSTEP_READER, raw=True
     )
-    one, other = (observer.create_publisher(String, "/spoken", topics.STEPPED) for _ in range(2))
+    one, other = (observer.create_publisher(String, "/spoken", qos.LOCKSTEP) for _ in range(2))
     assert taker.take(subscription) is None
     # Longer than there is room for at first, then shorter than what was there before.
     sizes = (10, 100_000, 3)

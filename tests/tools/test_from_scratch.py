@@ -13,8 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 USES_EVERYTHING = """
 import rclpy, satform, satform_msgs.msg, satform_nodes
 from rclpy.serialization import deserialize_message, serialize_message
-sent = satform_msgs.msg.Ready(step=7, node="/a")
-assert deserialize_message(serialize_message(sent), satform_msgs.msg.Ready) == sent
+sent = satform_msgs.msg.NodeReady(step=7, node="/a")
+assert deserialize_message(serialize_message(sent), satform_msgs.msg.NodeReady) == sent
 rclpy.init()
 rclpy.create_node("probe").destroy_node()
 rclpy.shutdown()

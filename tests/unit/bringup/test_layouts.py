@@ -13,7 +13,7 @@ import yaml
 from flights import SCENARIOS, shipped
 from satform.scenario import Scenario
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 LAYOUTS = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "layouts"
 NAME = "triangle"
@@ -122,7 +122,7 @@ def test_rviz_draws_topics_of_the_types_that_its_displays_take() -> None:
 
 
 def test_rviz_asks_for_no_more_than_the_display_offers() -> None:
-    offered = topics.PICTURE
+    offered = qos.MARKERS
     assert offered.reliability.short_key == "reliable"
     assert offered.durability.short_key == "transient_local"
     for _, topic in rviz_topics():

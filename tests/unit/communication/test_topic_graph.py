@@ -62,7 +62,7 @@ def test_sensors_thrusters_and_attitudes_add_topics_of_the_plant() -> None:
 def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) -> None:
     table = channels(shipped(name))
     unheard = {channel.topic for channel in table} - {channel.topic for channel in heard_by(RECORDER, table)}
-    assert unheard == {"/formation/ready", "/formation/recorded"}
+    assert unheard == {"/formation/node_ready", "/formation/recorder_progress"}
     assert all(RECORDER not in channel.listeners_in(recorded=False) for channel in table)
 
 

@@ -217,7 +217,7 @@ def test_a_command_message_numbers_the_quantities_as_the_library_does() -> None:
         "COMMANDED_WHEEL_TORQUE": "commanded wheel torque",
         "ANNOUNCEMENT": "announced phase or motion",
     }
-    assert Command.NOTHING == 0
+    assert Command.NONE == 0
     numbers = {getattr(Command, constant): name for constant, name in constants.items()}
     assert numbers == {number: quantity.name for number, quantity in enumerate(QUANTITIES, start=1)}
 

@@ -117,22 +117,22 @@ class Told:
         listeners, speakers = np.nonzero(self.formation.graph.adjacency)
         status = FormationStatus(
             step=step,
-            number=self.formation.number,
+            version=self.formation.number,
             phase=FormationStatus.FLYING,
             satellites=self.names,
             alive=self.formation.alive.tolist(),
-            listeners=listeners.tolist(),
-            speakers=speakers.tolist(),
+            edge_receivers=listeners.tolist(),
+            edge_senders=speakers.tolist(),
         )
         seconds, half = divmod(step, 2)
         status.header.stamp.sec, status.header.stamp.nanosec = seconds, half * 500_000_000
         if isinstance(event, Lost):
             last = Command(step=step - 1 if spoke else 0)
             last.header.frame_id = "lvlh" if spoke else ""
-            status.lost, status.last_words = [self.names[event.satellite]], [last]
+            status.lost, status.final_commands = [self.names[event.satellite]], [last]
         if isinstance(event, Back):
-            status.back = [self.names[event.satellite]]
-            status.checkpoints = [-1 if event.checkpoint is None else event.checkpoint]
+            status.rejoined = [self.names[event.satellite]]
+            status.rejoin_checkpoints = [-1 if event.checkpoint is None else event.checkpoint]
         assert self.view.take(status)
         self.statuses.append(status)
 

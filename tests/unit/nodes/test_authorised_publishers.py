@@ -162,10 +162,10 @@ def test_one_who_never_tells_its_name_is_refused_in_the_end(
 
 
 def test_bytes_that_are_no_message_are_counted_and_nothing_comes_of_them(refusals: Refusals) -> None:
-    from satform_msgs.msg import Ready
+    from satform_msgs.msg import NodeReady
 
-    assert decoded(b"\x00\x01\x00\x00", Ready, "/formation/ready", refusals) is None
-    assert refusals.counts == {("/formation/ready", "another form"): 1}
+    assert decoded(b"\x00\x01\x00\x00", NodeReady, "/formation/node_ready", refusals) is None
+    assert refusals.counts == {("/formation/node_ready", "another form"): 1}
 
 
 def test_a_node_of_another_namespace_is_not_the_one_of_the_same_name(

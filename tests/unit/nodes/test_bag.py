@@ -6,6 +6,7 @@ import json
 import random
 import struct
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -33,13 +34,13 @@ from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.reader import BagError, read_bag
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.runtime.sim_time import NANOSECONDS, Stamps
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_tools.run.replay import compare
 
 STEPS = 400
 VERSIONS = {"satform": "0.1.0", "numpy": "2.4"}
-PROFILES = [offered(topics.STEPPED)]
+PROFILES = [offered(qos.LOCKSTEP)]
 
 Messages = Iterator[tuple[str, str, int, dict[str, float]]]
 """Kind, satellite, step and numbers of each message in the order in which they pass."""
@@ -61,7 +62,7 @@ def messages_of(record: FlightRecord) -> Messages:
                 velocity=record.velocity[k, i],
                 applied_acceleration=applied,
             )
-            yield "state", name, k, {"formation": 0, **told}
+            yield "state", name, k, {"formation_version": 0, **told}
             yield "arc_length", name, k, {"arc_length": record.arc_length[k, i], "rate": record.rate[k, i]}
             if k == record.steps:
                 continue
@@ -398,13 +399,13 @@ def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
     everyone = [satellite.name for satellite in scenario.satellites]
     status = FormationStatus(
         step=200,
-        number=1,
+        version=1,
         satellites=everyone,
         alive=[True, False, True],
-        listeners=[listener for _, listener in scenario.communication_graph().edges],
-        speakers=[speaker for speaker, _ in scenario.communication_graph().edges],
+        edge_receivers=[listener for _, listener in scenario.communication_graph().edges],
+        edge_senders=[speaker for speaker, _ in scenario.communication_graph().edges],
         lost=["sat2"],
-        last_words=[last_word],
+        final_commands=[last_word],
         reason="killed",
     )
     write(tmp_path / "bag", scenario, heard, statuses=[status])
@@ -441,6 +442,41 @@ def test_a_topic_with_messages_of_another_form_is_named(tmp_path: Path, scenario
     writer.close()
     with pytest.raises(BagError, match="/sat1/state has messages of another form than satform's state"):
         read_bag(tmp_path / "bag")
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "clause"),
+    [
+        (
+            "status",
+            "version",
+            "number",
+            "in its message satform_msgs/msg/FormationStatus number is now version",
+        ),
+        (
+            "propulsion",
+            "saturated_steps",
+            "clipped",
+            "in its message satform_msgs/msg/Propulsion clipped is now saturated_steps",
+        ),
+    ],
+)
+def test_a_bag_of_an_earlier_version_is_rejected_with_the_new_name_of_its_fields(
+    tmp_path: Path, scenario: Scenario, name: str, old: str, new: str, clause: str
+) -> None:
+    writer = BagWriter(tmp_path / "bag", scenario, VERSIONS)
+    current = described(topics.TYPES[name])
+    text = current.definition.replace(f" {old} ", f" {new} ", 1)
+    assert text != current.definition
+    writer.add_topic("/x", replace(current, definition=text), PROFILES)
+    writer.close()
+    (file,) = (tmp_path / "bag").glob("*.mcap")
+    with pytest.raises(BagError) as caught:
+        read_bag(tmp_path / "bag")
+    assert str(caught.value) == (
+        f"{file}: was recorded by an earlier version of satform: {clause}; "
+        "read it with the version that recorded it, or run its scenario again"
+    )
 
 
 def test_a_bag_without_messages_holds_no_step(tmp_path: Path, scenario: Scenario) -> None:

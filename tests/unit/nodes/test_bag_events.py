@@ -18,7 +18,7 @@ from satform_tools.report.plots.style import Unit
 from satform_tools.run.stored_run import Kept
 
 NAMES = ["sat1", "sat2", "sat3"]
-COMPLETE = {"listeners": [0, 0, 1, 1, 2, 2], "speakers": [1, 2, 0, 2, 0, 1]}
+COMPLETE = {"edge_receivers": [0, 0, 1, 1, 2, 2], "edge_senders": [1, 2, 0, 2, 0, 1]}
 STATUS_TEXT = definition(FormationStatus)
 
 

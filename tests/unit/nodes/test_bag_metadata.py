@@ -13,9 +13,9 @@ from flights import shortened
 from satform_nodes.bag.definitions import described
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
-PROFILES = {"status": topics.LATCHED, "state": topics.STEPPED, "diagnostics": topics.SEEN}
+PROFILES = {"status": qos.LATCHED, "state": qos.LOCKSTEP, "diagnostics": qos.OBSERVER}
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder: Path = tmp_path_factory.mktemp("run") / "bag"
     writer = BagWriter(folder, shortened("triangle", 2), {})
     for number, (kind, message_type) in enumerate(topics.TYPES.items()):
-        profile = PROFILES.get(kind, topics.PICTURE)
+        profile = PROFILES.get(kind, qos.MARKERS)
         channel = writer.add_topic(f"/sat1/{kind}", described(message_type), [offered(profile)])
         for step in range(number % 3):
             writer.write(channel, 10**9 * (step + 1), b"\0\1\0\0", step)
@@ -84,6 +84,6 @@ def test_rosbags_reads_qualities_of_service_and_hashes(folder: Path) -> None:
         connection = connections[f"/sat1/{kind}"]
         assert connection.digest == described(message_type).type_hash
         (profile,) = connection.ext.offered_qos_profiles
-        wanted = PROFILES.get(kind, topics.PICTURE)
+        wanted = PROFILES.get(kind, qos.MARKERS)
         assert profile.depth == wanted.depth
         assert profile.durability.name.lower() == wanted.durability.short_key

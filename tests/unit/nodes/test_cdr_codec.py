@@ -16,8 +16,8 @@ from satform_msgs.msg import (
     Command,
     EarlyEnd,
     FormationStatus,
+    NodeReady,
     ParameterChange,
-    Ready,
     RelativeState,
     Tracking,
 )
@@ -26,7 +26,7 @@ from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport.cdr_codec import Layout, layout
 
 FRAME = "lvlh"
-VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, Ready)
+VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, NodeReady)
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 FIXED = [message for message in MESSAGES if message not in VARIABLE]
 

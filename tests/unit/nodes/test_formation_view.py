@@ -11,13 +11,13 @@ NAMES = ["sat1", "sat2", "sat3"]
 
 def word(**changes: object) -> FormationStatus:
     whole = {
-        "number": 1,
+        "version": 1,
         "step": 7,
         "phase": FormationStatus.FLYING,
         "satellites": NAMES,
         "alive": [True, True, True],
-        "listeners": [0, 2],
-        "speakers": [1, 0],
+        "edge_receivers": [0, 2],
+        "edge_senders": [1, 0],
     }
     status = FormationStatus(**(whole | changes))
     seconds, half = divmod(status.step, 2)
@@ -36,14 +36,14 @@ def test_a_newer_word_is_the_formation_from_its_step_on(view: FormationView) -> 
     assert (view.formation.number, view.formation.step) == (1, 7)
     assert view.lost == ["sat2"]
     before = view.formation.graph
-    assert view.take(word(number=2, step=9))
+    assert view.take(word(version=2, step=9))
     # Whose graph is the same has kept what has been computed of it.
     assert view.formation.graph is before
     assert view.lost == []
 
 
 def test_a_word_that_is_not_newer_tells_the_phase_alone(view: FormationView) -> None:
-    assert view.take(word(number=0, alive=[False, False, False], phase=FormationStatus.PAUSED))
+    assert view.take(word(version=0, alive=[False, False, False], phase=FormationStatus.PAUSED))
     assert view.paused
     assert view.lost == []
     assert view.formation.number == 0
@@ -54,12 +54,12 @@ def test_a_word_that_is_not_newer_tells_the_phase_alone(view: FormationView) -> 
     [
         {"satellites": ["sat1", "sat2", "other"]},
         {"alive": [True, True]},
-        {"listeners": [0]},
-        {"listeners": [0], "number": 0},
-        {"speakers": [1, 3]},
-        {"speakers": [0, 1]},
+        {"edge_receivers": [0]},
+        {"edge_receivers": [0], "version": 0},
+        {"edge_senders": [1, 3]},
+        {"edge_senders": [0, 1]},
         {"lost": ["other"]},
-        {"back": ["sat1"]},
+        {"rejoined": ["sat1"]},
     ],
 )
 def test_a_word_that_does_not_fit_changes_nothing(view: FormationView, changes: dict[str, object]) -> None:

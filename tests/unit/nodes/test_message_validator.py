@@ -69,7 +69,12 @@ def test_a_status_whose_stamp_is_of_another_step_is_not_about_this_formation() -
     view = FormationView(shortened("triangle", 10.0))
     names = ["sat1", "sat2", "sat3"]
     status = FormationStatus(
-        step=6, number=1, satellites=names, alive=[True, True, False], listeners=[0, 1], speakers=[1, 0]
+        step=6,
+        version=1,
+        satellites=names,
+        alive=[True, True, False],
+        edge_receivers=[0, 1],
+        edge_senders=[1, 0],
     )
     status.header.stamp.sec = 4
     assert not view.take(status)

@@ -16,7 +16,7 @@ from satform.communication.topic_graph import RECORDER, Channel, channels
 from satform_bringup.deployment.domain import own_domain
 from satform_nodes.runtime.flight_loop import exit_code_of
 from satform_nodes.runtime.formation_view import STOPPED
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.missing_endpoints import OPTIONAL, Shortcoming, in_words, shortcomings
 
 SCENARIO = shortened("triangle", 60.0)
@@ -37,7 +37,7 @@ def formation(context: rclpy.Context, *without: tuple[str, str]) -> dict[str, No
     """A node for each of the flight's, with every endpoint but some, given by node and topic."""
     nodes = {name: Node(name, context=context, start_parameter_services=False) for name in NODES}
     for channel in TABLE:
-        profile = topics.BY_RHYTHM[channel.rhythm]
+        profile = qos.BY_RHYTHM[channel.rhythm]
         kind = topics.TYPES[channel.kind]
         for name in channel.speakers:
             if (name, channel.topic) not in without and channel.kind not in OPTIONAL:
@@ -86,7 +86,7 @@ def test_a_node_that_is_not_there_is_named_once(context: rclpy.Context) -> None:
 def test_a_second_node_of_a_name_is_told_as_such(context: rclpy.Context) -> None:
     nodes = formation(context)
     second = Node("sat2", context=context, start_parameter_services=False)
-    second.create_publisher(Command, "/sat2/command", topics.STEPPED)
+    second.create_publisher(Command, "/sat2/command", qos.LOCKSTEP)
     wanted = "2 nodes are called sat2, and all of them publish /sat2/command"
     assert found(nodes, wanted) == [Shortcoming("sat2", wanted)]
 
@@ -98,7 +98,7 @@ def test_a_type_that_does_not_fit_is_told(context: rclpy.Context) -> None:
     rclpy.init(context=other, domain_id=context.get_domain_id())
     try:
         stranger = Node("sat1", context=other, start_parameter_services=False)
-        stranger.create_publisher(String, "/sat1/tracking", topics.STEPPED)
+        stranger.create_publisher(String, "/sat1/tracking", qos.LOCKSTEP)
         wanted = "sat1 publishes /sat1/tracking as std_msgs/msg/String, not as satform_msgs/msg/Tracking"
         assert found(nodes, wanted) == [Shortcoming("sat1", wanted)]
     finally:

@@ -17,7 +17,7 @@ from satform_nodes.programs import MODULES
 from satform_nodes.runtime import diagnostics
 from satform_nodes.runtime.start_parameters import PROGRAMS as HELPED
 from satform_nodes.runtime.start_parameters import START_PARAMETERS, STOPPED_EXIT_CODE, help_of
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 
 NODES = Path(__file__).resolve().parents[3] / "ros_ws" / "src" / "satform_nodes"
 README = (NODES / "README.md").read_text(encoding="utf-8")
@@ -130,7 +130,7 @@ def profiles() -> dict[str, QoSProfile]:
     """Every QoS profile by its name."""
     return {
         name: value
-        for name, value in vars(topics).items()
+        for name, value in vars(qos).items()
         if isinstance(value, QoSProfile) and not name.startswith("_")
     }
 
@@ -157,8 +157,8 @@ def test_a_topic_that_is_published_by_its_rhythm_is_described_with_that_profile(
         own = channel.topic.split("/")[1]
         topic = channel.topic.replace(f"/{own}/", "/<satellite>/") if own in names else channel.topic
         # The recorder and the diagnostics have profiles of their own.
-        if topic not in {topics.RECORDED, diagnostics.DIAGNOSTICS}:
-            assert profiles()[described[topic]] == topics.BY_RHYTHM[channel.rhythm], topic
+        if topic not in {topics.RECORDER_PROGRESS, diagnostics.DIAGNOSTICS}:
+            assert profiles()[described[topic]] == qos.BY_RHYTHM[channel.rhythm], topic
             checked += 1
     assert checked > 8
 

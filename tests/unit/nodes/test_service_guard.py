@@ -66,17 +66,17 @@ whole = st.sampled_from([0, 1, 2, 3, 2**31, 2**63 - 1, 2**64 - 1])
     status=st.builds(
         FormationStatus,
         step=whole,
-        number=whole,
+        version=whole,
         phase=st.integers(0, 255),
         last_step=whole,
         satellites=st.one_of(names, st.just(["sat1", "sat2", "sat3"])),
         alive=st.lists(st.booleans(), min_size=2, max_size=4),
-        listeners=st.lists(st.integers(0, 2**32 - 1) | st.integers(0, 3), max_size=5),
-        speakers=st.lists(st.integers(0, 2**32 - 1) | st.integers(0, 3), max_size=5),
+        edge_receivers=st.lists(st.integers(0, 2**32 - 1) | st.integers(0, 3), max_size=5),
+        edge_senders=st.lists(st.integers(0, 2**32 - 1) | st.integers(0, 3), max_size=5),
         lost=names,
-        last_words=st.lists(st.builds(Command, step=whole), max_size=4),
-        back=names,
-        checkpoints=st.lists(st.integers(-(2**63), 2**63 - 1), max_size=4),
+        final_commands=st.lists(st.builds(Command, step=whole), max_size=4),
+        rejoined=names,
+        rejoin_checkpoints=st.lists(st.integers(-(2**63), 2**63 - 1), max_size=4),
         reason=st.text(max_size=20),
     )
 )

@@ -188,11 +188,11 @@ def _topics(scenario: Scenario) -> list[dict[str, Any]]:
     return [
         {
             "topic": channel.topic,
-            "from": "each" if channel.kind == "ready" else channel.speakers[0],
+            "from": "each" if channel.kind == "node_ready" else channel.speakers[0],
             "to": list(channel.listeners_in(recorded=False)),
         }
         for channel in channels(scenario)
-        if channel.kind not in ("recorded", "diagnostics")
+        if channel.kind not in ("recorder_progress", "diagnostics")
     ]
 
 

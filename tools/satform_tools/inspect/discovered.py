@@ -66,7 +66,7 @@ def is_whole(graph: Graph, status: FormationStatus) -> bool:
         for topic, (speaker, listeners) in spoken.items()
     ):
         return False
-    edges = zip(status.listeners, status.speakers, strict=True)
+    edges = zip(status.edge_receivers, status.edge_senders, strict=True)
     return all(
         any(names[hears] in ends_of.get(topic, missing).listeners for topic in _words_of(names[heard]))
         for hears, heard in edges

@@ -254,7 +254,7 @@ class Watcher:
     def _links(self, moment: float) -> tuple[LinkLook, ...]:
         names = list(self.status.satellites)
         links = []
-        for hears, heard in zip(self.status.listeners, self.status.speakers, strict=True):
+        for hears, heard in zip(self.status.edge_receivers, self.status.edge_senders, strict=True):
             listener, speaker = names[hears], names[heard]
             word = self._satellites[speaker].word.message
             # A word for the step to come is there before that step.

@@ -131,10 +131,10 @@ def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
 
 def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenario, events: Plan) -> None:
     """Leave out what lost satellites had said at last and nobody recorded: it was lost with them."""
-    from satform_nodes.transport import topics  # noqa: PLC0415 - needs ROS
+    from satform_nodes.transport import qos  # noqa: PLC0415 - needs ROS
 
     # A satellite that its scenario kills waits until its words have arrived, but for the last it shows.
-    for plan, longest in ((planned(scenario), 1), (events, topics.STEPPED.depth)):
+    for plan, longest in ((planned(scenario), 1), (events, qos.LOCKSTEP.depth)):
         for step, found in plan.items():
             for event in found:
                 if isinstance(event, Lost) and 0 < step <= record.steps:

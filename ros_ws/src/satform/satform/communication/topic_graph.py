@@ -20,8 +20,8 @@ RECORDER = "recorder"
 
 CLOCK = "/clock"
 STATUS = "/formation/status"
-READY = "/formation/ready"
-RECORDED = "/formation/recorded"
+NODE_READY = "/formation/node_ready"
+RECORDER_PROGRESS = "/formation/recorder_progress"
 DIAGNOSTICS = "/diagnostics"
 
 TF = "/tf"
@@ -132,8 +132,8 @@ def formation_channels(scenario: "Scenario") -> list[Channel]:
     everyone = (*names, RECORDER)
     return [
         Channel(STATUS, "status", (PLANT,), everyone, "now and then"),
-        Channel(READY, "ready", everyone, (PLANT,), "now and then"),
-        Channel(RECORDED, "recorded", (RECORDER,), (PLANT,), "now and then"),
+        Channel(NODE_READY, "node_ready", everyone, (PLANT,), "now and then"),
+        Channel(RECORDER_PROGRESS, "recorder_progress", (RECORDER,), (PLANT,), "now and then"),
         Channel(CLOCK, "clock", (PLANT,), (RECORDER,), "states"),
         Channel(DIAGNOSTICS, "diagnostics", (PLANT, *everyone), (RECORDER,), "now and then"),
     ]

@@ -28,7 +28,7 @@ class Absences:
         """Take in a word of the plant."""
         for name in set(status.lost) & set(self._names):
             self.spells[self._names.index(name)].append((int(status.step), FOREVER))
-        for name in set(status.back) & set(self._names):
+        for name in set(status.rejoined) & set(self._names):
             own = self.spells[self._names.index(name)]
             if own and own[-1][1] == FOREVER:
                 own[-1] = (own[-1][0], int(status.step))
@@ -67,15 +67,15 @@ def happened(
     graph = scenario.communication_graph()
     number = 0
     for status in statuses:
-        if status.number <= number:
+        if status.version <= number:
             continue
-        number, step = int(status.number), int(status.step)
+        number, step = int(status.version), int(status.step)
         events: list[Event] = [Lost(names.index(name), status.reason) for name in status.lost]
-        now = Graph.of_edges(count, status.listeners, status.speakers)
+        now = Graph.of_edges(count, status.edge_receivers, status.edge_senders)
         if not np.array_equal(now.adjacency, graph.adjacency):
             graph = now
             events.append(Rewired(now, status.reason))
-        for name, checkpoint in zip(status.back, status.checkpoints, strict=True):
+        for name, checkpoint in zip(status.rejoined, status.rejoin_checkpoints, strict=True):
             events.append(Back(names.index(name), int(checkpoint) if checkpoint >= 0 else None))
         for event in events:
             if not _is_planned(event, expected.get(step, [])):

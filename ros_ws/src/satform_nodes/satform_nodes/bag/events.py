@@ -139,7 +139,7 @@ def _decoded(told: Told) -> tuple[list[Any], dict[int, str]]:
 
 def _status(message: Any, phases: dict[int, str]) -> Status:
     count = len(message.satellites)
-    graph = Graph.of_edges(count, message.listeners, message.speakers)
+    graph = Graph.of_edges(count, message.edge_receivers, message.edge_senders)
     hears = graph.adjacency.astype(np.int64).tolist()
     if len(message.alive) != count:
         raise ValueError(f"{len(message.alive)} entries of alive for {count} satellites")

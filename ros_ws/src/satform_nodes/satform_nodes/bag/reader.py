@@ -34,6 +34,7 @@ from satform.record.flight_record import (
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.parts import SatelliteSpec
 from satform_nodes.bag.absence_log import Absences, happened
+from satform_nodes.bag.earlier_versions import RENAMED_FIELDS, renamed
 from satform_nodes.bag.events import TYPES, EventError, Events, Told, read_events
 from satform_nodes.bag.records import ExpansionError, records
 from satform_nodes.bag.writer import (
@@ -45,7 +46,7 @@ from satform_nodes.bag.writer import (
     WALL_CLOCK,
 )
 from satform_nodes.runtime.formation_view import early_end_of
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 
 ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
@@ -53,6 +54,9 @@ ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
 
 SAID_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate"})
 """Kinds of topics on which a satellite speaks itself."""
+
+_COUNTERS = RENAMED_FIELDS["satform_msgs/msg/Propulsion"] | RENAMED_FIELDS["satform_msgs/msg/Attitude"]
+"""Fields of the messages by the names of the record's counters."""
 
 Table = NDArray[Any]
 """Messages of one topic: a structured array with a field for each number."""
@@ -186,7 +190,7 @@ def _scan(file: Path) -> _Contents:
                 contents.names[role] = record.topic
                 contents.definitions[role] = schemas[record.schema_id]
             elif isinstance(record, Schema):
-                schemas[record.id] = record
+                schemas[record.id] = _current(record, file)
             else:
                 _note(contents, record, file)
         contents.closed = True
@@ -201,6 +205,17 @@ def _scan(file: Path) -> _Contents:
             reason = str(error) or "it ends too early"
             raise BagError(f"{file}: is not an MCAP file that can be read: {reason}") from None
     return contents
+
+
+def _current(schema: Schema, file: Path) -> Schema:
+    """A message definition; BagError if an earlier version wrote it, with other names."""
+    clause = renamed(schema.name, schema.data.decode(errors="replace"))
+    if clause:
+        raise BagError(
+            f"{file}: was recorded by an earlier version of satform: {clause}; "
+            "read it with the version that recorded it, or run its scenario again"
+        )
+    return schema
 
 
 def _note(contents: _Contents, record: Any, file: Path) -> None:
@@ -265,20 +280,20 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
     satellites = [scenario.satellite(index) for index in range(len(names))]
 
     absences = Absences(scenario)
-    last_words: dict[tuple[str, int], Command] = {}
+    final_commands: dict[tuple[str, int], Command] = {}
     early_end: EarlyEnd | None = None
     for status in _statuses(contents, file):
         absences.take(status)
         early_end = early_end_of(status, scenario.timing.step) or early_end
-        for name, command in zip(status.lost, status.last_words, strict=False):
+        for name, command in zip(status.lost, status.final_commands, strict=False):
             if command.header.frame_id and command.step + 1 == status.step:
-                last_words[name, status.step] = command
+                final_commands[name, status.step] = command
 
     def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
         """Each satellite's table of one kind of message, or of another kind where it has none of these."""
         chosen = [kind if wanted(satellite) else instead for satellite in satellites]
         return [
-            _table(contents, (kind, index), topic_name(kind, names[index]), absences, last_words, file)
+            _table(contents, (kind, index), topic_name(kind, names[index]), absences, final_commands, file)
             for index, kind in enumerate(chosen)
         ]
 
@@ -350,7 +365,7 @@ def _propulsion(
             continue
         for name, values in found.items():
             values[0, column] = satellite.thruster.propellant if name == "propellant" else 0.0
-            values[1:, column] = table[name][:steps]
+            values[1:, column] = table[_COUNTERS.get(name, name)][:steps]
     return found
 
 
@@ -364,7 +379,7 @@ def _attitudes(
         for name in ATTITUDE_VECTORS:
             found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
         for name in ("torque_limited", "momentum_limited"):
-            found[name][:, column] = tables[column][name][: steps + 1]
+            found[name][:, column] = tables[column][_COUNTERS[name]][: steps + 1]
         found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
     return found
 
@@ -392,7 +407,7 @@ def _table(
     whose: tuple[str, int],
     topic: str,
     absences: Absences,
-    last_words: Mapping[tuple[str, int], Command],
+    final_commands: Mapping[tuple[str, int], Command],
     file: Path,
 ) -> Table:
     """All messages of a topic as one structured array, with steps 0, 1, 2, ... without a gap.
@@ -404,7 +419,7 @@ def _table(
         whose: kind of the topic, and place of the satellite it is about.
         topic: its name.
         absences: when satellites did not take part.
-        last_words: what lost satellites had commanded last, by name and the step in which they were lost.
+        final_commands: what lost satellites had commanded last, by name and the step in which they were lost.
         file: for the sentences.
     """
     kind, satellite = whose
@@ -421,7 +436,7 @@ def _table(
     elif kind in SAID_BY_SATELLITE:
         name = topic.strip("/").partition("/")[0]
         states = len(contents.messages.get(topics.CLOCK, []))
-        table = _with_silence(table, (kind, name), absences.spells[satellite], last_words, states)
+        table = _with_silence(table, (kind, name), absences.spells[satellite], final_commands, states)
     gaps = np.flatnonzero(table["step"] != np.arange(len(table), dtype=np.uint64))
     if gaps.size:
         found = int(table["step"][gaps[0]])
@@ -469,7 +484,7 @@ def _with_silence(
     table: Table,
     whose: tuple[str, str],
     spells: list[tuple[int, int]],
-    last_words: Mapping[tuple[str, int], Command],
+    final_commands: Mapping[tuple[str, int], Command],
     states: int,
 ) -> Table:
     """A satellite's messages with a row for each step in which it was absent.
@@ -482,7 +497,7 @@ def _with_silence(
     for begin, end in spells:
         silent_from = begin + 1 if kind in ANNOUNCEMENTS else begin
         table = table[(table["step"] < silent_from) | (table["step"] >= end)]
-        first = max(0, begin - topics.STEPPED.depth)
+        first = max(0, begin - qos.LOCKSTEP.depth)
         # Back at once, its last announcement is still the one for the step of its loss.
         until = min(max(end, silent_from), states - (kind not in ANNOUNCEMENTS))
         present = set(table["step"].tolist())
@@ -491,7 +506,7 @@ def _with_silence(
         silence["step"] = missing
         # Who is absent commands nothing.
         _blank(silence, (silence["step"] < begin) | (kind != "command"))
-        last_word = last_words.get((name, begin))
+        last_word = final_commands.get((name, begin))
         if last_word is not None and kind in ANNOUNCEMENTS and begin in missing:
             _fill_in(silence, missing.index(begin), last_word, "announced_")
         if last_word is not None and kind == "command" and begin - 1 in missing:

@@ -29,7 +29,7 @@ from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
 from satform_nodes.runtime.supervisor_pipe import Report
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
 
@@ -74,15 +74,15 @@ class DisplayNode:
         self._readers: list[Callable[[bytes], None]] = []
 
         types = topics.TYPES
-        self._say_markers = node.create_publisher(types["markers"], relative(topics.MARKERS), topics.PICTURE)
-        self._say_transforms = node.create_publisher(types["tf"], topics.TF, topics.TRANSFORMS)
+        self._say_markers = node.create_publisher(types["markers"], relative(topics.MARKERS), qos.MARKERS)
+        self._say_transforms = node.create_publisher(types["tf"], topics.TF, qos.TRANSFORMS)
         self._say_pose, self._say_path = {}, {}
         for name in self.scene.names:
             self._say_pose[name] = node.create_publisher(
-                types["pose"], relative(topics.pose(name)), topics.PICTURE
+                types["pose"], relative(topics.pose(name)), qos.MARKERS
             )
             self._say_path[name] = node.create_publisher(
-                types["path"], relative(topics.path(name)), topics.PICTURE
+                types["path"], relative(topics.path(name)), qos.MARKERS
             )
         for index, name in enumerate(self.scene.names):
             spec = scenario.satellite(index)
@@ -93,11 +93,11 @@ class DisplayNode:
             # Looked at last: what was announced is then at least as new as what it is compared with.
             said = scenario.consensus.announces
             self._look_at(executor, said, topic_name(said, name), self._on_announcement(index), ())
-        node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, topics.GLANCED)
+        node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, qos.BEST_EFFORT)
         # What was decided before this node came is only kept for readers whom the plant waits for at the
         # end of the flight; so this subscription is given up once it has been heard.
         self._history = node.create_subscription(
-            types["status"], relative(topics.STATUS), self._on_status, topics.LATCHED
+            types["status"], relative(topics.STATUS), self._on_status, qos.LATCHED
         )
 
     def begin(self, executor: StepExecutor, stop: StopRequest, longest: float) -> None:
@@ -176,7 +176,7 @@ class DisplayNode:
             self.seen_anything = True
 
         self._readers.append(take_apart)
-        executor.subscribe(self.node, topics.TYPES[kind], topic, keep, topics.GLANCED)
+        executor.subscribe(self.node, topics.TYPES[kind], topic, keep, qos.BEST_EFFORT)
 
     def _read_newest(self) -> None:
         newest, self._newest = self._newest, {}
@@ -204,7 +204,7 @@ class DisplayNode:
 
     def _on_status(self, status: FormationStatus) -> None:
         self.seen_anything = True
-        self.scene.decided(status.alive, status.listeners, status.speakers)
+        self.scene.decided(status.alive, status.edge_receivers, status.edge_senders)
         if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             self.ended = status
 

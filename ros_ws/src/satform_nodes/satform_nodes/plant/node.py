@@ -31,7 +31,7 @@ from satform_nodes.runtime.realtime_loop import fly_on_the_clock, processor_seco
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.runtime.supervisor_pipe import Report
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.missing_endpoints import in_words, shortcomings
@@ -228,8 +228,8 @@ class PlantNode:
         for event in change.back:
             self.report.say("return", who=self.names[event.satellite], step=step)
         phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
-        last_words = [self.ears.last_word(index) for index in change.lost]
-        self._voice.say_status(formation, phase, formation.reason, change, last_words)
+        final_commands = [self.ears.last_word(index) for index in change.lost]
+        self._voice.say_status(formation, phase, formation.reason, change, final_commands)
         self._health.changed()
 
     def rewire(self, event: Event) -> int:
@@ -255,7 +255,7 @@ class PlantNode:
         if not self.muster.open or self.early_end:
             return
         behind = self.plant.step - self.ears.recorded_step
-        if self.recorded and not self.clocked and behind > topics.RECORDER_WINDOW:
+        if self.recorded and not self.clocked and behind > qos.RECORDER_WINDOW:
             return
         if self._paused and not self._single_steps:
             return

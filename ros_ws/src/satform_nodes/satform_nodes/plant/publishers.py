@@ -17,7 +17,7 @@ from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform_nodes.runtime.lifecycle import see_off
 from satform_nodes.runtime.sim_time import Stamps
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.node_names import local_name
@@ -57,7 +57,7 @@ class PlantVoice:
         self._channels = [channel for channel in said if channel.kind != "diagnostics"]
         publishers = self._publishers = {
             channel.topic: node.create_publisher(
-                topics.TYPES[channel.kind], relative(channel.topic), topics.BY_RHYTHM[channel.rhythm]
+                topics.TYPES[channel.kind], relative(channel.topic), qos.BY_RHYTHM[channel.rhythm]
             )
             for channel in self._channels
         }
@@ -171,7 +171,7 @@ class PlantVoice:
         phase: int,
         reason: str,
         change: Change = _NOTHING,
-        last_words: Sequence[Command] = (),
+        final_commands: Sequence[Command] = (),
         early_end: EarlyEnd | None = None,
     ) -> None:
         """Tell everyone in what phase the formation is, from which step, and why.
@@ -181,24 +181,26 @@ class PlantVoice:
             phase: of the flight.
             reason: why, in words.
             change: of the formation at this step.
-            last_words: the last command of each satellite that is lost now.
+            final_commands: the last command of each satellite that is lost now.
             early_end: why the flight ends now before its last step; None when it does not.
         """
         listeners, speakers = np.nonzero(formation.graph.adjacency)
         self._status = FormationStatus(
             step=self._plant.step,
-            number=formation.number,
+            version=formation.number,
             phase=phase,
             last_step=self._last_step,
             satellites=self._names,
             alive=formation.alive.tolist(),
-            listeners=listeners.tolist(),
-            speakers=speakers.tolist(),
+            edge_receivers=listeners.tolist(),
+            edge_senders=speakers.tolist(),
             algebraic_connectivity=float(formation.connectivity),
             lost=[self._names[index] for index in change.lost],
-            last_words=list(last_words),
-            back=[self._names[event.satellite] for event in change.back],
-            checkpoints=[-1 if event.checkpoint is None else event.checkpoint for event in change.back],
+            final_commands=list(final_commands),
+            rejoined=[self._names[event.satellite] for event in change.back],
+            rejoin_checkpoints=[
+                -1 if event.checkpoint is None else event.checkpoint for event in change.back
+            ],
             early_end=[] if early_end is None else [_early_end_message(early_end)],
             reason=reason,
         )

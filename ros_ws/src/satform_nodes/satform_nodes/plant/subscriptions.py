@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
-from satform_msgs.msg import Command, Ready, Recorded
+from satform_msgs.msg import Command, NodeReady, RecorderProgress
 
 from satform.communication.topic_graph import RECORDER, Channel
 from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.manager import Change, Muster
 from satform_nodes.runtime.realtime_loop import Promptness
 from satform_nodes.runtime.sim_time import Stamps
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.authorised_publishers import Speakers, decoded
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
@@ -23,7 +23,7 @@ from satform_nodes.transport.executor import MANY, StepExecutor
 from satform_nodes.transport.message_validator import CONTRADICTION, Entry, Refusals
 
 _COMMAND = layout(Command, topics.FRAME)
-_RECORDED = layout(Recorded, topics.FRAME)
+_RECORDER_PROGRESS = layout(RecorderProgress, topics.FRAME)
 
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
@@ -84,9 +84,9 @@ class PlantEars:
         self._turn = (-1, 0)
         self._heard_at = [time.monotonic()] * len(names)
         speakers = {channel.topic: channel.speakers for channel in heard}
-        self._ready_speakers = Speakers(node, topics.READY, speakers[topics.READY], refusals)
+        self._ready_speakers = Speakers(node, topics.NODE_READY, speakers[topics.NODE_READY], refusals)
         executor.subscribe(
-            node, Ready, topics.READY, self._on_ready, topics.LATCHED_READER, self._ready_speakers
+            node, NodeReady, topics.NODE_READY, self._on_ready, qos.LATCHED_READER, self._ready_speakers
         )
         commands = [topics.command(name) for name in names]
         self._speakers = [Speakers(node, topic, speakers[topic], refusals) for topic in commands]
@@ -98,7 +98,7 @@ class PlantEars:
                 Command,
                 topic,
                 partial(self._on_command, index),
-                topics.NEWEST if clocked else topics.STEPPED_READER,
+                qos.REALTIME if clocked else qos.LOCKSTEP_READER,
                 self._speakers[index],
             )
             for index, topic in enumerate(commands)
@@ -142,19 +142,19 @@ class PlantEars:
         stamps = self._stamps
 
         def note(data: bytes, _name: str) -> None:
-            numbers = _RECORDED.unpack(data)
+            numbers = _RECORDER_PROGRESS.unpack(data)
             if numbers is None:
-                self._refusals.note(topics.RECORDED, "another form")
+                self._refusals.note(topics.RECORDER_PROGRESS, "another form")
                 return
             if stamps.contradict(*numbers[:3], exact=True):
-                self._refusals.note(topics.RECORDED, CONTRADICTION)
+                self._refusals.note(topics.RECORDER_PROGRESS, CONTRADICTION)
                 return
             self.recorded_step = max(self.recorded_step, min(numbers[2], self._muster.step))
             on_recorded()
 
-        speakers = Speakers(self._node, topics.RECORDED, [RECORDER], self._refusals)
+        speakers = Speakers(self._node, topics.RECORDER_PROGRESS, [RECORDER], self._refusals)
         progress = self._executor.subscribe(
-            self._node, Recorded, topics.RECORDED, note, topics.STEPPED_READER, speakers
+            self._node, RecorderProgress, topics.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, speakers
         )
         company.speaks(progress, speakers)
 
@@ -214,14 +214,14 @@ class PlantEars:
         self._on_answer()
 
     def _on_ready(self, data: bytes, name: str) -> None:
-        ready = decoded(data, Ready, topics.READY, self._refusals)
+        ready = decoded(data, NodeReady, topics.NODE_READY, self._refusals)
         if ready is None:
             return
         if ready.node.rpartition("/")[2] != name:
-            self._refusals.note(topics.READY, f"{name} speaks for another node")
+            self._refusals.note(topics.NODE_READY, f"{name} speaks for another node")
             return
         stamp = ready.header.stamp
         if self._stamps.contradict(stamp.sec, stamp.nanosec, ready.step, exact=True):
-            self._refusals.note(topics.READY, CONTRADICTION)
+            self._refusals.note(topics.NODE_READY, CONTRADICTION)
             return
         self._on_offer(name, int(ready.checkpoint))

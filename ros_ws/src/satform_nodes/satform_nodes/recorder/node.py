@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
-from satform_msgs.msg import FormationStatus, ParameterChange, Ready, Recorded
+from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, RecorderProgress
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, heard_by, relative
@@ -29,7 +29,7 @@ from satform_nodes.runtime.parameters import FormationNode, declare_rate, declar
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.sim_time import NANOSECONDS, Stamps
 from satform_nodes.runtime.supervisor_pipe import Report
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.authorised_publishers import Speakers, decoded
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
@@ -37,7 +37,7 @@ from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_validator import CONTRADICTION, EARLIER_STAMPS, Entry
 from satform_nodes.transport.missing_endpoints import OPTIONAL
 
-_RECORDED = layout(Recorded, topics.FRAME)
+_RECORDER_PROGRESS = layout(RecorderProgress, topics.FRAME)
 
 _CLOCK_BYTES = 12
 """Length of a serialised clock: encapsulation, seconds, nanoseconds."""
@@ -117,8 +117,10 @@ class RecorderNode:
         except OSError as error:
             raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_BAD_INPUT) from None
 
-        self._say_ready = node.create_publisher(Ready, relative(topics.READY), topics.LATCHED)
-        self._say_recorded = node.create_publisher(Recorded, relative(topics.RECORDED), topics.STEPPED)
+        self._say_ready = node.create_publisher(NodeReady, relative(topics.NODE_READY), qos.LATCHED)
+        self._say_recorded = node.create_publisher(
+            RecorderProgress, relative(topics.RECORDER_PROGRESS), qos.LOCKSTEP
+        )
         self._company = Company(node)
         self._company.listens(self._say_recorded, [PLANT])
         self._company.listens(self._say_ready, [PLANT])
@@ -190,7 +192,7 @@ class RecorderNode:
 
     def say_ready(self) -> None:
         """Tell the plant that recording can begin."""
-        self._say_ready.publish(Ready(node=self.node.get_fully_qualified_name(), step=0, checkpoint=-1))
+        self._say_ready.publish(NodeReady(node=self.node.get_fully_qualified_name(), step=0, checkpoint=-1))
 
     def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
         message_type = topics.TYPES[kind]
@@ -208,7 +210,7 @@ class RecorderNode:
         topic, kind, (speaker,) = followed.topic, followed.kind, followed.speakers
         satellite = self._names.index(speaker) if speaker in self._names else -1
         last = self._last_step - (followed.rhythm == "steps")
-        channel = _Followed(self._add_topic(topic, kind, topics.STEPPED), topic, kind, satellite, last)
+        channel = _Followed(self._add_topic(topic, kind, qos.LOCKSTEP), topic, kind, satellite, last)
         if kind != "clock":
             channel.entry = Entry(
                 topic,
@@ -234,7 +236,7 @@ class RecorderNode:
 
         speakers = self._only(topic, [speaker])
         subscription = executor.subscribe(
-            self.node, topics.TYPES[kind], topic, _on_message, topics.STEPPED_READER, speakers
+            self.node, topics.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, speakers
         )
         self._company.speaks(subscription, speakers)
 
@@ -276,7 +278,7 @@ class RecorderNode:
     ) -> None:
         """Write a topic on which something is said now and then."""
         message_type = topics.TYPES[kind]
-        channel = self._add_topic(topic, kind, topics.LATCHED)
+        channel = self._add_topic(topic, kind, qos.LATCHED)
 
         def _on_message(data: bytes, _name: str) -> None:
             message = decoded(data, message_type, topic, self.refusals)
@@ -290,7 +292,7 @@ class RecorderNode:
 
         speakers = self._only(topic, [speaker])
         subscription = executor.subscribe(
-            self.node, message_type, topic, _on_message, topics.LATCHED_READER, speakers
+            self.node, message_type, topic, _on_message, qos.LATCHED_READER, speakers
         )
         if kind not in OPTIONAL:
             self._company.speaks(subscription, speakers)
@@ -301,7 +303,7 @@ class RecorderNode:
         It has the simulated time at which it came, as all else in the bag.
         """
         topic = channel.topic
-        number = self._add_topic(topic, channel.kind, topics.SEEN)
+        number = self._add_topic(topic, channel.kind, qos.OBSERVER)
 
         def _on_message(data: bytes, _name: str) -> None:
             # A stranger's process may have one of the names; the bag has to be readable all the same.
@@ -315,7 +317,7 @@ class RecorderNode:
             topics.TYPES[channel.kind],
             topic,
             _on_message,
-            topics.STEPPED_READER,
+            qos.LOCKSTEP_READER,
             speakers,
             vital=False,
         )
@@ -349,7 +351,7 @@ class RecorderNode:
         self._reported = reached
         self.bag.flush()
         seconds, nanoseconds = self._stamps.at(reached)
-        self._say_recorded.publish(_RECORDED.pack(seconds, nanoseconds, reached, self.bag.messages))
+        self._say_recorded.publish(_RECORDER_PROGRESS.pack(seconds, nanoseconds, reached, self.bag.messages))
 
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:

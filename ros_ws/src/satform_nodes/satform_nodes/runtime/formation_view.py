@@ -26,7 +26,7 @@ class FormationView:
         ended: the plant's last word; None while the flight goes on.
         paused: whether the plant takes no steps at present.
         heard: how many words of the plant have come in.
-        last_words: what lost satellites had announced for the step in which they were lost, by place.
+        final_commands: what lost satellites had announced for the step in which they were lost, by place.
         returns: by place, from which step a satellite takes part again, and from which checkpoint.
     """
 
@@ -35,7 +35,7 @@ class FormationView:
         self.ended: FormationStatus | None = None
         self.paused = False
         self.heard = 0
-        self.last_words: dict[int, Command] = {}
+        self.final_commands: dict[int, Command] = {}
         self.returns: dict[int, tuple[int, int]] = {}
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self._names = [satellite.name for satellite in scenario.satellites]
@@ -44,7 +44,7 @@ class FormationView:
         """Take in a word of the plant; False for one that is not about this formation."""
         if not self._fits(status):
             return False
-        newer = status.number > self.formation.number
+        newer = status.version > self.formation.number
         # What holds already is not built again: each of a thousand satellites hears it a few times.
         graph = self._graph(status) if newer else self.formation.graph
         if graph is None:
@@ -58,11 +58,11 @@ class FormationView:
         if not np.array_equal(graph.adjacency, self.formation.graph.adjacency):
             self.formation.graph = graph
         self.formation.alive = np.array(status.alive, dtype=np.bool_)
-        self.formation.number, self.formation.step = int(status.number), int(status.step)
+        self.formation.number, self.formation.step = int(status.version), int(status.step)
         self.formation.reason = status.reason
-        for name, command in zip(status.lost, status.last_words, strict=False):
+        for name, command in zip(status.lost, status.final_commands, strict=False):
             self._lose(name, command, int(status.step))
-        for name, checkpoint in zip(status.back, status.checkpoints, strict=True):
+        for name, checkpoint in zip(status.rejoined, status.rejoin_checkpoints, strict=True):
             if name in self._names:
                 place = self._names.index(name)
                 self.returns[place] = (int(status.step), int(checkpoint))
@@ -76,14 +76,16 @@ class FormationView:
             return False
         if list(status.satellites) != self._names or len(status.alive) != len(self._names):
             return False
-        if len(status.back) != len(status.checkpoints) or len(status.listeners) != len(status.speakers):
+        if len(status.rejoined) != len(status.rejoin_checkpoints) or len(status.edge_receivers) != len(
+            status.edge_senders
+        ):
             return False
-        return {*status.lost, *status.back} <= set(self._names)
+        return {*status.lost, *status.rejoined} <= set(self._names)
 
     def _graph(self, status: FormationStatus) -> Graph | None:
         """Who hears whom; None where that is no graph of this formation."""
         try:
-            return Graph.of_edges(len(self._names), status.listeners, status.speakers)
+            return Graph.of_edges(len(self._names), status.edge_receivers, status.edge_senders)
         except ValueError:
             return None
 
@@ -93,7 +95,7 @@ class FormationView:
             # Without a command in the step before it has announced nothing for this one.
             announced = bool(command.header.frame_id) and command.step + 1 == step
             if announced:
-                self.last_words[place] = command
+                self.final_commands[place] = command
             self.formation.lost_at[place] = step if announced else step - 1
 
     def speaks(self, satellite: int, step: int) -> bool:

@@ -109,7 +109,7 @@ class Hearsay:
 
     def add_last_words(self, step: int, heard: dict[int, Words]) -> None:
         """Add what lost neighbours had announced for the step in which they were lost."""
-        for neighbour, command in self._view.last_words.items():
+        for neighbour, command in self._view.final_commands.items():
             if self._view.formation.lost_at.get(neighbour) == step and neighbour in self.neighbours:
                 heard.setdefault(neighbour, last_word(command, self._announces, self._stamps))
         self.by_step[step] = heard

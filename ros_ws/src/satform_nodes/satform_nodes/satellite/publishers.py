@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
-from satform_msgs.msg import Command, Estimate, ParameterChange, Ready, Tracking
+from satform_msgs.msg import Command, Estimate, NodeReady, ParameterChange, Tracking
 
 from satform.communication.messages import AnyAnnouncement, numbers
 from satform.communication.topic_graph import (
@@ -25,7 +25,7 @@ from satform.scenario import Scenario
 from satform_nodes.runtime.lifecycle import see_off
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.sim_time import Stamps
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.node_names import local_name
@@ -85,9 +85,9 @@ class SatelliteVoice:
             kind: node.create_publisher(
                 topics.TYPES[kind],
                 relative(self._channels[kind].topic),
-                topics.BY_RHYTHM[self._channels[kind].rhythm],
+                qos.BY_RHYTHM[self._channels[kind].rhythm],
             )
-            for kind in (announces, "command", "tracking", "estimate", "parameter_changes", "ready")
+            for kind in (announces, "command", "tracking", "estimate", "parameter_changes", "node_ready")
             if kind in self._channels
         }
         self._say_announcement = self._publishers[announces]
@@ -95,7 +95,7 @@ class SatelliteVoice:
         self._say_tracking = self._publishers["tracking"]
         self._say_estimate = self._publishers.get("estimate")
         self._say_change = self._publishers["parameter_changes"]
-        self._say_ready = self._publishers["ready"]
+        self._say_ready = self._publishers["node_ready"]
         self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
 
     def expect_listeners(self, company: Company, *, recorded: bool) -> None:
@@ -195,7 +195,7 @@ class SatelliteVoice:
             checkpoint: step of the checkpoint from which it would go on; -1 for none.
         """
         name = self._node.get_fully_qualified_name()
-        ready = Ready(node=name, step=step, checkpoint=checkpoint)
+        ready = NodeReady(node=name, step=step, checkpoint=checkpoint)
         ready.header.stamp.sec, ready.header.stamp.nanosec = self._stamps.at(step)
         ready.header.frame_id = topics.FRAME
         self._say_ready.publish(ready)

@@ -11,7 +11,7 @@ from satform.communication.topic_graph import PLANT, heard_by, satellite_channel
 from satform.scenario import Scenario
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.sim_time import Stamps
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.authorised_publishers import Speakers
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
@@ -74,7 +74,7 @@ class SatelliteEars:
         self._executor = executor
         self._refusals = refusals
         self._hearer = hearer
-        self._profile = topics.NEWEST if clocked else topics.STEPPED_READER
+        self._profile = qos.REALTIME if clocked else qos.LOCKSTEP_READER
         self._names = [satellite.name for satellite in scenario.satellites]
         self._announces = scenario.consensus.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
@@ -92,7 +92,7 @@ class SatelliteEars:
         for neighbour in scenario.possible_graph().neighbours(index):
             self.listen_to(neighbour)
         # Made last: whoever sees this subscription has seen all others of this satellite.
-        self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, "status", topics.LATCHED_READER)
+        self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, "status", qos.LATCHED_READER)
 
     def listen_to(self, neighbour: int) -> None:
         """Hear what a neighbour announces from now on."""

@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from satform_msgs.msg import Command
 
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.transport import topics
+from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
 
@@ -74,9 +74,9 @@ def _measure(count: int) -> RoundTrip:
         executor = StepExecutor(context=context)
         executor.add_node(node)
         returned: list[float] = []
-        publisher = node.create_publisher(Command, _PING, topics.STEPPED)
+        publisher = node.create_publisher(Command, _PING, qos.LOCKSTEP)
         subscription = executor.subscribe(
-            node, Command, _PONG, lambda _data, _number: returned.append(time.perf_counter()), topics.STEPPED
+            node, Command, _PONG, lambda _data, _number: returned.append(time.perf_counter()), qos.LOCKSTEP
         )
         both = _both_there(publisher.get_subscription_count, subscription.get_publisher_count)
         # The other side's first word says that it has found this one too.
@@ -108,9 +108,9 @@ def main() -> int:
     node = Node("pong")
     executor = StepExecutor()
     executor.add_node(node)
-    publisher = node.create_publisher(Command, _PONG, topics.STEPPED)
+    publisher = node.create_publisher(Command, _PONG, qos.LOCKSTEP)
     subscription = executor.subscribe(
-        node, Command, _PING, lambda data, _number: publisher.publish(data), topics.STEPPED
+        node, Command, _PING, lambda data, _number: publisher.publish(data), qos.LOCKSTEP
     )
     both = _both_there(publisher.get_subscription_count, subscription.get_publisher_count)
     if executor.spin_until(both, _TIMEOUT):

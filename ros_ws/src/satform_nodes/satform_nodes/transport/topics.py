@@ -1,11 +1,8 @@
-"""Type and QoS profile of every topic; publishers and subscribers: `satform.communication.topic_graph`."""
-
-from functools import partial
+"""Name and message type of every topic. QoS: `qos`; publishers and subscribers: `satform`'s `topic_graph`."""
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import (
     ArcLength,
@@ -13,10 +10,10 @@ from satform_msgs.msg import (
     Command,
     Estimate,
     FormationStatus,
+    NodeReady,
     ParameterChange,
     Propulsion,
-    Ready,
-    Recorded,
+    RecorderProgress,
     RelativeState,
     Tracking,
 )
@@ -36,80 +33,77 @@ SCALED_FRAME = f"{FRAME}_scaled"
 
 CLOCK = topic_graph.CLOCK
 STATUS = topic_graph.STATUS
-READY = topic_graph.READY
-RECORDED = topic_graph.RECORDED
+NODE_READY = topic_graph.NODE_READY
+RECORDER_PROGRESS = topic_graph.RECORDER_PROGRESS
 MARKERS = "/formation/markers"
 TF = topic_graph.TF
 
-RECORDER_WINDOW = 256
-"""Steps by which the plant may be ahead of the recorder."""
-
 
 def state(satellite: str) -> str:
-    """Topic on which the plant tells a satellite its own state, as its sensor gives it."""
+    """Topic on which the plant publishes a satellite's state to it, measured if it has a sensor."""
     return topic_graph.topic_name("state", satellite)
 
 
 def attitude(satellite: str) -> str:
-    """Topic on which the plant tells a satellite with attitude how it is turned."""
+    """Topic on which the plant publishes a satellite's attitude to that satellite."""
     return topic_graph.topic_name("attitude", satellite)
 
 
 def truth(satellite: str) -> str:
-    """Topic on which the plant shows where a satellite with a sensor really is."""
+    """Topic on which the plant publishes the true state of a satellite that has a sensor."""
     return topic_graph.topic_name("truth", satellite)
 
 
 def propulsion(satellite: str) -> str:
-    """Topic on which the plant shows what a satellite's thrusters made of its commands."""
+    """Topic on which the plant publishes a satellite's applied acceleration and propellant."""
     return topic_graph.topic_name("propulsion", satellite)
 
 
 def arc_length(satellite: str) -> str:
-    """Topic on which a satellite tells its neighbours its phase."""
+    """Topic on which a satellite publishes its phase to its out-neighbours."""
     return topic_graph.topic_name("arc_length", satellite)
 
 
 def motion(satellite: str) -> str:
-    """Topic on which a satellite tells its listeners where it is, where they share their motion."""
+    """Topic on which a satellite publishes its motion to its out-neighbours, if motion is shared."""
     return topic_graph.topic_name("motion", satellite)
 
 
 def command(satellite: str) -> str:
-    """Topic on which a satellite commands its thrusters."""
+    """Topic on which a satellite publishes the commands to its thrusters and wheels."""
     return topic_graph.topic_name("command", satellite)
 
 
 def tracking(satellite: str) -> str:
-    """Topic on which a satellite shows how well it follows its reference."""
+    """Topic on which a satellite publishes its reference and tracking error."""
     return topic_graph.topic_name("tracking", satellite)
 
 
 def estimate(satellite: str) -> str:
-    """Topic on which a satellite with a filter shows what it estimates, with the covariance."""
+    """Topic on which a satellite with a filter publishes its estimate and the covariance."""
     return topic_graph.topic_name("estimate", satellite)
 
 
 def parameter_changes(satellite: str) -> str:
-    """Topic on which a satellite says which gains changed at which step."""
+    """Topic on which a satellite publishes the changes of its parameters, each with its first step."""
     return topic_graph.topic_name("parameter_changes", satellite)
 
 
 def pose(satellite: str) -> str:
-    """Topic on which the display shows where a satellite is and how it is turned."""
+    """Topic on which the display publishes a satellite's position and attitude."""
     return topic_graph.topic_name("pose", satellite)
 
 
 def path(satellite: str) -> str:
-    """Topic on which the display shows where a satellite has been."""
+    """Topic on which the display publishes the positions of a satellite so far."""
     return topic_graph.topic_name("path", satellite)
 
 
 TYPES = {
     "clock": Clock,
     "status": FormationStatus,
-    "ready": Ready,
-    "recorded": Recorded,
+    "node_ready": NodeReady,
+    "recorder_progress": RecorderProgress,
     "state": RelativeState,
     "attitude": Attitude,
     "truth": RelativeState,
@@ -127,49 +121,3 @@ TYPES = {
     "tf": TFMessage,
 }
 """Message type of each topic by the last part of its name."""
-
-_PASSING = partial(
-    QoSProfile,
-    history=HistoryPolicy.KEEP_LAST,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-)
-"""For those who are there when something is said."""
-
-_KEPT = partial(_PASSING, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""For those who come later as well."""
-
-STEPPED = _PASSING(depth=2 * RECORDER_WINDOW)
-"""A message a step, as it is written. In lockstep nothing is lost: no reader falls behind by more than the
-depth, since the plant waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`;
-on the wall clock it waits for nobody. No more is kept than that: until a killed reader is given up, a writer
-holds for it what it has not acknowledged, and a reader that comes anew is led past all of that first, which
-takes longer the more there is."""
-
-STEPPED_READER = _PASSING(depth=64 * RECORDER_WINDOW)
-"""For those who need each of them: room for a stranger's flood on top, which would push out what is not
-taken yet."""
-
-NEWEST = _PASSING(depth=1)
-"""For those who read on the wall clock: what is out of date by the time it can be read is left out."""
-
-LATCHED = _KEPT(depth=64)
-"""Said now and then, and still heard by those who come later."""
-
-LATCHED_READER = _KEPT(depth=2048)
-"""The other end of it, with room: what is written by strangers in a burst is not to displace the rest."""
-
-BY_RHYTHM = {"states": STEPPED, "steps": STEPPED, "now and then": LATCHED}
-"""How plant and satellites say something, by the rhythm in which they do."""
-
-SEEN = QoSProfile(depth=10)
-"""For whoever looks on: reliable, and what is missed is missed."""
-
-GLANCED = _PASSING(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""For one who only looks on: the newest message, if it comes. No writer ever waits for such a reader."""
-
-TRANSFORMS = _PASSING(depth=100)
-"""As tf2's own broadcasters publish."""
-
-PICTURE = _KEPT(depth=1)
-"""The newest picture, also for those who come later."""
