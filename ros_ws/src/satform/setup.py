@@ -1,4 +1,4 @@
-"""Package description of `satform`, with the names under which a scenario finds its parts."""
+"""Package description of `satform`, with the entry points of what a scenario chooses by its kind."""
 
 from setuptools import find_packages, setup
 

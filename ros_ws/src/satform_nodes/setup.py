@@ -1,4 +1,4 @@
-"""Package description of `satform_nodes`, with the programs `ros2 run` finds in it."""
+"""Package description of `satform_nodes`, with the executables for `ros2 run`."""
 
 from setuptools import find_packages, setup
 
