@@ -13,11 +13,11 @@ import pytest
 
 from satform_setup import machine, workspace
 from satform_setup.command import ensure, finished
-from satform_setup.faults import SetupError, pip_fault
+from satform_setup.errors import SetupError, pip_fault
 from satform_setup.installer import asks_for_pip, wanted_requirements
 from satform_setup.layout import Layout, folder_digest, read_stamp, write_stamp
-from satform_setup.processes import end_leftovers
-from satform_setup.ros import WHEELS, WHEELS_MARK, check_python_of_ros, find_ros
+from satform_setup.logged_process import end_leftovers
+from satform_setup.ros_distribution import WHEELS, WHEELS_MARK, check_python_of_ros, find_ros
 from satform_setup.variables import applied, base_variables, shell_variables
 from satform_setup.virtual_environment import remove_venv, venv_fits, wanted_venv
 

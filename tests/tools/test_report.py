@@ -22,8 +22,8 @@ from satform_tools.report.page.thinning import extremes
 from satform_tools.report.plots import prediction
 from satform_tools.report.plots import style as plot_style
 from satform_tools.report.plots.style import Unit
-from satform_tools.report.summary import summarise
 from satform_tools.run import folders
+from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import find
 
 PNG = b"\x89PNG\r\n\x1a\n"

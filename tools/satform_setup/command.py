@@ -9,16 +9,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn
 
-from satform_setup.faults import SetupError, os_fault
+from satform_setup.errors import SetupError, os_fault
 from satform_setup.layout import Layout, read_stamp
-from satform_setup.ros import find_ros
+from satform_setup.ros_distribution import find_ros
 from satform_setup.variables import applied, shell_variables
 from satform_setup.virtual_environment import make_venv, remove_venv, venv_fits, wanted_venv, why_anew
 from satform_setup.workspace import build_workspace, remove_workspace, wanted_install
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from satform_setup.processes import Job
+    from satform_setup.logged_process import Job
 
 FAULT = 2  # exit code of a set-up that could not be finished
 INTERRUPTED = 130
@@ -117,7 +117,7 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
     Raises:
         SetupError: the set-up could not be finished.
     """
-    from satform_setup.processes import Job, end_leftovers  # noqa: PLC0415 - later starts do without
+    from satform_setup.logged_process import Job, end_leftovers  # noqa: PLC0415 - later starts do without
 
     _require_own_folder(layout)
     with layout.launcher.open("rb") as lock:
@@ -202,7 +202,7 @@ def _keep_bytecode(job: Job, stamp: dict[str, Any], *, everything: bool) -> None
         everything: whether the environment is new; else only the project's own modules are compiled, where
             they have changed.
     """
-    from satform_setup.processes import Progress, run_logged  # noqa: PLC0415 - later starts do without
+    from satform_setup.logged_process import Progress, run_logged  # noqa: PLC0415 - later starts do without
 
     variables = applied(stamp["variables"], shell_variables(job.ros, job.environment))
     variables.pop("PYTHONDONTWRITEBYTECODE", None)

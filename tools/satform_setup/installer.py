@@ -6,9 +6,9 @@ import platform
 import re
 from collections.abc import Mapping
 
-from satform_setup.faults import SetupError, pip_fault
-from satform_setup.processes import Job, Progress, run_logged
-from satform_setup.ros import WHEELS
+from satform_setup.errors import SetupError, pip_fault
+from satform_setup.logged_process import Job, Progress, run_logged
+from satform_setup.ros_distribution import WHEELS
 
 # Settings of pip that uv does not read: a mirror, a proxy, a folder of wheels instead of an index.
 _PIP_ROUTE = re.compile(r"(index-url|no-index|proxy|trusted-host|client-cert)='?[^'\s]")

@@ -11,8 +11,8 @@ import sysconfig
 from collections.abc import Mapping
 from pathlib import Path
 
-from satform_setup.faults import SetupError
-from satform_setup.ros import WHEELS, check_python_of_ros
+from satform_setup.errors import SetupError
+from satform_setup.ros_distribution import WHEELS, check_python_of_ros
 
 # brahe's wheel is the one that asks for the newest C library (manylinux_2_35).
 OLDEST_GLIBC = (2, 35)

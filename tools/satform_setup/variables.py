@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TypedDict
 
 from satform_setup.layout import Layout
-from satform_setup.ros import WHEELS, WHEELS_MARK
+from satform_setup.ros_distribution import WHEELS, WHEELS_MARK
 
 # Of another Python or another virtual environment.
 _FOREIGN_PYTHON = ("PYTHONHOME", "PYTHONUSERBASE", "PYTHONPLATLIBDIR", "PYTHONEXECUTABLE", "VIRTUAL_ENV")

@@ -8,14 +8,14 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from satform_setup.faults import SetupError
+from satform_setup.errors import SetupError
 from satform_setup.layout import Layout, digest, read_stamp, write_stamp
-from satform_setup.ros import WHEELS, WHEELS_MARK
+from satform_setup.ros_distribution import WHEELS, WHEELS_MARK
 from satform_setup.variables import shell_variables
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from satform_setup.processes import Job
+    from satform_setup.logged_process import Job
 
 
 def wanted_venv(layout: Layout, ros: str) -> dict[str, Any]:
@@ -67,7 +67,7 @@ def make_venv(job: Job) -> None:
         SetupError: venv or pip failed.
     """
     from satform_setup.installer import install_requirements  # noqa: PLC0415 - later starts do without
-    from satform_setup.processes import Progress, run_logged  # noqa: PLC0415
+    from satform_setup.logged_process import Progress, run_logged  # noqa: PLC0415
 
     layout = job.layout
     layout.venv.mkdir()

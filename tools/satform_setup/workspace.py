@@ -9,14 +9,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from satform_setup.faults import SetupError, last_lines
+from satform_setup.errors import SetupError, last_lines
 from satform_setup.layout import Layout, digest, folder_digest, read_stamp, write_stamp
-from satform_setup.ros import WHEELS
+from satform_setup.ros_distribution import WHEELS
 from satform_setup.variables import applied, base_variables, built_variables, shell_variables
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from satform_setup.processes import Job
+    from satform_setup.logged_process import Job
 
 # What a package is built from; what it needs only when it runs gives no reason to build it again.
 _BUILD_DEPENDENCIES = (
@@ -230,7 +230,7 @@ def _trusted_packages(layout: Layout, common: str) -> dict[str, str]:
 
 
 def _colcon(job: Job, names: list[str]) -> None:
-    from satform_setup.processes import Progress, run_logged  # noqa: PLC0415 - later starts do without
+    from satform_setup.logged_process import Progress, run_logged  # noqa: PLC0415 - later starts do without
 
     layout = job.layout
     variables = applied(base_variables(layout, job.ros), shell_variables(job.ros, job.environment))

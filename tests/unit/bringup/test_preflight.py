@@ -12,7 +12,7 @@ import pytest
 from satform_bringup.deployment import preflight
 from satform_bringup.deployment.preflight import PreflightError
 from satform_bringup.supervisor import process_server
-from satform_setup.faults import SetupError
+from satform_setup.errors import SetupError
 from satform_setup.machine import check_folder
 
 OF_A_SHELL = (

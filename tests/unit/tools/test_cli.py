@@ -22,7 +22,7 @@ from satform_bringup import SCENARIO_FILE
 from satform_tools import console
 from satform_tools.cli import main as cli
 from satform_tools.run import command as run_command
-from satform_tools.run import folders, ros
+from satform_tools.run import folders, ros_packages
 
 SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")
 NOT_PLAIN = re.compile("[\x1b─-╿]")
@@ -362,7 +362,7 @@ def test_without_ros_a_sentence_says_so_before_anything_is_started(
     def fail() -> None:
         raise AssertionError("started in spite of it")
 
-    monkeypatch.setattr(ros, "find_spec", lambda name: None if name == missing else object())
+    monkeypatch.setattr(ros_packages, "find_spec", lambda name: None if name == missing else object())
     monkeypatch.setattr("satform_bringup.supervisor.process_server.prepare", fail)
     assert run_lockstep(tmp_path / "run") == EXIT_BAD_INPUT == 2
     assert f"ROS 2 is not in this environment (there is no {missing})" in capsys.readouterr().err

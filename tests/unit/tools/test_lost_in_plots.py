@@ -16,7 +16,7 @@ from satform.scenario import Scenario
 from satform_tools.report.plots import prediction
 from satform_tools.report.plots.figures import draw
 from satform_tools.report.plots.style import thinned
-from satform_tools.report.summary import summarise
+from satform_tools.run.flight_summary import summarise
 
 LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 5.0}
 

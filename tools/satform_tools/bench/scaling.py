@@ -9,6 +9,7 @@ from pathlib import Path
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario, parse_scenario
 from satform_tools.bench.processor import ProcessorClock
+from satform_tools.run.round_trip import median_round_trip
 
 _RING = """
 name: ring
@@ -119,7 +120,7 @@ def over_dds(
     from satform_bringup.supervisor.run import fly  # noqa: PLC0415
     from satform_nodes.transport.executor import STOCK  # noqa: PLC0415
 
-    trip = ping_pong_median(round_trips) if round_trips else math.nan
+    trip = median_round_trip(round_trips) if round_trips else math.nan
     flown = scenario or ring(count, steps)
     clock = ProcessorClock()
     with tempfile.TemporaryDirectory() as folder:
@@ -146,20 +147,6 @@ def over_dds(
         edges=int(flown.communication_graph().adjacency.astype(bool).sum()),
         round_trip=trip,
     )
-
-
-def ping_pong_median(count: int) -> float:
-    """Median of bare round trips between two processes that talk as those of a flight do, s.
-
-    Raises:
-        RuntimeError: there is no free domain, or the other process does not answer.
-    """
-    from satform_bringup.deployment.domain import on_domain, own_domain  # noqa: PLC0415
-    from satform_bringup.deployment.local_discovery import as_in_a_run  # noqa: PLC0415
-    from satform_nodes.transport import round_trip  # noqa: PLC0415
-
-    with own_domain() as domain, on_domain(domain), as_in_a_run():
-        return round_trip.measure(count).median
 
 
 def in_process(count: int) -> InProcess:

@@ -11,6 +11,7 @@ from satform.scenario import Scenario, load_scenario
 from satform_tools.bench import scaling, startup
 from satform_tools.bench.figures import Figure, numpy_loop, repeated
 from satform_tools.bench.flight_software import step_cost
+from satform_tools.run.round_trip import median_round_trip
 
 NUMPY_LOOP = "numpy loop"
 ROUND_TRIP = "round trip"
@@ -33,7 +34,7 @@ def round_trip(repetitions: int) -> list[Figure]:
             ROUND_TRIP,
             NUMPY_LOOP,
             numpy_loop,
-            lambda: scaling.ping_pong_median(_ROUND_TRIPS),
+            lambda: median_round_trip(_ROUND_TRIPS),
             repetitions,
         )
     ]

@@ -215,9 +215,9 @@ def compare(
 def _over_dds() -> Iterator[None]:
     """Require ROS, and turn a failed flight into an error sentence."""
     from satform_tools.errors import CommandError
-    from satform_tools.run import ros
+    from satform_tools.run import ros_packages
 
-    ros.require()
+    ros_packages.require()
     try:
         yield
     except RuntimeError as error:

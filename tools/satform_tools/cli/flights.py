@@ -132,6 +132,10 @@ def run(
         namespace=names.namespace(namespace),
     )
     result = run_command.run(flown, mode.value, record=record, out=out, options=options)
+    if profile:
+        from satform_tools.report import profile as flight_profile
+
+        flight_profile.write(result.folder)
     if json:
         console.as_json(result.data())
     else:
@@ -145,9 +149,9 @@ def _prepare_dds(*, secured: bool) -> None:
     Raises:
         CommandError: a flight cannot work here.
     """
-    from satform_tools.run import ros
+    from satform_tools.run import ros_packages
 
-    ros.require()
+    ros_packages.require()
     from satform_bringup.deployment import preflight
     from satform_bringup.supervisor import process_server
 
@@ -187,9 +191,9 @@ def rejoin(
     satellite: Annotated[str, typer.Argument(help="Name of the lost satellite.")],
 ) -> None:
     """Restart a lost satellite of a running flight; prints the step from which it takes part."""
-    from satform_tools.run import ros
+    from satform_tools.run import ros_packages
 
-    ros.require()
+    ros_packages.require()
     from satform_bringup.supervisor.rejoin import RejoinError
     from satform_bringup.supervisor.rejoin import rejoin as start_again
 

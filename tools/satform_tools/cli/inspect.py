@@ -112,9 +112,9 @@ def _observing(command: Callable[..., int | None]) -> Callable[..., None]:
 @contextmanager
 def _observer(domain: int | None, namespace: str | None, timeout: float) -> Iterator["Looker"]:
     from satform_tools.cli import names
-    from satform_tools.run import ros
+    from satform_tools.run import ros_packages
 
-    ros.require()
+    ros_packages.require()
     from satform_tools.inspect import observer_node, target_domain
 
     space = None if namespace is None else names.namespace(namespace)

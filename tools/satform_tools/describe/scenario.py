@@ -15,14 +15,13 @@ from satform.flight.satellite import flight_plan
 from satform.orbits.path_reference import SteadyMotion
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
-from satform_tools import console
+from satform_tools import console, truncated
 from satform_tools.check import warnings
 from satform_tools.check.consensus import margin
 from satform_tools.check.disturbances import describe_schedule
 from satform_tools.check.reference_motion import steady_motions
 from satform_tools.console import Table
 from satform_tools.describe import orbit as describe_orbit
-from satform_tools.inspect import abridged
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
 """Fields of an expectation that say what is allowed."""
@@ -50,7 +49,7 @@ def show(scenario: Scenario, *, as_json: bool) -> None:
     _print_disturbances(data)
     _print_processes(data)
     _print_expectations(data["expectations"])
-    abridged.lines([f"warning: {warning}" for warning in data["warnings"]])
+    truncated.lines([f"warning: {warning}" for warning in data["warnings"]])
 
 
 def describe(scenario: Scenario) -> dict[str, Any]:
@@ -237,12 +236,12 @@ def _print_satellites(satellites: list[dict[str, Any]]) -> None:
         )
         for entry in satellites
     ]
-    abridged.table(Table(headings, rows, frozenset(range(2, len(headings)))))
+    truncated.table(Table(headings, rows, frozenset(range(2, len(headings)))))
     console.line()
     gains: dict[str, list[str]] = {}
     for entry in satellites:
         gains.setdefault(_words(entry["controller"]), []).append(entry["name"])
-    abridged.lines([f"controller of {abridged.names(names)}: {words}" for words, names in gains.items()])
+    truncated.lines([f"controller of {truncated.names(names)}: {words}" for words, names in gains.items()])
     console.line()
 
 
@@ -253,7 +252,7 @@ def _print_graph(data: dict[str, Any]) -> None:
     )
     console.line(f"graph: {graph['kind']} ({kind})")
     hears = graph["hears"].items()
-    abridged.lines([f"  {name} hears {abridged.names(heard) or 'nobody'}" for name, heard in hears])
+    truncated.lines([f"  {name} hears {truncated.names(heard) or 'nobody'}" for name, heard in hears])
     if "tracking_gain" in consensus:
         _print_robustness(graph)
     worked_out = {"modal_roots", "delay_margin", "stable_for_any_delay"}
@@ -263,7 +262,7 @@ def _print_graph(data: dict[str, Any]) -> None:
         (_number(value), ", ".join(_number(root) for root in roots))
         for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"] or repeat([]), strict=False)
     ]
-    abridged.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
+    truncated.table(Table(("Laplacian eigenvalue", "modal roots [1/s]"), rows))
     if consensus["stable_for_any_delay"]:
         console.line(
             f"delay margin with {consensus['neighbour_values']}: stable for any delay of the messages"
@@ -279,14 +278,14 @@ def _print_loops(loops: list[dict[str, Any]]) -> None:
     rows = [
         (
             loop["kind"],
-            abridged.names(loop["satellites"]),
+            truncated.names(loop["satellites"]),
             loop["words"],
             "not analysed" if loop["radius"] is None else f"{loop['radius']:.6g}",
         )
         for loop in loops
     ]
     if rows:
-        abridged.table(Table(("loop", "of", "what", "spectral radius a step"), rows, frozenset({3})))
+        truncated.table(Table(("loop", "of", "what", "spectral radius a step"), rows, frozenset({3})))
         console.line()
 
 
@@ -315,8 +314,8 @@ def _print_disturbances(data: dict[str, Any]) -> None:
     )
     if links is not None:
         console.line(f"links: {_link_words(links['default'])}")
-        abridged.lines([_edge_words(edge) for edge in links["edges"]])
-    abridged.lines([_fault_words(fault) for fault in faults])
+        truncated.lines([_edge_words(edge) for edge in links["edges"]])
+    truncated.lines([_fault_words(fault) for fault in faults])
     if period is not None:
         console.line(f"checkpoints: every {period:g} s")
     if data["tolerated_losses"]:
@@ -333,7 +332,7 @@ def _print_disturbances(data: dict[str, Any]) -> None:
             for entry in schedule
         ]
         headings = ("from [s]", "because", "flying", "links", "lambda_2 of those who fly")
-        abridged.table(Table(headings, rows, frozenset({0, 2, 3})))
+        truncated.table(Table(headings, rows, frozenset({0, 2, 3})))
     if links is not None or schedule or faults or period is not None:
         console.line()
 
@@ -356,9 +355,9 @@ def _link_words(fields: dict[str, Any]) -> str:
 
 def _print_processes(data: dict[str, Any]) -> None:
     listed = [f"{process['node']} ({process['executable']})" for process in data["processes"]]
-    console.line(f"processes: {abridged.names(listed)}")
-    rows = [(topic["topic"], topic["from"], abridged.names(topic["to"])) for topic in data["topics"]]
-    abridged.table(Table(("topic", "from", "to, besides the recorder"), rows))
+    console.line(f"processes: {truncated.names(listed)}")
+    rows = [(topic["topic"], topic["from"], truncated.names(topic["to"])) for topic in data["topics"]]
+    truncated.table(Table(("topic", "from", "to, besides the recorder"), rows))
     console.line()
 
 
@@ -374,7 +373,7 @@ def _print_expectations(expectations: list[dict[str, Any]]) -> None:
         )
         for entry in expectations
     ]
-    abridged.table(Table(("expectation", "unit", "allowed", "where it comes from"), rows))
+    truncated.table(Table(("expectation", "unit", "allowed", "where it comes from"), rows))
 
 
 def _words(fields: dict[str, Any]) -> str:

@@ -26,7 +26,7 @@ from satform_nodes.transport import topics
 from satform_nodes.transport.node_names import local_name
 from satform_tools.errors import CommandError
 from satform_tools.inspect import target_domain
-from satform_tools.inspect.discovered import Ends, Graph, is_whole
+from satform_tools.inspect.discovered_graph import Ends, Graph, is_whole
 
 _LOOK = 0.05
 """Wall-clock time between two looks at what is awaited, s."""

@@ -13,7 +13,7 @@ from satform_tools.errors import CommandError, sentence_of
 from satform_tools.report import exports, tables
 from satform_tools.report.comparison import Comparison, compare
 from satform_tools.report.formats import Format
-from satform_tools.report.summary import summarise
+from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import Kept, find
 
 PAGE = "report.html"

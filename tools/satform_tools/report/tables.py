@@ -8,8 +8,8 @@ from satform.evaluation.conclusion import conclusion_of
 from satform.scenario.expectation import Verdict
 from satform_tools import console
 from satform_tools.console import Table, number
-from satform_tools.report.summary import Summary
 from satform_tools.run import progress
+from satform_tools.run.flight_summary import Summary
 from satform_tools.run.run_result import Outcome, Speed
 
 _PASS, _MISS, _NOTE = "green", "bold red", "yellow"

@@ -9,11 +9,8 @@ from typing import Any
 
 from satform_tools import console
 
-FOLDER = "trace"
-"""In a run's folder: the marks of each process."""
-
 FILE = "trace.json"
-"""In a run's folder: all of them in Chrome's trace format, which ui.perfetto.dev opens."""
+"""In a run's folder: the traces of all processes in Chrome's format, which ui.perfetto.dev opens."""
 
 _PLANT = "plant"
 _COMMAND = "/command"

@@ -15,10 +15,13 @@ from satform_bringup.supervisor.flight import Flight, Policy
 from satform_nodes.runtime.signals import StopRequest
 from satform_tools import console
 from satform_tools.errors import CommandError, sentence_of
-from satform_tools.report import trace as flight_trace
-from satform_tools.report.summary import Summary, summarise
-from satform_tools.run import folders, host_part, progress, ros
+from satform_tools.run import folders, host_part, progress, ros_packages
+from satform_tools.run.flight_summary import Summary, summarise
+from satform_tools.run.round_trip import median_round_trip
 from satform_tools.run.run_result import Mode, Outcome, Speed
+
+_ROUND_TRIPS = 3000
+"""Bare round trips that are measured."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +83,6 @@ def run(
             outcome = _over_dds(scenario, folder, record=record, options=options, host=part)
         if part is not None:
             outcome = host_part.told(outcome, part)
-        if options.profile:
-            _join_trace(folder)
     except OSError as error:
         raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
     return _kept(outcome)
@@ -170,40 +171,18 @@ def _keep_record(flight: FlightRecord, folder: Path) -> str:
 
 
 def _tracing(folder: Path) -> dict[str, str]:
-    """What makes every process of a run leave its marks."""
+    """The environment variable with which every process of a run writes its trace."""
     from satform_nodes.runtime import trace  # noqa: PLC0415 - in-process runs do without
 
-    marks = folder / flight_trace.FOLDER
-    marks.mkdir()
-    return {trace.FOLDER: str(marks.absolute())}
-
-
-def _join_trace(folder: Path) -> None:
-    spans = flight_trace.spans(folder / flight_trace.FOLDER)
-    flight_trace.write(spans, folder / flight_trace.FILE)
-    parts = flight_trace.parts(spans)
-    if not parts:
-        console.note(
-            f"{folder / flight_trace.FILE} opens in ui.perfetto.dev; parts of a step are given only where "
-            "every satellite has a process of its own and said each command once"
-        )
-        return
-    from satform_tools.report.plots import trace as trace_plot  # noqa: PLC0415 - slow to import
-
-    trace_plot.draw(spans, folder / trace_plot.FILE)
-    for part in parts:
-        console.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
-    total = sum(part.seconds for part in parts)
-    console.note(
-        f"{1e6 * total:8.0f} us  of a step, median; {folder / flight_trace.FILE} opens in ui.perfetto.dev, "
-        f"and {trace_plot.FILE} beside it shows a few steps"
-    )
+    traces = folder / folders.TRACE
+    traces.mkdir()
+    return {trace.FOLDER: str(traces.absolute())}
 
 
 def _over_dds(
     scenario: Scenario, folder: Path, *, record: bool, options: RunOptions, host: HostSpec | None
 ) -> Outcome:
-    ros.require()
+    ros_packages.require()
     from satform_bringup.supervisor.run import fly  # noqa: PLC0415 - in-process runs do without
 
     policy = Policy(options.restart, options.continue_without_recorder, options.rate)
@@ -231,7 +210,7 @@ def _over_dds(
         start_seconds=flight.start_seconds,
         plant_seconds=flight.plant_seconds,
         satellite_seconds=flight.satellite_seconds,
-        ping_pong_seconds=_ping_pong() if options.measure_round_trip and not flight.stopped else None,
+        ping_pong_seconds=_round_trip() if options.measure_round_trip and not flight.stopped else None,
     )
     reason = flight.reason or "; ".join(flight.missed)
     broken = bool(flight.stopped or reason)
@@ -310,12 +289,10 @@ def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ..
     return tuple(evaluate(scenario, flight)), summarise(flight) if flight.steps else None
 
 
-def _ping_pong() -> float | None:
-    """Median time in s of a bare message there and back between two processes; None where it fails."""
-    from satform_tools.bench.scaling import ping_pong_median  # noqa: PLC0415 - in-process runs do without
-
+def _round_trip() -> float | None:
+    """Median time of a bare round trip between two processes, s; None where it fails."""
     try:
-        return ping_pong_median(3000)
+        return median_round_trip(_ROUND_TRIPS)
     except RuntimeError as error:
-        console.note(f"the bare message exchange was not measured: {error}")
+        console.note(f"the bare round trip was not measured: {error}")
         return None

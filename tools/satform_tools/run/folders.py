@@ -1,4 +1,4 @@
-"""Where a run is kept: its folder, and the record of a run that has no bag."""
+"""The folder of a run, and the record of an in-process run as a numpy archive."""
 
 import json
 import os
@@ -15,6 +15,7 @@ from satform_tools.errors import CommandError, sentence_of
 
 RECORD = "record.npz"
 RESULT = "result.json"
+TRACE = "trace"
 
 MOST_BYTES = 100_000_000
 """Size of the largest file of JSON that is read; that of 10 000 satellites has some megabytes."""

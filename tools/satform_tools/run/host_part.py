@@ -6,7 +6,7 @@ from satform.scenario import Scenario
 from satform.scenario.deployment import HostSpec
 from satform_tools import console
 from satform_tools.errors import CommandError
-from satform_tools.run import ros
+from satform_tools.run import ros_packages
 from satform_tools.run.run_result import Mode, Outcome
 
 _ONE_MACHINE: dict[Mode, str] = {
@@ -33,7 +33,7 @@ def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec
     """
     if mode != "lockstep":
         raise CommandError(f"--host {name} is for lockstep: {_ONE_MACHINE[mode]}")
-    ros.require()
+    ros_packages.require()
     from satform_bringup.deployment import multi_host_discovery  # noqa: PLC0415 - in-process runs do without
     from satform_bringup.deployment.domain import DomainError  # noqa: PLC0415
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from satform_bringup import BAG_FOLDER
 from satform_tools import console
 from satform_tools.errors import CommandError, sentence_of
-from satform_tools.run import ros
+from satform_tools.run import ros_packages
 
 if TYPE_CHECKING:
     from satform_nodes.bag.reader import Bag
@@ -80,7 +80,7 @@ def recover(run: Path, out: Path | None, *, as_json: bool) -> None:
     Raises:
         CommandError: there is no such bag, nothing of it can be read, or the new one cannot be written.
     """
-    ros.require()
+    ros_packages.require()
     from satform_nodes.bag.reader import BagError  # noqa: PLC0415 - needs ROS
     from satform_nodes.bag.recovery import is_whole  # noqa: PLC0415
     from satform_nodes.bag.recovery import recover as written  # noqa: PLC0415

@@ -15,7 +15,7 @@ from satform.scenario import Scenario, Timing
 from satform_bringup import BAG_FOLDER
 from satform_tools import console
 from satform_tools.errors import CommandError
-from satform_tools.run import ros
+from satform_tools.run import ros_packages
 
 _SAID = (
     "acceleration",
@@ -66,7 +66,7 @@ def replay(path: Path, *, as_json: bool) -> int:
     Raises:
         CommandError: there is no such bag, or it cannot be flown again.
     """
-    ros.require()
+    ros_packages.require()
     from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
 
     folder = path / BAG_FOLDER if (path / BAG_FOLDER).is_dir() else path

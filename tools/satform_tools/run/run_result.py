@@ -13,7 +13,7 @@ from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform.scenario.expectation import Verdict
 from satform_tools.console import to_json
-from satform_tools.report.summary import Summary
+from satform_tools.run.flight_summary import Summary
 
 Mode = Literal["lockstep", "inprocess", "realtime"]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from satform.scenario import Scenario
 from satform_tools import console
 from satform_tools.console import Table
-from satform_tools.run import ros
+from satform_tools.run import ros_packages
 from satform_tools.security.access import OPERATOR
 from satform_tools.security.documents import ANY_DOMAIN
 from satform_tools.security.keystore import POLICIES, make
@@ -24,7 +24,7 @@ def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, 
     Raises:
         CommandError: ROS is missing, or the keystore cannot be made.
     """
-    ros.require()
+    ros_packages.require()
     folder = (out or Path("keystores") / scenario.name).absolute()
     granted = make(scenario, folder, days, ANY_DOMAIN if domain is None else (domain, domain))
     if as_json:

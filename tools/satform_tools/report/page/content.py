@@ -16,7 +16,7 @@ from satform_tools.console import number
 from satform_tools.report.comparison import Comparison, Expected
 from satform_tools.report.event_log import Happening
 from satform_tools.report.plots.style import time_unit
-from satform_tools.report.summary import Summary
+from satform_tools.run.flight_summary import Summary
 from satform_tools.run.run_result import versions
 from satform_tools.run.stored_run import Kept
 

@@ -21,7 +21,7 @@ from satform_tools.report.page import content
 from satform_tools.report.page.charts import Chart, Dash, Drawer, Line, charts, graph_charts
 from satform_tools.report.page.view3d import Space, box, space
 from satform_tools.report.plots.style import Unit, length_unit, time_unit
-from satform_tools.report.summary import summarise
+from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import Kept
 
 _PARTS = Path(__file__).parent

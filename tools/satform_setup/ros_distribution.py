@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from satform_setup.faults import SetupError
+from satform_setup.errors import SetupError
 
 WHEELS = "wheels"
 

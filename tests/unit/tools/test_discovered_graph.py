@@ -6,7 +6,7 @@ import pytest
 from satform_msgs.msg import FormationStatus
 
 from satform_nodes.transport.node_names import UNKNOWN_NODE
-from satform_tools.inspect.discovered import Ends, Graph, is_whole
+from satform_tools.inspect.discovered_graph import Ends, Graph, is_whole
 
 STATUS = FormationStatus(satellites=["a", "b"], alive=[True, True], listeners=[1], speakers=[0])
 """Two satellites, of which the second hears the first."""
