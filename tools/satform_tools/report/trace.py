@@ -116,10 +116,10 @@ def parts(found: list[Span]) -> list[Part]:
     if len(rows) < 3:
         return []
     labels = (
-        "plant: takes the last command, moves all satellites, says their states",
-        "on the way: last state until the slowest satellite begins",
-        "satellite: acts, says its command, its phase and its tracking",
-        "on the way: until the plant takes the last command",
+        "plant: takes the last command, propagates all satellites, publishes their states",
+        "transport: last state until the slowest satellite begins",
+        "satellite: computes, publishes its command, its phase and its tracking",
+        "transport: until the plant takes the last command",
     )
     columns = zip(labels, zip(*rows, strict=True), strict=True)
     return [Part(name, statistics.median(values) * 1e-9) for name, values in columns]
