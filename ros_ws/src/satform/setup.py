@@ -4,7 +4,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="satform",
-    version="0.1.0",
+    version="0.2.0",
     packages=find_packages(include=["satform", "satform.*"]),
     package_data={"satform": ["py.typed"]},
     data_files=[

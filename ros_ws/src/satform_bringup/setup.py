@@ -6,7 +6,7 @@ from setuptools import find_packages, setup
 
 setup(
     name="satform_bringup",
-    version="0.1.0",
+    version="0.2.0",
     packages=find_packages(include=["satform_bringup", "satform_bringup.*"]),
     package_data={"satform_bringup": ["py.typed"]},
     data_files=[

@@ -6,7 +6,7 @@ PROGRAMS = ("plant", "satellite", "group", "recorder", "display")
 
 setup(
     name="satform_nodes",
-    version="0.1.0",
+    version="0.2.0",
     packages=find_packages(include=["satform_nodes", "satform_nodes.*"]),
     package_data={"satform_nodes": ["py.typed"]},
     data_files=[

@@ -1,3 +1,3 @@
 """Satellite formations without ROS: dynamics, control, consensus, scenarios, the in-process run."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
