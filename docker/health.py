@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Health check of a container: healthy while a process in it listens for DDS discovery.
 
 Every DDS participant binds a UDP port that follows from its domain and participant number, also while it

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 # satform on the Jazzy wheels: no ROS installation. From the project's folder:
 #   docker build --file docker/wheels.Dockerfile --tag satform:wheels .
 

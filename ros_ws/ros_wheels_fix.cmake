@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 # Given to CMake as CMAKE_PROJECT_INCLUDE when ROS comes from the PyPI wheels.
 #
 # The wheels were built in a container whose Python stood under /opt/python, and their exported targets still name its

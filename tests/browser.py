@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A headless Chromium, driven through its DevTools pipe: nothing but the browser itself is needed."""
 
 import base64

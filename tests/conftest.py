@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How every test is run: examples are the same in every run, and none fails because the machine is busy."""
 
 from hypothesis import settings

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A table of Earth orientation parameters for the tests that need one."""
 
 

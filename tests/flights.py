@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The shipped scenarios, for the tests that fly them."""
 
 import functools

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flights over DDS for the tests that break them: how to fly, whom to kill, and what to compare with."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Several machines on one: network namespaces and a switch, with cables to cut and packets to lose."""
 
 import os

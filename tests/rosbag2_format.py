@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """rosbag2's own rules for `metadata.yaml` of version 9, field by field, as ROS 2 Jazzy decodes it.
 
 Written from the decoders of rosbag2, branch jazzy: `rosbag2_storage/include/rosbag2_storage/yaml.hpp` for the

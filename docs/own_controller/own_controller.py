@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A control law with a spring and a damper between the satellite and its reference."""
 
 from dataclasses import dataclass

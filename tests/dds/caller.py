@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A hostile caller: requests of every kind to every service of some nodes, well-formed or not.
 
 usage: caller.py SEED NODE...; it prints a line when it has found all nodes, and ends with its parent.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the tests that fly real nodes share: a domain of their own, and flights that are always ended."""
 
 import os

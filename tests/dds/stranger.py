@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A hostile node: anything that can be written on the topics of a formation, at full speed, until killed."""
 
 import random

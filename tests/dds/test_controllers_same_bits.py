@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every scenario of the control laws, shortened, is the same flight over DDS as in process, bit for bit."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The display shows what flies, and the flight does not notice that it is there, or no longer there."""
 
 import os

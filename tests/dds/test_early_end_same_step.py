@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight that diverges ends over DDS at the step at which it ends in one process, and says the same."""
 
 import subprocess

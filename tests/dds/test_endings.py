@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """However a flight ends, nothing is left behind and the bag opens."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The executor's two ways to wait, and what it looks at now and then."""
 
 from collections.abc import Callable

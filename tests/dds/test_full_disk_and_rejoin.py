@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A disk without room ends a flight by its name and step; a satellite that flies cannot be started again."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The communication graph of a flight can be read from its topics, and is the adjacency matrix."""
 
 import time

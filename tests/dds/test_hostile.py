@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A stranger on the network says all it can on every topic of a flight, and does not change a bit of it."""
 
 import subprocess

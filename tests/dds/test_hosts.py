@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A formation on several hosts: the same flight, whatever its cables do short of parting it."""
 
 import re

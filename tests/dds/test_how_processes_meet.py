@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Processes of a run talk on the loopback interface alone; with lean nodes, as of many, they fly the same."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Processes killed or stopped at any moment: no flight hangs, no bag is broken, all is on record."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Someone who looks into a flight sees what is there, changes nothing, and is not taken for a satellite."""
 
 import csv

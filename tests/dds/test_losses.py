@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a scenario plans to go wrong goes wrong over DDS as it does in one process, bit for bit."""
 
 from pathlib import Path

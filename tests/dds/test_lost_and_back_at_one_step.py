@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A satellite that is lost and rejoins at one step: over DDS the flight has the bits of one process."""
 
 import os

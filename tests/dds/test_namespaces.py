@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A pushed namespace moves nodes and topics: two formations fly in one domain, each by itself."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The template of a user's own controller installs and flies, without a change to this project."""
 
 import os

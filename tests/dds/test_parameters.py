@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Gains can be read and changed in flight, and a change takes effect at a numbered step."""
 
 import re

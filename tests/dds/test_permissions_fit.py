@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Signed permissions fit the nodes as they fly: nothing that they need is denied, nothing more is allowed."""
 
 import time

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flights on the wall clock, flown once more from their bags, and satellites brought back by hand."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A report as its reader sees it: in a real browser, wide and narrow, light and dark."""
 
 import dataclasses

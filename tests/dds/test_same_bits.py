@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Lockstep over DDS and the in-process run are the same flight, to the last bit."""
 
 from pathlib import Path

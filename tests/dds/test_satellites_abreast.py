@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Satellites that share a process act in one step over arrays, and nobody can tell from the numbers."""
 
 from pathlib import Path

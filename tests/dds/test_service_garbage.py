@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Requests of every kind to every service of a flight end no node and change no bit of it."""
 
 import os

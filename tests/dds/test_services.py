@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What anyone may ask of a formation in flight acts at the step that the reply names, and is on record."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flights that nobody records, and flights beside each other, are the flights that they are alone."""
 
 import os

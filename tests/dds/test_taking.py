@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A message is taken together with the identity of its writer, which is that of the graph."""
 
 import time

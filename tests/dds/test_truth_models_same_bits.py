@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every truth model, thruster, sensor and filter flies over DDS as it does in one process, bit for bit."""
 
 import shutil

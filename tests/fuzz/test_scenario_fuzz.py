@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Anything at all as a scenario: the loader answers with a scenario or sentences, soon, in little memory.
 
 What it accepts is then shown and advised on, which has to succeed too. Some two hundred examples, always

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Delay, loss and rare messages flown by whole satellites over links, against an independent computation."""
 
 from typing import Any

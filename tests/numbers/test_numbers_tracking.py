@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """One satellite on its ellipse: what sampling, chatter and boundary layer leave of the error, in figures.
 
 The figures were computed by an independent implementation of the same flight: an ellipse of 200 x 100 km

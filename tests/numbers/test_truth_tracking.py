@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Sliding-mode tracking under two-body motion and oblateness, against independently computed figures."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Arguments that ROS itself does not understand end a node with a sentence, as bad input."""
 
 import subprocess

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The executables of the nodes: their help, and Ctrl-C while they are still importing."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The first use of a fresh clone, killed half-way and repeated; needs the network and a minute or two."""
 
 import json

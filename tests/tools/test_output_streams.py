@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Commands whose output is closed, full or not read to its end, and machines that refuse them things."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Plans of approaches and patrols as the command line gives them."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The report of a flight: the record behind it, its figures and its pictures."""
 
 import csv

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Being asked to stop: by which signals, whatever the parent ignores, and what comes of it."""
 
 import os

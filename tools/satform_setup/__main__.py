@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Entry of `tools/satform`, run by path with an isolated Python."""
 
 import sys

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Decides at each start whether there is something to set up, does it, and starts the program."""
 
 from __future__ import annotations

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What can go wrong in a set-up, said in one sentence to the person who can mend it."""
 
 from __future__ import annotations

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Installs the pinned packages: with uv for its speed, with pip where only pip knows the way to them."""
 
 from __future__ import annotations

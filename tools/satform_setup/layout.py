@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Where the set-up keeps what it makes, and how it marks it as finished."""
 
 from __future__ import annotations

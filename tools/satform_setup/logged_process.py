@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Runs pip and colcon: their output into the log, their progress on the screen, their end with ours."""
 
 from __future__ import annotations

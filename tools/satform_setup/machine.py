@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a machine must have before anything is installed."""
 
 from __future__ import annotations

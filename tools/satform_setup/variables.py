@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The variables of the programs that run in the environment, and the wheels' traps about them."""
 
 from __future__ import annotations

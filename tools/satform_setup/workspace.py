@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Builds the ROS workspace: all of it at first, later only what has changed."""
 
 from __future__ import annotations

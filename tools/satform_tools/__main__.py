@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Starts the command line; `tools/satform` runs this in the right environment."""
 
 import sys

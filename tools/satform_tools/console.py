@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How commands speak: tables and lines, coloured on a terminal, plain text elsewhere, JSON for machines."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What goes wrong in a command, as sentences for the person who typed it."""
 
 import errno

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Standard output and error as they may come: closed, full, or read by someone who has seen enough.
 
 A reader who goes away, as `head` does, ends nothing: what is left to print is dropped, and the command ends

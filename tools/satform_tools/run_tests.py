@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The whole test command: code checks, types, tests; plain calls of ruff, mypy and pytest."""
 
 import os

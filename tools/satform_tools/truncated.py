@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Long lists as people read them: all of a short one, the beginning of a long one and how many there are."""
 
 from collections.abc import Sequence

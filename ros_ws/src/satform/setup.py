@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Package description of `satform`, with the entry points of what a scenario chooses by its kind."""
 
 from setuptools import find_packages, setup

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Package description of `satform_bringup`, with its launch files."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Package description of `satform_nodes`, with the executables for `ros2 run`."""
 
 from setuptools import find_packages, setup

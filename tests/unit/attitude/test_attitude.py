@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Attitude of a gyrostat that points at a place on the ground and turns its panels to the sun.
 
 The flight follows Long & Hall, whose altitude (279.24 km), target (Cape Canaveral) and settling time

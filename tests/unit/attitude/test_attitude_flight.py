@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Attitude in flight: wheels with limits, pointing at another satellite, and what a scenario may ask for."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Pointing where it is singular: along the sun, at the own position, at the end of the panels' reach."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The launch file starts what `satform run` starts; with ROS 2's own launch where that is installed."""
 
 import importlib.util

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The layouts that are shipped name topics and message fields that exist, with what RViz needs to match."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What killed processes have left in shared memory is taken away, and nothing else."""
 
 import fcntl

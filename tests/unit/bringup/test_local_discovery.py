@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Processes find each other on this machine, however many they are, as far as it can be."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Which processes fly a scenario, what they are told, and the domain that they are given."""
 
 import os

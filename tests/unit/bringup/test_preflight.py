@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A start that cannot work is named before any process starts; what a flight does without is taken away."""
 
 import os

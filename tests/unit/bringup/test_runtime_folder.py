@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Files of runs are the user's own: nobody else can redirect, read or empty them; domains are all users'."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Degrees where radians are asked: as text with the unit, in every field whose description asks for rad."""
 
 import json

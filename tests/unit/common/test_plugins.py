@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Parts from another package: found through entry points, flown by name; a bad one is named in a sentence."""
 
 import json

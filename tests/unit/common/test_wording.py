@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What people read is no longer than what they can read."""
 
 from satform.common.wording import listed

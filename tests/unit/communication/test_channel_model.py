@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Links that lose, delay, repeat and reorder: against counts, and against a queue written out by hand."""
 
 from typing import Any

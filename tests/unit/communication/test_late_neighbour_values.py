@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a satellite does with a neighbour's value that is late, and with one that it never received."""
 
 import functools

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a satellite knows of its neighbours: kept until something newer comes, counted until it is too old."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who says what to whom: one table for the nodes, the recorder, the permissions and the pages."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Consensus on the generalised arc length: modes, margins, and simulated graphs, delays and losses."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Robustness of graphs against the definitions, by enumeration with networkx, and the paper's facts."""
 
 import itertools

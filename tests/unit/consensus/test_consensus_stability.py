@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Stability of the consensus that flies: per mode and step, and the delay of messages that it bears."""
 
 import math

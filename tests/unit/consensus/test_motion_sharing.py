@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Satellites that tell each other where they are: what is heard, by whom, and what scenarios may ask for."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Resilient consensus: liars among the neighbours, against intervals and the plain law."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Laws and limits: no wind-up while thrusters are saturated, bounded adaptation, and users who are warned."""
 
 import math

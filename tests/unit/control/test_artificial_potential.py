@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A directed triangle that keeps its distances without collision, adapting to unknown dynamics.
 
 The law follows the abstract of Zhu, Du & Wang; the set-up was chosen, and its figures come from an

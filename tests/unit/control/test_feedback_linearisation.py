@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Proportional-derivative control about cancelled Hill dynamics."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What becomes of time and memory when a satellite misses steps: lost and back, or skipped."""
 
 import math

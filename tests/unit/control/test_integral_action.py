@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Integral action beside any law: what it removes, how far it goes, which gains it refuses."""
 
 import math

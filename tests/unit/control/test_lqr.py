@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Linear-quadratic control of relative motion, with and without integral action.
 
 Figures marked "printed" are those of Cadic, Xu & Lu; the others come from an independent computation

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """State estimation from positions, alone and with a control law on top."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Relative orbit elements: conversion, drift under oblateness, and control."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Spectral radius of loops that are closed once a step, against closed forms and flights that diverge."""
 
 import math

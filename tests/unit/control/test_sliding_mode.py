@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The sliding-mode law against its reaching law, closed forms and the case study's figures."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a picture of a flight shows, against closed forms, scipy's rotations and the flight itself."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Densities that drag is computed with: exponent, solar activity, and nothing kept from another flight."""
 
 import math

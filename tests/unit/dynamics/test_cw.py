@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Clohessy-Wiltshire motion against matrix exponentials, numerical integration and known orbits."""
 
 import numpy as np

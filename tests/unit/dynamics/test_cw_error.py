@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The expected error of CW against two-body motion that is integrated numerically."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Linear relative motion under J2 against secular rates of the orbit and against inertial propagation."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Disturbing accelerations: their formulas, bounds, and independence of who else flies."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The test plant whose force a law has to learn, against an independent integration."""
 
 import numpy as np

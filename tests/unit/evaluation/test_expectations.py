@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What is expected of a flight can be missed: of shipped scenarios, and in general."""
 
 import pytest

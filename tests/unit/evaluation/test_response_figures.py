@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Figures of a response and of a pass, on flights whose figures are known in closed form."""
 
 import dataclasses

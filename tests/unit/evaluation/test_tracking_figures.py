@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every figure by which a run is judged, on a flight small enough to be worked out by hand."""
 
 import dataclasses

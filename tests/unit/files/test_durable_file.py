@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A file is whole or not there: on a full disk nothing is left behind, and the sentence names the disk."""
 
 import errno

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Files from anywhere: whatever is in them, every reader answers with what it read or a sentence, soon."""
 
 import io

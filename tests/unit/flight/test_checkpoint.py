@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A satellite that is restored in the middle of a flight flies on with the same bits."""
 
 import io

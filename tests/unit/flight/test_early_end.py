@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight ends at the first step with a quantity that is not finite or beyond its limit, and says which."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a satellite's thrusters and sensor do to a flight, and that it is the same however it is flown."""
 
 import math

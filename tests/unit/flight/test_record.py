@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight's record: its derived arrays by hand, and differences down to the last bit."""
 
 import dataclasses

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The in-process run: a pure function of the scenario, the same flown together or one by one."""
 
 import hashlib

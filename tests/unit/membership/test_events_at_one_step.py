@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every pair of changes of the formation at one step: what is used of whom follows from the order alone."""
 
 import itertools

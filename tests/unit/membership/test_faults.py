@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What goes wrong: each fault bends just what it is about, from its first step to its last."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Satellites that are lost, come back, are adjusted in flight, and hear over links: in process."""
 
 from typing import Any

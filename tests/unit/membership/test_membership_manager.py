@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who takes part: losses, returns and commands, decided step by step without a wire."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who flies and who hears whom: losses, returns and changes of the graph, numbered for everyone alike."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who is believed on a topic: the first writer of the right node, and a second one only after a loss."""
 
 from types import SimpleNamespace

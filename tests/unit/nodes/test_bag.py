@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight in a bag: written and read back to the last bit, read by others, and read after damage."""
 
 import dataclasses

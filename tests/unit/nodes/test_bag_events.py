@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What happened in a flight, from the messages that tell of it."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What `ros2 bag` reads of a bag: `metadata.yaml` of version 9, field by field, and the types' hashes."""
 
 import copy

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A bag that was cut anywhere becomes a whole one with its description, and the cut one stays as it is."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Messages as bytes, held against rosidl's own serialisation; simulated time as stamps."""
 
 import struct

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A satellite's checkpoint on disk belongs to the neighbours that it had."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a node says of its health, when, and in which form."""
 
 from datetime import UTC, datetime

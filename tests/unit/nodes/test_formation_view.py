@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who flies and who hears whom is taken from the plant's word when it fits this formation."""
 
 import pytest

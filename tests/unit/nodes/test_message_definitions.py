@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The text of messages that a bag embeds, against what rosidl generated from the same files."""
 
 import json

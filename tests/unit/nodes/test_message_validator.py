@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A message is validated as it enters a node: its stamp has to be one that a message of its step can have."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Why a flight does not begin: the node, its topic and what is wrong with it are named, and nobody else."""
 
 import time

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The README of the nodes names every parameter, topic and service that they make, and no other."""
 
 import inspect

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """ROS parameters made of a specification: type, default, bounds, description; changes and refusals."""
 
 import json

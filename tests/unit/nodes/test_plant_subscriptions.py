@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who is to blame when a step does not go on: not those who wait for a word of somebody else themselves."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """After how long a silent plant counts as lost: as the pages say, twice what a satellite is waited for."""
 
 from pathlib import Path

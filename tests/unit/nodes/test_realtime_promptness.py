@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How well satellites keep to the clock with their commands: who missed a step, was late, or is silent."""
 
 import pytest

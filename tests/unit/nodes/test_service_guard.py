@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A service refuses what it cannot handle with an answer; no status of the formation raises anything."""
 
 from typing import Any

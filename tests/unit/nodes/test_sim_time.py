@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """No node of a flight goes by `/clock`: asked for at the start or later, that is refused with the reason."""
 
 import signal

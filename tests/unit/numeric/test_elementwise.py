@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Vector algebra and the functions beneath it: right, and with the same bits for one, many and strided."""
 
 import math

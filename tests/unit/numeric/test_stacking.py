@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Stacking dataclasses of arrays: row i of the whole is satellite i, or a sentence why it cannot be."""
 
 from dataclasses import dataclass

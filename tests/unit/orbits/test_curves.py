@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Closed orbits against quadrature, published perimeters, finite differences and brute force."""
 
 import numpy as np

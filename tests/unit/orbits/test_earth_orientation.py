@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight depends on the Earth orientation that its own scenario names, and on no other."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Desired motion along a curve against derivatives, free motion and the case study's figures."""
 
 import numpy as np

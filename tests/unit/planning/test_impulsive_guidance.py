@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Impulsive transfers, and the controllers that fly them.
 
 Figures marked "printed" are those of the GSSAP study that gives the transfers along the belt; the

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Patrol of the geostationary belt with small burns, against the table of the GSSAP study.
 
 The study prints the watcher's start, the targets' longitudes and inclinations and, for a plain

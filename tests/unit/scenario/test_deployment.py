@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Which host runs what, and how the others find it: what is agreed, and what is refused with a sentence."""
 
 from pathlib import Path

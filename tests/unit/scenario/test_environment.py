@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A scenario has one Sun, one Earth angle and one rotation rate: those of its truth model."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every error of ours survives a process pool: its class, its text and what it carries."""
 
 import importlib

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the loader says about a file that cannot fly: where, what was found, what is allowed."""
 
 import re

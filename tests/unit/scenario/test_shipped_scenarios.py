@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every shipped scenario says what it is, and the schema beside them is theirs."""
 
 import functools

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """YAML as people and programs write it: anchors, aliases, merge keys, limits, and lines of errors."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Benchmarks name what has really changed, and nothing that is within the noise."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What `check` and `show` say about links, changes of the graph, losses and checkpoints."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What `check` and `show` say of the chief's orbit, of CW's error and of the integrator's."""
 
 import math

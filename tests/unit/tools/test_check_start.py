@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What `check` says of a start and of times that cannot be flown as they are written."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The command line, from what is typed to what is printed, kept and returned."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The pages that show commands show those that there are, with options that they have."""
 
 import re

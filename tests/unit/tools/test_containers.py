@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The images hold what they copy and run it as nobody special; the compose file distributes the triangle."""
 
 import ipaddress

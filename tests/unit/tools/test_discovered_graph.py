@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """One who looks goes by what has been found only when nothing of the formation is missing."""
 
 from dataclasses import replace

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The gallery shows every shipped scenario, up to date, and nothing else."""
 
 from pathlib import Path

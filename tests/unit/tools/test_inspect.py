@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Looks into a flight, as far as they need none: which domain, values and their names, frames, sentences."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every link in the project's pages has a target: a file of the project, and a heading in it."""
 
 import re

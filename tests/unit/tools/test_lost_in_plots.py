@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Summary, prediction and pictures of flights in which satellites are lost or the graph changes."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Each ROS package names what it imports, and nothing else."""
 
 import ast

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The propagators whose speed is compared fly the same orbit."""
 
 from satform_tools.bench.plant import measure

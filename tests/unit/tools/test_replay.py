@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A recorded flight flown once more has the same bits, or it is said where they differ."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A formation's keystore lets every node do its own work and hear its neighbours, and nothing else."""
 
 import shutil

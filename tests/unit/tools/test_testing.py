@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The test command: which parts it runs, and what it says of them."""
 
 import platform

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Basilisk's own relative-motion feedback beside the in-process run, for those who have Basilisk installed.
 
 Run alone with a Python that has `bsk`: `python tools/satform_tools/bench/basilisk.py 10 100`.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Figures of a benchmark, each a cost beside a yardstick of the same minute, and how they have changed."""
 
 import json

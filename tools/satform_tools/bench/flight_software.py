@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What one step of one satellite's flight software costs, without anything that brings it its messages."""
 
 import time

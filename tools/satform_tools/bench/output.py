@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What `satform bench` prints and keeps: figures as tables or JSON, and how they have changed."""
 
 import statistics

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How fast the inertial truth is at gravity of degree 10, beside brahe's own propagator and SciPy's."""
 
 import math

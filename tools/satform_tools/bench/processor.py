@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Processor time of a flight's processes, which other work on the machine hardly changes."""
 
 import os

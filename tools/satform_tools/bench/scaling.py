@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How steps in a second depend on the number of satellites, over DDS and in one process."""
 
 import math

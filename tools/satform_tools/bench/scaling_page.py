@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The table and the figure of docs/scaling.md: cost by number of satellites."""
 
 from collections.abc import Iterator, Sequence

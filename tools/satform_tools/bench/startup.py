@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """From the command to the first step: whole commands as a user types them."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The figures of `satform bench`: each measured in turns with its yardstick."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about the communication graph and the agreement on it: connection, periods, faulty neighbours."""
 
 from satform.consensus.arc_length import ArcLengthGainsSpec

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about control laws: gains against the declared disturbances, steps against gains."""
 
 import numpy as np

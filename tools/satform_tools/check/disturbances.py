@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What is unwise about links, changes of the graph, losses and what is done about silence."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about files of Earth orientation parameters that do not reach over the flight."""
 
 from datetime import timedelta

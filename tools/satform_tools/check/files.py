@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Checking scenario files without flying them."""
 
 from collections.abc import Sequence

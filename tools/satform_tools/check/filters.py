@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about filters whose model is not the motion that they are to estimate."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about the CW equations far from two-body motion: wide formations, eccentric chiefs."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about pointing that the plan makes singular, into the sun or at the own position, or too fast."""
 
 import math

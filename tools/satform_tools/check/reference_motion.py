@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What steady motion along its path asks of each satellite of a scenario."""
 
 from satform.flight.satellite import flight_plan

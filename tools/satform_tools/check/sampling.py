@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about loops that are closed once a step and do not decay at that step."""
 
 from satform.control.sampled_stability import SampledLoop

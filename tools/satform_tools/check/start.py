@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about the start: who is where, how far apart the phases are, what is beyond its limit already."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about thrust limits: commands at the start beyond them, and integral action that winds up."""
 
 from collections.abc import Sequence

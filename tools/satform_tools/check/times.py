@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Warnings about times: what is rounded to steps, what lies beyond the end, what outlasts the flight."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The commands `satform bench ...`: measure speed, each figure beside a reference of the same run."""
 
 # ruff: noqa: PLC0415

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The commands that fly: run, replay, recover, rejoin, gallery."""
 
 # ruff: noqa: PLC0415

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The commands that inspect a running formation: topics, echo, nodes, params, call, watch."""
 
 # ruff: noqa: PLC0415

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The program `satform`: all commands, and what an error means for its exit code.
 
 Each command imports what it needs itself, so that none waits for the imports of another.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The commands `satform plan ...`: compute impulses before a flight."""
 
 # ruff: noqa: PLC0415

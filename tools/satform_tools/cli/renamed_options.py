@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Options under earlier names: the error sentence gives the present name."""
 
 import re

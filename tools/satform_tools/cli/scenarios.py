@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The commands before and after a flight: list, check, show, schema, security, report."""
 
 # ruff: noqa: PLC0415

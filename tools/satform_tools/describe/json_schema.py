@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The JSON Schema of scenario files, from the one declaration that also checks them."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The chief's orbit, and how far the CW equations can be trusted about it, as `show` prints them."""
 
 import math

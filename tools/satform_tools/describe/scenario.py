@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a scenario means before it flies: who hears whom, gains, agreement, processes and topics."""
 
 import math

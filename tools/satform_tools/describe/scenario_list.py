@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The scenarios that come with the project, at a glance."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The page of everything that a scenario may say, from the one declaration that also checks it."""
 
 from collections.abc import Iterable, Iterator

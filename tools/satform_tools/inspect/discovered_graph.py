@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What has been found of a formation from outside, and whether that is all of it.
 
 Whoever comes to a flight finds its nodes and their endpoints one by one, in no order.

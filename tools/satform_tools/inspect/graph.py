@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Nodes and topics of a running formation: which there are, and who says what to whom."""
 
 import difflib

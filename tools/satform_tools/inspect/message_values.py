@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """ROS messages as plain data and back, by the fields of their definitions."""
 
 import difflib

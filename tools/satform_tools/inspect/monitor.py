@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What is known of a flying formation: the newest word on each of its topics, taken a few times a second."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A node that only looks: it says nothing, keeps nobody waiting, and is seen by nobody as a satellite.
 
 Its subscriptions are best effort with shallow queues, so that a publisher neither waits for it nor sends

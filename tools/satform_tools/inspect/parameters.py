@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of a running node, read and changed through its services."""
 
 import difflib

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Services of a running formation: a question, and its answer within a bounded time."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """One look at a flying formation, and how it reads on a terminal or in a pipe."""
 
 import math

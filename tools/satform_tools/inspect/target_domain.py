@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """In which DDS domain the formation flies that is to be looked at."""
 
 from satform_bringup.deployment.domain import DomainError, shell_domain

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Watching a formation fly, until the flight has ended: on a terminal, in a pipe, or once."""
 
 import sys

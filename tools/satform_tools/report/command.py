@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Telling of flights that were kept: figures as a table, a page for a browser, files."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """In what two flights differ: the bits of every quantity, and what was expected of each."""
 
 import math

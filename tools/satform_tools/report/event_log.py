@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What happened in a flight, as sentences with their times, and the graph as it was at each time."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A kept flight in other forms: pictures, and its numbers as a table that other programs read."""
 
 import csv

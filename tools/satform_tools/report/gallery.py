@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The gallery in `docs/`: a picture and the figures of one flight of every shipped scenario.
 
 Each PNG file contains the digest of its scenario and the figures of the flight as text. The page is

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Profile of a lockstep flight: joins the traces of its processes, prints and draws the parts of a step."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight's trace: what every process did when, as one file for trace viewers and as a table of a step."""
 
 import json

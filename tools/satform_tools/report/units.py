@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The unit of each quantity of a flight record, as its text prints it."""
 
 UNITS = {

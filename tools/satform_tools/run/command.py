@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flying a scenario, in this process or over DDS, and judging the flight."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight in figures: what anyone would ask of it, whether or not its scenario expects something."""
 
 import math

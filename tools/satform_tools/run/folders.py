@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The folder of a run, and the record of an in-process run as a numpy archive."""
 
 import json

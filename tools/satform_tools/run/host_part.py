@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The part of a flight that one of several hosts has: which it is, and what can be said of it there."""
 
 from dataclasses import replace

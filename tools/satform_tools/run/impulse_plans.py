@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Plans of flights by impulses, as tables for people and JSON for machines; the formulas are in `satform`."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How far a run is: a bar on a terminal, now and then a line elsewhere; both on standard error."""
 
 import sys

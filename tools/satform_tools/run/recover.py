@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The command `recover`: a whole bag from one whose recorder was killed."""
 
 from dataclasses import dataclass

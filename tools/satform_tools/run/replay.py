@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flying a recorded flight once more in one process, with all that happened in it, and comparing the bits."""
 
 from dataclasses import asdict, dataclass

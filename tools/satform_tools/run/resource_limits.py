@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the system has to give a command, asked before anything large is loaded.
 
 A library that gets no memory may abort the whole process, which then can say nothing.

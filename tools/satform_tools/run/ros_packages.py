@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Whether ROS 2 is there, asked before anything that needs it is started."""
 
 from importlib.util import find_spec

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Round trip of a bare message between two processes, the reference of all speeds over DDS."""
 
 

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What came of a run: verdicts, speed, exit code, and the file that says so."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Scenarios by name: where they are, which one was meant, and reading them."""
 
 import difflib

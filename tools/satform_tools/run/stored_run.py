@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight as it was kept, in a bag or in a record: all that a report is made of."""
 
 from dataclasses import dataclass

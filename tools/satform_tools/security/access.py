@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who may say and hear what: the adjacency matrix and the nodes' work, as lists of topics and services."""
 
 from dataclasses import dataclass

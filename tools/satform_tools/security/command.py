@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The command `security`: makes a formation's keystore and says what it allows."""
 
 from pathlib import Path

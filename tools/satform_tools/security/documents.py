@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The XML documents of a secured formation: SROS 2 policies, DDS permissions and DDS governance.
 
 Source: OMG DDS Security 1.1, section 9.4 (governance and permissions documents); ROS 2 design, "ROS 2 Access

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A keystore as SROS 2 lays it out: a certificate authority, and an enclave of keys for each node."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the installed package offers by name is there."""
 
 from importlib.metadata import distribution

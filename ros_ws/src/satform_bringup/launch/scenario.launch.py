@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flies a scenario under `ros2 launch`: the same processes, told the same, as `satform run`."""
 
 import signal

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """From a scenario to the processes that fly it, and their life from start to end."""
 
 PACKAGE = "satform_nodes"

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What killed processes have left in shared memory, taken away before somebody new comes upon it.
 
 Fast DDS hands messages between processes of a machine through files in `/dev/shm`, where it may: a segment

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The formation's ROS 2 nodes: thin shells that convert, wait and publish around `satform`."""
 
 LEAN = "SATFORM_LEAN"

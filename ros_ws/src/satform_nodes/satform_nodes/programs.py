@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Entry points of the executables: signals, and help, before what takes time is imported.
 
 A node needs about a second for its imports. Ctrl-C meanwhile ends it in order and without a traceback: the

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a page draws over time: each quantity's lines, thinned, with their units."""
 
 from dataclasses import dataclass

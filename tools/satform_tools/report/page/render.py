@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A report as one HTML file that needs nothing but a browser: no network, no other file."""
 
 import base64

@@ -1,3 +1,5 @@
+// Copyright 2026 satform contributors
+// SPDX-License-Identifier: Apache-2.0
 "use strict";
 
 // Draws a report's figures from the numbers in the page, and moves the satellites with the slider.

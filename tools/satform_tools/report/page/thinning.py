@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Long series made short enough for a page, with every peak and every trough kept."""
 
 import numpy as np

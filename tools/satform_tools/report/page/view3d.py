@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The formation in space for a page: where everyone is and shall be at each moment, and who hears whom."""
 
 from dataclasses import dataclass

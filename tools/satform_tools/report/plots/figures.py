@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The pictures of a report: one for each question, and one overview."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """One picture of a whole flight: the formation in space, and how it got there."""
 
 from typing import Any

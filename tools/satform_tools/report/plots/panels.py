@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Quantities over time, each drawn on axes of its own, for pictures of one or of several."""
 
 import numpy as np

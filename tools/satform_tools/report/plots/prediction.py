@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What linear theory says about the agreement on the arc length, to be drawn beside a flight."""
 
 from collections.abc import Iterator

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The look of all pictures: colours, units, axes, thinning of long series."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A few steps of a flight's trace as a picture: which process was at work when, and on what."""
 
 import statistics

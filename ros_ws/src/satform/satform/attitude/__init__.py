@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Attitude kinematics, gyrostat and wheels, pointing references and the tracking law.
 
 Imports `control` and below.

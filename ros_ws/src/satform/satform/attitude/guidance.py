@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The flight software of a satellite's attitude: what it is told, where it points, what it commands."""
 
 import math

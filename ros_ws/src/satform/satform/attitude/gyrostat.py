@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Attitude of a gyrostat: a rigid body with one reaction wheel on each body axis.
 
 Attitude is described by modified Rodrigues parameters (MRP): the axis of the rotation from inertial to

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How well satellites pointed, from what was recorded of their attitudes."""
 
 from collections.abc import Sequence

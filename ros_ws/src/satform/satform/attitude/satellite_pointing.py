@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Desired attitude: boresight to another satellite of the formation, panel axis perpendicular to the sun.
 
 Equations: docs/controllers/attitude.md.

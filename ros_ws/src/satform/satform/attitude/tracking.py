@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Attitude tracking with reaction wheels, stable from any attitude.
 
 Equations: docs/controllers/attitude.md.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The true attitudes of satellites with reaction wheels, and what the wheels cannot give."""
 
 from dataclasses import dataclass, replace

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Yaw angle about a line of sight that keeps the panel axis perpendicular to the sun, with its rates.
 
 Two singularities are removed. For a line of sight along the sun no yaw angle is preferred, and the best

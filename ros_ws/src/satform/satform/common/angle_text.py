@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Angles as text with their unit: `45 deg` where radians are asked, `0.06 deg/s` for radians a second."""
 
 import math

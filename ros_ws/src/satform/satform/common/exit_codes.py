@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How a command or a node's process ends: the one table of exit codes."""
 
 EXIT_DONE = 0

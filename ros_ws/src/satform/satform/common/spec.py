@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Specifications: typed, bounded data from which the parts of a formation are built.
 
 A part that a scenario chooses by name (a controller, a curve, a perturbation, a consensus law, a

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Pieces of the sentences that people read."""
 
 from collections.abc import Sequence

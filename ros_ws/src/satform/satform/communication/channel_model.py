@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Links that lose, delay, repeat and reorder what satellites tell each other, in simulated time.
 
 Every directed edge of the communication graph is a link of its own. What happens to a message is a

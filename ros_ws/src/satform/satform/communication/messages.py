@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What satellites tell each other, as data and as the plain numbers that travel."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a satellite knows of its neighbours: the newest that it was told, kept until something newer comes."""
 
 from dataclasses import dataclass

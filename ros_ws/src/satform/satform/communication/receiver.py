@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What passes between satellites: what each says, and what of it arrives at whom."""
 
 from collections.abc import Sequence

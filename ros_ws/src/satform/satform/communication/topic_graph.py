@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who says what to whom: every topic of a flight, with its speakers and its listeners, from the scenario.
 
 The nodes, the recorder, the permissions and what is shown of a scenario all go by this one table. What

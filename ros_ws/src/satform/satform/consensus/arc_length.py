@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Consensus on the generalised arc length: the rate of each satellite along its own orbit.
 
 Satellites compare and send their phase, xi less the satellite's own phase offset. No satellite needs the

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How many liars a communication graph bears: r-robustness and (r, s)-robustness.
 
 A set of satellites is r-reachable when one of them hears at least r satellites outside the set. A

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Communication graphs: topologies, Laplacian and connectivity."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Motion sharing: satellites send their position and velocity to their neighbours, without consensus.
 
 Equations: docs/controllers/consensus.md.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Consensus on the generalised arc length that tolerates Byzantine neighbours.
 
 A satellite uses a neighbour's phase and rate in one combination only: the phase that the neighbour would

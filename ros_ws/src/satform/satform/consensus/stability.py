@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Stability of the consensus: its sampled modes, and the delay margin of its messages.
 
 Own values are current; neighbour values are delayed by the links. With the delay T of all links, the

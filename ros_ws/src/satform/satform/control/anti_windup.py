@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Saturation of the thrusters, as laws with integral action need it for anti-windup.
 
 Equations: docs/controllers/lqr.md.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Distance keeping to one neighbour by an artificial potential, with adaptation to unknown dynamics.
 
 Each satellite of a directed cycle keeps a set distance to the one that it follows, from the relative

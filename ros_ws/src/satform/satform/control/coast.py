@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """No control: the satellite moves freely under the truth model."""
 
 from dataclasses import dataclass

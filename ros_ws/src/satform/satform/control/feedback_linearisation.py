@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Feedback linearisation: cancelled relative dynamics and proportional-derivative feedback.
 
 Equations: docs/controllers/lqr.md.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Integral action added to another control law that follows a reference; removes its steady offset.
 
 Equations: docs/controllers/lqr.md.

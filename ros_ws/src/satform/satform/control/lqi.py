@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Linear-quadratic regulator with integral action: no steady offset under a constant disturbance.
 
 Equations: docs/controllers/lqr.md.

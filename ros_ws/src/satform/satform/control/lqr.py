@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Linear-quadratic regulator that tracks a reference.
 
 Equations: docs/controllers/lqr.md.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Luenberger observer: another control law on the state estimated from measured positions.
 
 Equations: docs/controllers/lqr.md.

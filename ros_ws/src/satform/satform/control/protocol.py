@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The protocol of control laws: what a law receives in each step and what it returns."""
 
 import inspect

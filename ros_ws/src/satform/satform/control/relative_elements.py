@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Relative orbital elements: secular drift under J2, and a low-gain control law on them.
 
 The elements are those of a satellite near a chief on a circular orbit, multiplied by the chief's

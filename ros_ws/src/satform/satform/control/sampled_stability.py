@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Stability of control loops that are closed once a step: transition over a step, and its spectral radius.
 
 A loop is stable when the spectral radius of its transition over one step is below one. Commands are held

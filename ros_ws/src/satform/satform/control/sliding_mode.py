@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Sliding-mode tracking of a desired relative motion with an exponential reaching law.
 
 Equations: docs/controllers/sliding_mode.md.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a picture of a formation in flight shows, put together from what passes on its topics.
 
 Nothing here is needed to fly. A picture may be late and may miss messages: each satellite is shown

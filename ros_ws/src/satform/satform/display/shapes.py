@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Shapes and colours of a formation's picture: desired orbits, headings, attitudes in LVLH, links."""
 
 import colorsys

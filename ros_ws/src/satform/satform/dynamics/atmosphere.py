@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Density of the upper atmosphere: Harris-Priester with any exponent, and NRLMSISE-00 with any activity.
 
 Harris-Priester is a table for mean solar activity (a flux of 150 at 10.7 cm), from 100 to 1000 km, between

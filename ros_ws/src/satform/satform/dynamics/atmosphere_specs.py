@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Specifications of the atmospheres that drag may be computed with."""
 
 from typing import Annotated, Literal

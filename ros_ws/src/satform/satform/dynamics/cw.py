@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Clohessy-Wiltshire motion about a circular orbit: acceleration, coast, exact step with held input.
 
 Frame: LVLH of the chief (x radial outward, y along-track, z orbit normal). Every map of the

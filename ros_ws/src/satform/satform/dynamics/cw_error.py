@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Error of the Clohessy-Wiltshire equations: what they leave out of two-body motion.
 
 They are of first order in the distance from the chief and know a circular chief only. What that costs a

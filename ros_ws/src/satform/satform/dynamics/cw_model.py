@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Truth by the Clohessy-Wiltshire equations, exact for any step, with perturbations added."""
 
 from dataclasses import dataclass

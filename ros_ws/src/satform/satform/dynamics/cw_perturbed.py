@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """CW dynamics and what it leaves out of gravity, in coordinates relative to the chief.
 
 Two models, by what the chief does:

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Accelerations of Earth satellites in inertial space, from the force models of brahe.
 
 Each brahe function takes one satellite; a loop over the rows costs about a microsecond a call and

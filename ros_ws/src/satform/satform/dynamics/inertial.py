@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Truth in inertial space: chief and satellites propagated side by side (Cowell's method)."""
 
 from collections.abc import Sequence

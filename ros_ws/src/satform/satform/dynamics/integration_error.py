@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Error that an integrator makes on a chief's orbit, from two-body motion whose solution is known."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Integrators of the truth models: fixed step, adaptive, and exponential about the CW equations.
 
 The fixed-step and exponential ones do the same operations, in the same order, for every satellite,

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Gains and transitions of relative motion, applied element by element."""
 
 import numpy as np

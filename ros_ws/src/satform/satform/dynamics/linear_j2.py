@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Linear relative motion under J2 about a circular mean orbit (Schweighart and Sedwick).
 
 Clohessy-Wiltshire with the mean effect of the Earth's oblateness: the chief turns at n c, in-plane

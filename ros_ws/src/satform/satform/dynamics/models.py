@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The truth models that a scenario chooses under `dynamics:`, from textbook CW to inertial space."""
 
 from datetime import datetime

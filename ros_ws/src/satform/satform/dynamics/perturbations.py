@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Disturbing accelerations of the relative motion, in LVLH, bounded on each axis."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The door for truth models: what moves the satellites between two steps."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a scenario says of gravity, bodies and integrator: data that the truth models are built from."""
 
 from datetime import UTC, datetime

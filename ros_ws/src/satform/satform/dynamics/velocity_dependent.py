@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Motion far from any orbit under a force that depends on the velocity, for laws that have to learn it."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Kalman filter on Clohessy-Wiltshire dynamics: estimate, covariance, and how consistent they are."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Relative navigation: what a satellite is told of its motion, and the filter that makes more of it."""
 
 import math

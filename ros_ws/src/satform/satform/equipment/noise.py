@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Seeded random numbers that can be asked for at any step, one stream a satellite or link."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What thrusters make of a command: limits, errors, and the propellant it costs.
 
 A command that cannot be given is given as far as it can be, and counted.

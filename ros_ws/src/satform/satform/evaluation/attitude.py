@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Figures of attitude: how well satellites point, and what their wheels give.
 
 Of a satellite without attitude every figure is not a number, and what is expected of it is missed. Steps in

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What is said of a flight's expectations: how many were met, and how many were not judged."""
 
 from collections.abc import Sequence

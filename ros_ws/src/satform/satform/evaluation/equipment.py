@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Figures of what a satellite is equipped with: thrusters, sensor and filter."""
 
 import math

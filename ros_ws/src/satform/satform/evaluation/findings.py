@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a flight shows besides its expectations: saturation most of the time, inconsistent filters."""
 
 import numpy as np

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Figures of the loops that are closed once a step: properties of a scenario, not of its flight."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Figures of how one satellite passes another: how near, when, and how well lit."""
 
 import math

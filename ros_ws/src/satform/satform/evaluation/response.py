@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Figures of how a satellite comes to its reference and stays there: overshoot, times, offset, ripple."""
 
 import math

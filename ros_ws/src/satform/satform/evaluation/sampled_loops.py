@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Every loop of a scenario that is closed once a step, with the factor by which it shrinks errors."""
 
 from collections.abc import Callable, Iterable

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a run is judged by: figures of tracking, control and agreement from a flight record."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Reading files that may come from anywhere: regular files only, and no more of them than is expected."""
 
 import errno

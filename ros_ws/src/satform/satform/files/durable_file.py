@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Files that are there whole or not at all, also after a full disk or a power cut."""
 
 import errno

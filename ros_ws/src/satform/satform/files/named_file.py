@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Files that a scenario names: read once with it, so that a run depends on what was in them then.
 
 A field of type `NamedFile` holds a path in the scenario file, counted from that file's folder, and the

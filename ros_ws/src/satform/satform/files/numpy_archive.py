@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Numpy archives (npz) from anywhere: plain numbers, no larger in memory than the file is."""
 
 import io

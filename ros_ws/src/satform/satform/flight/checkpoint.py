@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The state of a satellite's flight software as bytes, from which it flies on with the same bits.
 
 The bytes hold numbers only, each under the name of its field (an npz archive without pickled

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How long a command is held on the wall clock while no newer one arrives, in simulated time."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The check of every step: is everything finite, and within the limits of the scenario?
 
 What is true is checked by the plant before a step is taken; what a satellite computes in a step, by the

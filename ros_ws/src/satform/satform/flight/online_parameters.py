@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What of a satellite's flight software may be changed in flight, by the names of its ROS parameters."""
 
 from collections.abc import Sequence

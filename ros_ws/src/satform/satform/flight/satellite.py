@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The flight software of one satellite: what it hears in, what it says and does out.
 
 The same object flies one satellite, with vectors of shape (3,), or many at once, with a leading

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The in-process run: one loop, no ROS, the oracle that every other way to run is held against."""
 
 from collections.abc import Callable

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What goes wrong in a flight, as data: each fault begins and ends at a numbered step, in every run alike."""
 
 from collections.abc import Iterable, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who takes part in a flight, step by step: who is lost, who returns, who has commanded, who is waited for.
 
 The formation changes only where the satellites can all learn of it before they act. A step is *open* from

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who flies and who hears whom, and at which step that changes: one numbered state for everyone.
 
 What a scenario plans and what happens unforeseen go through the same few events, so that a flight in

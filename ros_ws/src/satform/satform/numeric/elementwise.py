@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Vector algebra that gives the same bits for one satellite and for a thousand.
 
 Everything on the flight path is built from element-wise operations in a fixed order. Matrix

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Many satellites' objects as one: dataclasses of arrays, stacked along a leading axis."""
 
 import dataclasses

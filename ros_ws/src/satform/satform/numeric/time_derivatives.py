@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Quantities carried with their first and second time derivatives, by the product and chain rules."""
 
 from dataclasses import dataclass

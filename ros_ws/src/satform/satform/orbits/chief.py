@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The chief's orbit: inertial state from elements, and the ideal circular motion."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What every closed relative orbit offers, and the one that is only a point."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Closed relative orbits as a scenario describes them."""
 
 from typing import Literal, Self

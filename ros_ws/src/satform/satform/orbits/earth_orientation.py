@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Orientation of the Earth at one date after another, for one flight.
 
 The package brahe keeps Earth orientation parameters for the whole process. What one flight sets there

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Ellipses and circles in any plane, with arc length by elliptic integrals."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Inertial, LVLH (Hill) and Earth-fixed frames: the one place for every axis and every sign.
 
 LVLH is carried by the chief: x radial outward, y along-track, z along the orbit normal. Two rates

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Reference motion along a curve, driven by a generalised arc length.
 
 The generalised arc length xi is the phase that satellites compare. It is in metres on every path and

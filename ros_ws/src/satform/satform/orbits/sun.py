@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Sun, Earth angle and Earth's shadow, as the force models have them."""
 
 import math

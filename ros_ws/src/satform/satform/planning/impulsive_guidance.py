@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Impulsive controllers: two-impulse transfers through way-points, and burns at given times.
 
 Equations: docs/controllers/planning.md.

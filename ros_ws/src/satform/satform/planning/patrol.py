@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Patrol of the geostationary belt: close passes of several satellites with the sun behind the observer.
 
 The observer is below the belt in the equatorial plane and drifts eastward past its targets. Only its

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Motion on a nearly circular equatorial orbit near the geostationary belt, with small tangential burns.
 
 Equations: docs/controllers/planning.md.

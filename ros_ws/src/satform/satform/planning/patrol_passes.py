@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Positions of an observer of the geostationary belt and its targets; distance and light of their passes.
 
 Equations: docs/controllers/planning.md.

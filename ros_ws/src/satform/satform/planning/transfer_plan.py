@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A tour of two-impulse transfers as a plan: times, impulses, delta-v, least distance to the chief.
 
 Equations: docs/controllers/planning.md.

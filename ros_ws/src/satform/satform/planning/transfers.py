@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Impulsive transfers: between circular orbits, and from point to point about a circular orbit.
 
 Equations: docs/controllers/planning.md.

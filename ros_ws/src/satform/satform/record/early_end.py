@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Why a flight ended before its last step: a quantity that is not finite or beyond a limit."""
 
 import math

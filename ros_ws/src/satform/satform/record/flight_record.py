@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What is kept of a flight: plain arrays, the same from an in-process run and from a bag."""
 
 import hashlib

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A scenario: the one file from which a run follows, as a typed model, its loader and its errors."""
 
 from satform.scenario.errors import Problem, ScenarioError

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Which machine runs which part of a formation that flies on several."""
 
 import difflib

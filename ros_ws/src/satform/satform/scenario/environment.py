@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The one Sun and the one Earth of a scenario: where they stand at time zero, by the truth model's epoch.
 
 A truth model with an epoch fixes both, and everything else in the scenario follows it. A model without

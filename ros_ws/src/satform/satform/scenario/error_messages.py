@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a check found, said with its place in the file, what was found and what is allowed."""
 
 import difflib

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What is wrong with a scenario, said to the person who can mend it."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What an expectation is: which figure of which satellites over which time, and what is allowed."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What no quantity of a flight may exceed: beyond it a flight has diverged, and ends."""
 
 from satform.common.spec import Number, Positive, Spec

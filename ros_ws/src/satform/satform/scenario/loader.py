@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """From a YAML file to a `Scenario`, or to all that is wrong with it."""
 
 from collections.abc import Callable, Iterable, Mapping

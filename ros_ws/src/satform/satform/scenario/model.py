@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The typed model of a scenario file. SI units and radians; nothing unknown is accepted."""
 
 import hashlib

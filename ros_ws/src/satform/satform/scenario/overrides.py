@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Settings laid over a scenario's data, such as `timing.step=1.0`."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The parts of a scenario file that are described by themselves: orbit, timing, sources, satellites."""
 
 import math

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What cannot be flown from where satellites start."""
 
 from collections.abc import Sequence

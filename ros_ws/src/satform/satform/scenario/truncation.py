@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What of a file a flight does not reach that settings laid over the file have shortened."""
 
 from collections.abc import Iterable

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """YAML text as plain data, with the line of each value: the one reader of files, settings and parameters."""
 
 import functools

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A DDS domain of one's own, so that two runs on one machine do not hear each other."""
 
 import errno

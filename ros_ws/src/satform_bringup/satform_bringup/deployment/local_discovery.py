@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How the processes of one run find each other and talk, without ever leaving this machine.
 
 They use sockets on the loopback interface alone. Each calls at all participants' ports there, one by one, and

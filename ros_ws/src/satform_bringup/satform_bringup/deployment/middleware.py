@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the middleware of a run is told beyond its defaults: a file of profiles, as Fast DDS reads it.
 
 A message that was dropped on its way, by a network or by a full queue between two processes, has no successor

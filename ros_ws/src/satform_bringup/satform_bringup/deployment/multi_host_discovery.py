@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How the machines of a flight on several find each other: by address, without multicast."""
 
 import difflib

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the environment of a flight has to allow, looked at before any process starts.
 
 Variables that a flight does not need, and that would keep its nodes from finding each other, are taken away

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The user's own folder for small files that live as long as a run does.
 
 Files in a folder that everybody may write to can be symbolic links of another user's making, and writing to

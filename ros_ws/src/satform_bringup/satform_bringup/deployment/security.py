@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flying secured: keys for every node from a keystore, or not at all."""
 
 import os

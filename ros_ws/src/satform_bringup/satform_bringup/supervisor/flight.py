@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a flight over DDS is asked for beside its scenario, and how it went."""
 
 from dataclasses import dataclass

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the launch file checks and says, without a line of `launch` in it."""
 
 import difflib

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Which processes a scenario needs: the one list behind the command line and the launch file."""
 
 import json

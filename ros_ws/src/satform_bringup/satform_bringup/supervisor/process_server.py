@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Where node processes are born: from a server that has imported everything they need.
 
 Importing Python, numpy, scipy, pydantic and rclpy takes a process more than a second, and a

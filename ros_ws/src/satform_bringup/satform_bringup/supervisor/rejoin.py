@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """One process of a run that is under way, started by hand: a lost satellite comes back."""
 
 from pathlib import Path

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A flight over DDS, from its scenario to how it went; no process is left behind."""
 
 import json

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Which runs of this user are under way on this machine: what each says of itself in the user's folder."""
 
 import json

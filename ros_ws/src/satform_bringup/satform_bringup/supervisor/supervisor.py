@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who watches the processes of a flight: starts them, hears their reports, ends them by their own handles."""
 
 import os

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """When satellites did not take part, from the plant's words: what need not be in a bag, and what happened."""
 
 from collections.abc import Iterable

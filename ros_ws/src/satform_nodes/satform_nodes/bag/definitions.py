@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a bag holds of a message type: its name, the text of its definition and its hash."""
 
 import json

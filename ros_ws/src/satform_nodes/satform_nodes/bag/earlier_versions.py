@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Names of messages and fields in bags of earlier versions, and what they are called now."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What happened in a flight besides its numbers: who was lost or came back, who hears whom, changed gains.
 
 Read from a bag's own message definitions, so that a bag of another version of these messages still tells

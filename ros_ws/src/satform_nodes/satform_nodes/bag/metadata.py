@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What rosbag2 writes about a bag beside its messages: `metadata.yaml`, version 9, as of ROS 2 Jazzy.
 
 The same description is kept in the MCAP file, in a metadata record called `rosbag2`, and by topic in the

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """From a bag back to the flight: arrays, scenario and what was noted down about the run."""
 
 import struct

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The records of an MCAP file from anywhere, in bounded memory and time.
 
 A chunk says itself how large it is once expanded, and a few bytes of zstd or lz4 can expand to gigabytes.

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A whole bag from one whose recorder was killed: what can be read of it, written anew with its description.
 
 The damaged file is read in order up to its end, or to where it is damaged; it is never changed. What is read

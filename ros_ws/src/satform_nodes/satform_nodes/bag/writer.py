@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The bag of a flight: MCAP with embedded message definitions, as `ros2 bag` and Foxglove read it.
 
 Written with small chunks that are flushed as they fill, so that a killed recorder loses a moment and

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of a formation as messages that RViz and Foxglove draw.
 
 Poses, paths and transforms are in metres, in the frame of the flight. Markers may have another scale, since

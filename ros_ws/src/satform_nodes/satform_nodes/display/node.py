@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The node that shows the flight: markers, poses, paths and transforms for RViz and Foxglove.
 
 It only looks on. It takes the newest message of each topic, if it comes, so that no other node ever

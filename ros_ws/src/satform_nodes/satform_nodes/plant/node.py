@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The node of the plant: it moves all satellites, decides who takes part and when a step is complete."""
 
 import sys

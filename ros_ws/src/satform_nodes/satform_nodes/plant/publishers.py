@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the plant says: the states of a step, what became of commands, and who takes part."""
 
 from collections.abc import Collection, Iterable, Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What anyone may ask of a formation in flight: pause, resume, take one step, stop, another graph."""
 
 from typing import Any, Protocol

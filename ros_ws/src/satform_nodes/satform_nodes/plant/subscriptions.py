@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the plant hears: commands, who can fly, and how far the recorder is."""
 
 import time

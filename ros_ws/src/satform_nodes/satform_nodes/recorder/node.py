@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The node that keeps the flight: every message of every step, written as it passes."""
 
 import sys

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Life of a node process: start, parameters, flight loops, signals, diagnostics.
 
 Imports `transport` and `bag`, no node.

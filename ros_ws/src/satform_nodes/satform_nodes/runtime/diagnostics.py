@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """How a node is, told on /diagnostics as REP 107 has it: once a second, and when something changes."""
 
 import time

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The flight of the satellites of one process: finding the others, flying, and leaving."""
 
 import resource

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What the plant says of the formation, as a satellite, the recorder or anyone else takes it in."""
 
 from collections.abc import Sequence

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Starting and ending a node's process: scenario, signals, exit codes, one sentence on failure."""
 
 import re

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The failure that ends a node in order: a sentence for the user, and the exit code."""
 
 

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Values of parameters as people type them: what a scenario file takes for a field, its parameter takes.
 
 `ros2 param set`, `-p` and parameter files go by YAML 1.1, in which `1e3` is text and `[1, 2, 3]` is a list of

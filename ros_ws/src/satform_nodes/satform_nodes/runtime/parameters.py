@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """ROS parameters from specifications: type, default, bounds and description from one declaration."""
 
 import difflib

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """All that any node needs, imported and looked up before the processes part ways."""
 
 import scipy.special

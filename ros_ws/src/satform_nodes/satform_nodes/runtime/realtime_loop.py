@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Flying on the wall clock: steps begin on time, and what comes late is late, as on a spacecraft."""
 
 import resource

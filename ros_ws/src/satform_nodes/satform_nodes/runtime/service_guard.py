@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Service callbacks that answer whatever they are asked: a request that makes one raise is refused.
 
 Without this the exception would end the node, and the caller would wait in vain.

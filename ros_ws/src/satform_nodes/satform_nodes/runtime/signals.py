@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Being asked to stop by a signal: the one place that handles it, for nodes, flights and commands.
 
 SIGINT (Ctrl-C), SIGTERM and SIGHUP (the terminal was closed) mean the same: stop in order. Whatever was

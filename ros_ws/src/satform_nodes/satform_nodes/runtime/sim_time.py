@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Simulated time as message stamps, in whole nanoseconds from the step, and back to the same bits."""
 
 NANOSECONDS = 1_000_000_000

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Parameters that a node is given at its start, for its declaration and for `--help` alike.
 
 Nothing slow is imported here: the help is printed, and a signal handled, before anything else is loaded.

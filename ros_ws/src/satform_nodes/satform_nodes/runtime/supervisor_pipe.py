@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a node and the process that started it tell each other, on a pipe, when there is one."""
 
 import select

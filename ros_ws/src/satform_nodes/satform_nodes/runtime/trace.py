@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """When a process did what, for those who ask where a step's microseconds go; nothing at all when nobody asks.
 
 Marks go into an array that is made before the flight and is written when the process ends. All processes of a

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Satellites of one process that act together: one step over arrays for all, with the bits of single ones.
 
 Each keeps its node, its topics and its messages. They part for good, each with its own share of the

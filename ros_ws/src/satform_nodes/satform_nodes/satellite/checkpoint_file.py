@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A satellite's checkpoints on disk: the last one, written whole or not at all."""
 
 import struct

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Several satellites' nodes in one process, still talking over DDS: for more satellites than processes."""
 
 import sys

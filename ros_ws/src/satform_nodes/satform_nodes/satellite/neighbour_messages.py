@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a satellite's neighbours said: by step, or the newest on the wall clock; and what links make of it."""
 
 from collections import deque

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The node of one satellite: state and neighbours' phases in, command and own phase out."""
 
 import os

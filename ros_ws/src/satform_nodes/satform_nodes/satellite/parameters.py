@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A satellite's ROS parameters: its control laws, orbit and phase, to be changed in flight."""
 
 from collections.abc import Callable

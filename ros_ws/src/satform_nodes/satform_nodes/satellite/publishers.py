@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What a satellite says: commands, announcements, how it tracks, which gains changed."""
 
 from collections import deque

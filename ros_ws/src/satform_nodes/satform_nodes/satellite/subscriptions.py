@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Whom a satellite hears: the plant, and those whom the graph lets it hear at some time."""
 
 from collections.abc import Callable, Collection

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Who is believed on a topic: the one writer of the node that has to speak there, and nobody else.
 
 A node's name is what it says of itself, so the first writer with the right name is the one, and another

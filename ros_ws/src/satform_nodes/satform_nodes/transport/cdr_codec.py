@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Messages of fixed size as bytes: one struct format instead of a Python object per message.
 
 On the hot path an rclpy message costs about 12 us to take apart and put together again; a struct of

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Whether everyone a node talks to is there, by name, seen from this node's side."""
 
 from collections import Counter

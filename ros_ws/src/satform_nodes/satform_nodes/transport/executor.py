@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """An executor for nodes that live from a few small messages at every step.
 
 The stock executor gathers all entities, builds a wait set and makes a task for every message, which

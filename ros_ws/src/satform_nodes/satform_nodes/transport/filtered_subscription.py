@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """A subscription that is read message by message, and what of it is believed."""
 
 from collections import deque

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Where messages enter a node: what is believed is well-formed, finite, in range and of a due step.
 
 Who may speak at all is decided before, in `speakers`. A message that is refused has no effect but to be

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """What is wrong with the nodes of a flight that does not begin: who lacks which publisher or subscription."""
 
 from collections import Counter

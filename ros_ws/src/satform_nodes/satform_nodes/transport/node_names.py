@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Names of nodes as a node of the same formation sees them, whatever namespace the formation is in."""
 
 from typing import Any

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """QoS profiles of all publishers and subscriptions, with the reason for each."""
 
 from functools import partial

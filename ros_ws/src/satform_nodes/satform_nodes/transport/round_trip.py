@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """The bare cost of a round trip over DDS on this machine: what every other figure is held against.
 
 Two processes, one small message there and back, raw bytes, a cached wait set and nothing else. Run

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Whether the middleware takes part with keys: makes one node in an enclave, and says why if it cannot."""
 
 import sys

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Taking a message together with the identity of its writer, which rclpy leaves out.
 
 DDS stamps every message with the globally unique identifier of the endpoint that wrote it, and rcl passes

@@ -1,3 +1,5 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
 """Name and message type of every topic. QoS: `qos`; publishers and subscribers: `satform`'s `topic_graph`."""
 
 from diagnostic_msgs.msg import DiagnosticArray
