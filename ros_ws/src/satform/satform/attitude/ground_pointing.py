@@ -42,7 +42,7 @@ class AttitudeReference:
         mrp: inertial to desired body axes, of length at most one, shape (..., 3).
         angular_velocity: of the desired axes, in desired body components, rad/s, shape (..., 3).
         angular_acceleration: of the desired axes, in desired body components, rad/s^2, (..., 3).
-        feasible: whether the panels can be kept to the sun while the sensor points, shape (...).
+        feasible: whether the panel axis can be perpendicular to the sun, shape (...).
     """
 
     mrp: Array
@@ -337,21 +337,21 @@ class GroundPointing:
 
 
 class GroundPointingSpec(Spec):
-    """Pointing at a place on the ground from a circular orbit, with the panels kept to the sun."""
+    """Pointing at a target on the ground from a circular orbit; panel axis perpendicular to the sun."""
 
     kind: Literal["ground_pointing"] = "ground_pointing"
     altitude: Positive
     """Of the orbit above the spherical Earth, m."""
     start_latitude: Latitude
-    """Of the point below the satellite at time zero, geocentric, rad."""
+    """Of the sub-satellite point at time zero, geocentric, rad."""
     start_longitude: Longitude
-    """Of the point below the satellite at time zero, east of Greenwich, rad."""
+    """Of the sub-satellite point at time zero, east of Greenwich, rad."""
     heading: Longitude
     """Of the inertial velocity at time zero, from north towards east, rad."""
     target_latitude: Latitude
-    """Of the place pointed at, geocentric, rad."""
+    """Of the target, geocentric, rad."""
     target_longitude: Longitude
-    """Of the place pointed at, east of Greenwich, rad."""
+    """Of the target, east of Greenwich, rad."""
     sun: Vector | None = None
     """Direction to the sun, inertial equatorial components, any length; when left out that of the truth
     model's epoch, and along x where it has none."""

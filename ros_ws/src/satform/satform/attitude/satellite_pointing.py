@@ -68,7 +68,7 @@ def to_inertial(vector: Array, orbit: CircularOrbit, time: Array) -> Array:
 
 @dataclass(frozen=True)
 class SatellitePointing:
-    """A satellite that has to point at another one, and to keep its panels to the sun.
+    """A satellite that points at another one, with its panel axis perpendicular to the sun.
 
     Attributes:
         orbit: of the chief; inertial axes are its LVLH axes at time zero.
@@ -90,12 +90,12 @@ class SatellitePointing:
 
 
 class SatellitePointingSpec(Spec):
-    """Pointing at another satellite of the formation, with the panels kept to the sun.
+    """Pointing at another satellite of the formation, with the panel axis perpendicular to the sun.
 
-    Inertial axes are the chief's LVLH axes at time zero. The satellite has to hear the other one, whose
-    phase is extrapolated by its time stamp and rate. Until the first message the flight plan stands for a
-    message of time zero. Once the newest message is older than the consensus law's `drop_after`, the
-    satellite rests in inertial space with its boresight and its panels' axis square to the sun.
+    Inertial axes are the chief's LVLH axes at time zero. The satellite has to receive the other one's
+    phase messages, whose phase is extrapolated by stamp and rate. Until the first message the initial phase
+    of the scenario is used. Once the newest message is older than the consensus law's `drop_after`, the
+    satellite rests in inertial space with boresight and panel axis perpendicular to the sun.
     """
 
     kind: Literal["satellite_pointing"] = "satellite_pointing"

@@ -25,14 +25,14 @@ Announces = Literal["arc_length", "motion"]
 
 @dataclass(frozen=True)
 class Heard:
-    """What a satellite last heard from its K neighbours, in ascending order of their indices.
+    """Newest values received from the K in-neighbours of a satellite, in ascending order of their indices.
 
-    An entry of weight zero is padding, or a neighbour of whom nothing is (any longer) known; its
-    other values do not matter as long as they are finite.
+    An entry of weight zero is padding, or a neighbour without a valid message; its other values do not
+    matter as long as they are finite.
 
     Attributes:
-        arc_length: phase of the neighbour when it spoke, m, shape (..., K).
-        rate: eta of the neighbour when it spoke, m/s, shape (..., K).
+        arc_length: phase of the neighbour at the stamp, m, shape (..., K).
+        rate: eta of the neighbour at the stamp, m/s, shape (..., K).
         stamp: simulated time to which both belong, s, shape (..., K).
         weight: 1 for a neighbour that counts, else 0, shape (..., K).
     """
@@ -51,11 +51,11 @@ class ArcLengthConsensus:
         tracking_gain: of the own rate's error, 1/s, shape (...).
         coupling_gain: of the disagreement in arc length, 1/s^2, shape (...).
         rate_gain: of the disagreement in rate, 1/s, shape (...).
-        neighbour_values: `hold` takes a neighbour's value as it was heard, `extrapolate` carries it on
-            at the rate it was heard with, by its stamp.
+        neighbour_values: `hold` uses a neighbour's phase as received, `extrapolate` propagates it from its
+            stamp to the current time at the received rate.
         arc_length_source: whether xi is that of the reference point or that of the point of the
-            orbit closest to the satellite, in which case the formation waits for a laggard.
-        drop_after: age of a neighbour's word from which on it no longer counts, s.
+            orbit closest to the satellite, in which case the formation waits for a satellite that lags.
+        drop_after: age of a neighbour's message beyond which the neighbour has weight zero, s.
     """
 
     tracking_gain: Array
@@ -81,6 +81,7 @@ class ArcLengthConsensus:
             deta/dt, m/s^2, shape (...).
 
         Source: Chen et al. 2015, consensus on the generalised arc length; cf. Ren & Beard, ch. 4.
+            Equation (8) of docs/controllers/consensus.md.
         """
         own = -self.tracking_gain * (rate - nominal_rate)
         if heard.arc_length.shape[-1] == 0:
@@ -91,12 +92,12 @@ class ArcLengthConsensus:
         return change
 
     def weighted_pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
-        """What each neighbour adds to a satellite's own deta/dt, m/s^2, shape (..., K)."""
+        """Weighted coupling term of each neighbour, subtracted from deta/dt, m/s^2, shape (..., K)."""
         weighted: Array = heard.weight * self.pulls(arc_length, rate, heard, time)
         return weighted
 
     def pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
-        """What each neighbour's word asks of a satellite, before weights; positive slows it down.
+        """Coupling term of each neighbour before weighting; positive values decelerate the satellite.
 
         Args:
             arc_length: own phase, m, shape (...).
@@ -105,7 +106,7 @@ class ArcLengthConsensus:
             time: simulated, s.
 
         Returns:
-            Disagreement in arc length and rate by their gains, m/s^2, shape (..., K).
+            Differences in phase and rate times their gains, m/s^2, shape (..., K).
         """
         neighbour = heard.arc_length
         if self.neighbour_values == "extrapolate":
@@ -136,16 +137,16 @@ class ConsensusSpec(Spec):
     """Base of every consensus law's specification; subclasses set a literal `kind` and their gains.
 
     Attributes:
-        announces: what satellites tell their listeners under this law.
+        announces: what satellites send to their out-neighbours under this law.
     """
 
     announces: ClassVar[Announces] = "arc_length"
 
     drop_after: Positive = 60.0
-    """Silence of a neighbour after which its last word no longer counts, s of simulated time."""
+    """Age of the newest message beyond which a neighbour is ignored, s of simulated time."""
 
     def build(self) -> Any:
-        """The law itself: an `ArcLengthConsensus`, or a `MotionSharing` where motion is announced."""
+        """The law itself: an `ArcLengthConsensus`, or a `MotionSharing` where motion is sent."""
         raise NotImplementedError
 
 
@@ -154,13 +155,13 @@ class ArcLengthGainsSpec(ConsensusSpec):
 
     kind: str
     tracking_gain: Positive
-    """Pull of the own rate towards the nominal one, 1/s."""
+    """Gain of the own rate's error to the nominal rate, 1/s."""
     coupling_gain: Positive
-    """Pull towards the neighbours' arc length, 1/s^2."""
+    """Gain of the phase differences to the neighbours, 1/s^2."""
     rate_gain: Positive
-    """Pull towards the neighbours' rate, 1/s."""
+    """Gain of the rate differences to the neighbours, 1/s."""
     neighbour_values: NeighbourValues = "hold"
-    """`hold` takes a neighbour's value as it was heard; `extrapolate` carries it on by its time stamp."""
+    """`hold` uses a neighbour's phase as received; `extrapolate` propagates it from its stamp to now."""
     arc_length_source: ArcLengthSource = "reference"
     """`reference`: of the reference point; `projected`: of the orbit's point closest to the satellite."""
 

@@ -1,10 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How many liars a communication graph bears: r-robustness and (r, s)-robustness.
+"""How many Byzantine agents a communication graph supports: r-robustness and (r, s)-robustness.
 
-A set of satellites is r-reachable when one of them hears at least r satellites outside the set. A
-graph is r-robust when of any two sets without common members at least one is r-reachable: wherever a
-formation splits into those ahead and those behind, somebody hears enough of the others to be moved.
+A set of satellites is r-reachable when one of them has at least r in-neighbours outside the set. A graph
+is r-robust when of any two disjoint non-empty sets at least one is r-reachable.
 
 Source: LeBlanc, Zhang, Koutsoukos & Sundaram 2013, Resilient asymptotic consensus in robust networks.
 """
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 
 MAXIMUM_SATELLITES = 20
-"""Beyond it robustness is not computed: the sets of satellites double with each one."""
+"""Largest number of satellites for which robustness is computed: the number of sets doubles with each."""
 
 _ROUNDING = 1e-9
 """By which a computed eigenvalue may be too large, relative to the number of satellites."""
@@ -28,7 +27,7 @@ Counts = NDArray[np.int16]
 
 @dataclass(frozen=True)
 class Robustness:
-    """What a graph is robust to, exactly.
+    """Exact robustness of a graph.
 
     Attributes:
         r: the largest r for which the graph is r-robust.
@@ -52,19 +51,19 @@ class Robustness:
 
 @dataclass(frozen=True)
 class Promise:
-    """What a graph promises to satellites that each ignore up to F neighbours ahead and F behind.
+    """What a graph guarantees to satellites that each discard up to F neighbours on either side.
 
     Attributes:
         tolerated_liars: F.
-        local: whether agreement is promised with up to F liars among the neighbours of each honest
-            satellite; None where the graph is too large to know.
-        total: whether agreement is promised with up to F liars in the whole formation, each of which
-            tells all its listeners the same; None where the graph is too large to know.
+        local: whether consensus is guaranteed with up to F Byzantine agents among the in-neighbours of each
+            correct satellite; None if the graph is too large to know.
+        total: whether consensus is guaranteed with up to F Byzantine agents in the whole formation, each of
+            which sends the same values to all; None if the graph is too large to know.
         largest_local: the largest F for which `local` holds, or is known to hold; None when the graph is
-            connected by nobody's word.
+            not connected.
         largest_total: the largest F for which `total` holds, or is known to hold; None likewise.
         exact: whether the two are exact; otherwise they are lower bounds.
-        sentence: all of it in words.
+        sentence: the same in words.
     """
 
     tolerated_liars: int
@@ -77,7 +76,7 @@ class Promise:
 
 
 def robustness(graph: Graph) -> Robustness:
-    """What a small graph is robust to, by looking at every set of its satellites.
+    """Robustness of a small graph, by examining every set of its satellites.
 
     Args:
         graph: of at most `MAXIMUM_SATELLITES`.
@@ -116,7 +115,7 @@ def lower_bound(graph: Graph) -> int:
         graph: of any size.
 
     Returns:
-        r, 0 when nothing is promised.
+        r, 0 when nothing is guaranteed.
 
     Source: LeBlanc et al. 2013 for the degrees; Shahrivar, Pirani & Sundaram 2017 for the connectivity.
     """
@@ -131,14 +130,14 @@ def lower_bound(graph: Graph) -> int:
 
 
 def promise(graph: Graph, tolerated_liars: int) -> Promise:
-    """What a graph promises to satellites of which each tolerates a number of liars.
+    """What a graph guarantees to satellites of which each tolerates F Byzantine in-neighbours.
 
     Args:
         graph: of any size; beyond `MAXIMUM_SATELLITES` by lower bounds.
-        tolerated_liars: F, up to which each satellite ignores neighbours ahead of it, and behind it.
+        tolerated_liars: F, number of neighbours that each satellite discards on either side.
 
     Returns:
-        For which liars honest satellites agree, within the interval of what honest ones said.
+        For which Byzantine agents the correct satellites reach consensus within the interval of their values.
 
     Raises:
         ValueError: F is negative.
@@ -170,7 +169,7 @@ def promise(graph: Graph, tolerated_liars: int) -> Promise:
 
 
 def _heard_outside(graph: Graph) -> Counts:
-    """How many outside a set each of its members hears, shape (N, 2^N); -1 for those not in the set.
+    """In-neighbours outside a set of each of its members, shape (N, 2^N); -1 for satellites not in the set.
 
     A set is a number whose bit i stands for satellite i.
     """

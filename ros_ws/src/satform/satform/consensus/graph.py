@@ -15,17 +15,17 @@ from satform.common.spec import Spec
 from satform.numeric.elementwise import Array
 
 MAXIMUM_SPECTRUM = 1_500
-"""Satellites up to which eigenvalues are worth their time, which grows with the third power."""
+"""Largest number of satellites for which eigenvalues are computed; the time grows with its third power."""
 
 Hears = tuple[Literal[0, 1], ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """A directed graph of satellites; an undirected one hears both ways along every edge.
+    """A directed communication graph; an undirected graph has every edge in both directions.
 
     Attributes:
-        adjacency: 1 in row i and column j when satellite i hears satellite j, else 0, shape (N, N),
+        adjacency: 1 in row i and column j when satellite i receives from satellite j, else 0, shape (N, N),
             with a zero diagonal.
     """
 
@@ -61,11 +61,11 @@ class Graph:
         return len(self.adjacency)
 
     def neighbours(self, satellite: int) -> tuple[int, ...]:
-        """Indices of those whom `satellite` hears, ascending."""
+        """Indices of the in-neighbours of `satellite`, ascending."""
         return tuple(np.flatnonzero(self.adjacency[satellite]).tolist())
 
     def listeners(self, satellite: int) -> tuple[int, ...]:
-        """Indices of those who hear `satellite`, ascending."""
+        """Indices of the out-neighbours of `satellite`, ascending."""
         return tuple(np.flatnonzero(self.adjacency[:, satellite]).tolist())
 
     @cached_property
@@ -76,7 +76,7 @@ class Graph:
 
     @cached_property
     def directed(self) -> bool:
-        """Whether some satellite hears one that does not hear it."""
+        """Whether some edge has no edge in the opposite direction."""
         return not np.array_equal(self.adjacency, self.adjacency.T)
 
     def subgraph(self, satellites: NDArray[np.bool_] | list[int]) -> "Graph":
@@ -118,7 +118,7 @@ class Graph:
         return float(self.eigenvalues[1].real) if len(self) > 1 else 0.0
 
     def connected(self) -> bool:
-        """Whether agreement is possible: some satellite's word reaches every other one.
+        """Whether consensus is possible: every satellite can be reached from some one along the edges.
 
         For an undirected graph this is connectivity. For a directed one it is the existence of a
         spanning tree, which holds when exactly one strong component hears nobody outside itself.
@@ -133,7 +133,7 @@ class Graph:
         return int(count - hears_outside.sum()) == 1
 
     def strongly_connected(self) -> bool:
-        """Whether every satellite's word reaches every other one."""
+        """Whether every satellite can be reached from every other one along the edges."""
         return self._strong_components()[0] == 1
 
     def _strong_components(self) -> tuple[int, NDArray[np.int32]]:
@@ -157,7 +157,7 @@ class TopologySpec(Spec):
 
 
 class CompleteSpec(TopologySpec):
-    """Everybody hears everybody."""
+    """Complete graph: every satellite receives from every other one."""
 
     kind: Literal["complete"] = "complete"
 
@@ -169,7 +169,7 @@ class CompleteSpec(TopologySpec):
 
 
 class RingSpec(TopologySpec):
-    """Each hears the one before and the one after; the first and the last are neighbours."""
+    """Ring: each satellite receives from the previous and the next one, the first from the last."""
 
     kind: Literal["ring"] = "ring"
 
@@ -179,7 +179,7 @@ class RingSpec(TopologySpec):
 
 
 class LineSpec(TopologySpec):
-    """Each hears the one before and the one after; the first and the last are ends."""
+    """Line: each satellite receives from the previous and the next one; the first and the last are ends."""
 
     kind: Literal["line"] = "line"
 
@@ -189,7 +189,7 @@ class LineSpec(TopologySpec):
 
 
 class StarSpec(TopologySpec):
-    """One satellite hears and is heard by all others, which do not hear each other."""
+    """Star: the central satellite exchanges messages with all others, which have no other neighbours."""
 
     kind: Literal["star"] = "star"
     centre: Annotated[int, Field(ge=0)] = 0
@@ -209,7 +209,7 @@ class StarSpec(TopologySpec):
 
 
 class NoneSpec(TopologySpec):
-    """Nobody hears anybody."""
+    """No edges: no satellite receives from another one."""
 
     kind: Literal["none"] = "none"
 
@@ -223,7 +223,7 @@ class MatrixSpec(TopologySpec):
 
     kind: Literal["matrix"] = "matrix"
     rows: tuple[Hears, ...]
-    """Row i holds a 1 in column j when satellite i hears satellite j, else 0."""
+    """Row i has a 1 in column j when satellite i receives from satellite j, else 0."""
 
     @field_validator("rows")
     @classmethod

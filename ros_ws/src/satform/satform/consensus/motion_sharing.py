@@ -16,12 +16,12 @@ from satform.numeric.elementwise import Array
 
 @dataclass(frozen=True)
 class MotionAnnouncement:
-    """Where a satellite tells its listeners that it is.
+    """Position and velocity that a satellite sends to its out-neighbours.
 
     Attributes:
-        time: simulated moment at which the motion was so, s, shape (...).
-        position: as the satellite believes, LVLH, m, shape (..., 3).
-        velocity: as the satellite believes, LVLH, m/s, shape (..., 3).
+        time: simulated time of validity, s, shape (...).
+        position: measured or estimated, LVLH, m, shape (..., 3).
+        velocity: measured or estimated, LVLH, m/s, shape (..., 3).
     """
 
     time: Array
@@ -31,13 +31,13 @@ class MotionAnnouncement:
 
 @dataclass(frozen=True)
 class HeardMotion:
-    """What a satellite last heard from the one neighbour that it follows.
+    """Newest motion received from the one in-neighbour that a satellite follows.
 
     Attributes:
-        position: of the neighbour when it spoke, LVLH, m, shape (..., 3).
-        velocity: of the neighbour when it spoke, LVLH, m/s, shape (..., 3).
+        position: of the neighbour at the stamp, LVLH, m, shape (..., 3).
+        velocity: of the neighbour at the stamp, LVLH, m/s, shape (..., 3).
         stamp: simulated time to which both belong, s, shape (...).
-        weight: 1 while the neighbour's word counts, 0 once it has been silent for too long, shape (...).
+        weight: 1 while the newest message is valid, 0 after the neighbour timeout, shape (...).
     """
 
     position: Array
@@ -48,16 +48,16 @@ class HeardMotion:
 
 @dataclass(frozen=True)
 class MotionSharing:
-    """Telling each other the own position and velocity; each satellite follows the one that it hears.
+    """Exchange of position and velocity; each satellite follows its one in-neighbour.
 
     Attributes:
-        drop_after: age of a neighbour's word from which on it no longer counts, s.
+        drop_after: age of the newest message beyond which the neighbour is not followed, s.
     """
 
     drop_after: float = math.inf
 
     def seen(self, motion: Motion, heard: HeardMotion, time: float) -> RelativeNeighbour:
-        """The neighbour as seen from the satellite.
+        """Relative motion of a satellite to its neighbour.
 
         Args:
             motion: own position and velocity now, LVLH, shape (..., 3) each.
@@ -65,7 +65,7 @@ class MotionSharing:
             time: simulated, s.
 
         Returns:
-            Own motion minus the neighbour's, which is carried on at the velocity it was heard with.
+            Own motion minus the neighbour's, which is extrapolated at the received velocity.
         """
         elapsed = (time - heard.stamp)[..., None]
         position = motion.position - (heard.position + elapsed * heard.velocity)
@@ -73,7 +73,7 @@ class MotionSharing:
 
 
 class MotionSharingSpec(ConsensusSpec):
-    """Satellites tell their listeners their position and velocity; nothing is agreed on."""
+    """Satellites send position and velocity to their out-neighbours; there is no consensus."""
 
     announces: ClassVar[Announces] = "motion"
 

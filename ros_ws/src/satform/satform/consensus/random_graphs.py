@@ -12,7 +12,7 @@ from pydantic import Field
 from satform.consensus.graph import Graph, TopologySpec
 
 _ATTEMPTS = 200
-"""Graphs drawn before giving up; of degree 3 and more nearly every one is connected."""
+"""Graphs drawn before giving up; with a degree of 3 and more nearly all are connected."""
 _ROUNDS = 500
 """Times what is left of one graph is drawn anew before another graph is begun."""
 
@@ -20,7 +20,7 @@ Links = NDArray[np.bool_]
 
 
 class RandomRegularSpec(TopologySpec):
-    """Each hears and is heard by the same number of others, drawn at random; always connected."""
+    """Random regular graph: each satellite has the same number of neighbours; connected and undirected."""
 
     kind: Literal["random_regular"] = "random_regular"
     degree: Annotated[int, Field(ge=1, le=100)]
@@ -71,14 +71,14 @@ def _drawn(count: int, degree: int, seed: int) -> Graph:
 
 
 def _links(count: int, degree: int, generator: np.random.Generator) -> Links | None:
-    """Who hears whom, shape (count, count); None when the drawing has come to a dead end."""
+    """Adjacency, shape (count, count); None when the pairing has failed."""
     if degree == 2:
         # The only connected graph of degree 2 is a ring, and a drawn one seldom is one.
         ring = generator.permutation(count)
         return _joined(np.zeros((count, count), dtype=np.bool_), ring, np.roll(ring, -1))
     if 2 * degree < count:
         return _paired(count, degree, generator)
-    # Who does not hear whom is regular too, and easier to draw where nearly everybody does.
+    # The complement is regular too, and easier to draw for a dense graph.
     apart = _paired(count, count - 1 - degree, generator)
     return None if apart is None else ~(apart | np.eye(count, dtype=np.bool_))
 

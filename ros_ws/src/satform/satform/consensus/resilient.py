@@ -35,25 +35,25 @@ _SLACK = 1e-9
 
 @dataclass(frozen=True)
 class ResilientArcLengthConsensus(ArcLengthConsensus):
-    """The law of one satellite, or of many stacked along a leading axis, that some neighbours may lie to.
+    """The law of one satellite, or of many stacked along a leading axis, with Byzantine neighbours.
 
     Attributes:
-        tolerated_liars: how many neighbours of a satellite may say anything whatever. That many are
-            ignored of those that pull it forward, and as many of those that pull it back.
+        tolerated_liars: F, how many in-neighbours of a satellite may be Byzantine. Up to F neighbours
+            that pull it forward and up to F that pull it back are discarded.
     """
 
     tolerated_liars: int = 0
 
     def weighted_pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
-        """What each neighbour adds to a satellite's own deta/dt, m/s^2, shape (..., K); 0 for who is ignored.
+        """Coupling term of each neighbour, m/s^2, shape (..., K); 0 for those that are discarded.
 
-        What is not finite counts as not heard.
+        A value that is not finite counts as no message.
 
         Source: LeBlanc, Zhang, Koutsoukos & Sundaram 2013, weighted-mean subsequence-reduced (W-MSR)
             consensus; cf. Dibaji & Ishii 2017 for agents of second order, who compare positions alone
             because their agents use no neighbour's rate.
         """
-        # A liar's largest numbers overflow; what comes of that is not used.
+        # Extreme values of a Byzantine neighbour overflow; the result is not used.
         with np.errstate(over="ignore", invalid="ignore"):
             pull = self.pulls(arc_length, rate, heard, time)
         pull = np.where((heard.weight > 0.0) & np.isfinite(pull), pull, 0.0)
@@ -62,17 +62,17 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
 
 
 def dropped(pull: Array, tolerated_liars: int) -> NDArray[np.bool_]:
-    """Which neighbours a satellite ignores: those that pull it hardest, up to F either way.
+    """Which neighbours a satellite discards: those with the largest coupling terms, up to F of each sign.
 
-    Those that pull neither way are never ignored and may stand for padding. Of equal ones at the
-    limit, the first are ignored below and the last above, whatever else there is.
+    Terms of zero are never discarded and may be padding. Of equal terms at the limit, the first are
+    discarded among the negative and the last among the positive ones.
 
     Args:
         pull: of each neighbour, in any unit, shape (..., K).
-        tolerated_liars: F, how many are ignored either way.
+        tolerated_liars: F, how many of each sign are discarded.
 
     Returns:
-        True for those ignored, shape (..., K).
+        True for those discarded, shape (..., K).
     """
     count = pull.shape[-1]
     order = np.argsort(pull, axis=-1, kind="stable")
@@ -84,11 +84,11 @@ def dropped(pull: Array, tolerated_liars: int) -> NDArray[np.bool_]:
 
 
 class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
-    """Consensus on the generalised arc length that tolerates satellites that say anything whatever."""
+    """Consensus on the generalised arc length that tolerates Byzantine neighbours."""
 
     kind: Literal["resilient_arc_length"] = "resilient_arc_length"
     tolerated_liars: Annotated[int, Field(ge=0, le=10_000)]
-    """How many neighbours of each satellite may lie; as many are ignored ahead of it, and behind it."""
+    """F: how many in-neighbours of each satellite may be Byzantine; up to F are discarded on either side."""
 
     def build(self) -> ResilientArcLengthConsensus:
         """The law itself."""
@@ -103,19 +103,19 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
         )
 
     def doubts(self, most_heard: int, step: float) -> list[str]:
-        """Why honest satellites might leave the interval of phases in which they began.
+        """Violated conditions, so that correct satellites may leave the interval of their initial phases.
 
         With none of these, equal nominal rates, phases of the reference, and values that are no older
-        than a step, z and q of every honest satellite stay for ever within the interval of all honest
-        ones' z and q at the start; for satellites that start at the nominal rate that is the interval
+        than a step, z and q of every correct satellite stay within the interval of all correct
+        satellites' z and q at the start; for satellites that start at the nominal rate it is the interval
         of their phases. Extrapolated values may be as old as rate_gain / coupling_gain.
 
         Args:
-            most_heard: largest number of neighbours that any satellite hears.
+            most_heard: largest in-degree.
             step: control period, s.
 
         Returns:
-            A sentence for each; none where the interval is kept.
+            One sentence for each; none when the interval is guaranteed.
         """
         found = []
         product = self.tracking_gain * self.rate_gain

@@ -15,7 +15,7 @@ from satform.numeric.elementwise import Array, norm
 
 @dataclass(frozen=True)
 class Saturation:
-    """Finds saturation of the thrusters from what was commanded and what was applied.
+    """Detects saturation of the thrusters from the commanded and the applied acceleration.
 
     Attributes:
         resolution: acceleration of the thrusters' smallest impulse or quantum, m/s^2, shape (...).
@@ -31,17 +31,17 @@ class Saturation:
         return cls(np.asarray(setting.thrust_resolution), np.asarray(setting.thrust_error))
 
     def shortfall(self, motion: Motion, step: ControlStep) -> Array:
-        """How much of the last command was not applied because the thrusters could not.
+        """Part of the last command that saturated thrusters did not apply.
 
-        Differences within the thrusters' resolution and random errors come about by themselves and are none.
+        Differences within the thrusters' resolution and random errors do not count.
 
         Args:
             motion: of the satellites, for the shape.
-            step: says what was commanded and what was applied.
+            step: with the commanded and the applied acceleration of the step before.
 
         Returns:
-            Command less applied acceleration, m/s^2, shape (..., 3); zero where the thrusters did as
-            commanded, or where that is not known.
+            Commanded minus applied acceleration, m/s^2, shape (..., 3); zero where the command was applied,
+            or where that is not known.
         """
         commanded = step.commanded_acceleration
         if commanded is None or step.applied_acceleration is None:

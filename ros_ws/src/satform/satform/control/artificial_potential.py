@@ -53,11 +53,11 @@ class Guidance:
 
 @dataclass(frozen=True)
 class DistanceField:
-    """Velocity field that leads to a set distance and away from the safe distance.
+    """Velocity field that leads to a set distance to the neighbour and away from the safe distance.
 
     Attributes:
         distance: to be kept, m, shape (...).
-        safe_distance: never to be reached, m, shape (...).
+        safe_distance: lower bound of the distance, m, shape (...).
         slope: velocity per unit of the potential's gradient, 1/s, shape (...).
         speed_limit: bound on the velocity towards or away from the neighbour, m/s, shape (...).
         common_velocity: of the whole formation, LVLH, m/s, shape (..., 3).
@@ -133,7 +133,7 @@ class DistanceField:
 
 @dataclass(frozen=True)
 class Adaptation:
-    """What the law has learnt; its memory.
+    """Memory of the law: the adapted estimates.
 
     Attributes:
         weights: of the fuzzy approximation of the unknown acceleration, m/s^2, shape (..., 3, 7).
@@ -157,10 +157,10 @@ class AdaptiveDistance:
         centres: velocities at which the membership functions peak, m/s, shape (..., 7).
         width: offset from the peak at which the membership has fallen to 1/e, m/s, shape (...).
         step: control period, s, shape (...).
-        leakage: at which what was learnt is forgotten, 1/s, or 1/m if it goes with the velocity error's
-            size, shape (...); 0 for none.
-        leaks_with_error: whether the leakage goes with the size of the velocity error.
-        saturation: finds that the thrusters could not follow the last command.
+        leakage: decay rate of the estimates, 1/s, or 1/m if it is multiplied by the magnitude of the
+            velocity error, shape (...); 0 for none.
+        leaks_with_error: whether the leakage is multiplied by the magnitude of the velocity error.
+        saturation: detects that the thrusters did not apply the last command.
     """
 
     field: DistanceField
@@ -176,27 +176,27 @@ class AdaptiveDistance:
     saturation: Saturation
 
     def start(self, motion: Motion) -> Adaptation:
-        """Nothing learnt yet."""
+        """Estimates of zero."""
         shape = motion.velocity.shape
         return Adaptation(np.zeros((*shape, self.centres.shape[-1])), np.zeros(shape))
 
     def resume(self, memory: Adaptation, gap: Gap) -> Adaptation:
-        """What was learnt is kept: it stands for the satellite's dynamics; nothing is learnt in the gap."""
+        """The estimates are kept: they describe the satellite's dynamics. They are not adapted in the gap."""
         return memory
 
     def act(
         self, motion: Motion, neighbour: RelativeNeighbour, memory: Adaptation, step: ControlStep
     ) -> Action:
-        """Command of one step, and what was learnt in it.
+        """Command of one step, and the adapted estimates.
 
-        Nothing is learnt on an axis on which saturated thrusters could not apply the last command: the
-        velocity error there is the saturation's, and not that of something unknown.
+        The estimates are not adapted on an axis on which saturated thrusters did not apply the last command:
+        the velocity error there comes from the saturation, not from unknown dynamics.
 
         Args:
             motion: own velocity, LVLH; the position is not used.
             neighbour: relative position and velocity of the neighbour.
-            memory: what has been learnt so far.
-            step: says what was applied instead of the last command.
+            memory: the estimates.
+            step: with the acceleration that was applied instead of the last command.
 
         Returns:
             Commanded acceleration, the velocity error as sliding variable, the next memory.
@@ -212,7 +212,7 @@ class AdaptiveDistance:
         return Action(acceleration, surface, Adaptation(weights, disturbance))
 
     def reference(self, motion: Motion, neighbour: RelativeNeighbour) -> Reference:
-        """The place at the set distance that is nearest, and the whole formation's velocity.
+        """The nearest position at the set distance, and the common velocity of the formation.
 
         Args:
             motion: own position and velocity, LVLH.
@@ -234,15 +234,15 @@ class AdaptiveDistance:
         Args:
             velocity: own, LVLH, m/s, shape (..., 3).
             neighbour: relative position and velocity of the neighbour.
-            learnt: what has been learnt so far.
+            learnt: the estimates.
 
         Returns:
             Commanded acceleration (m/s^2, shape (..., 3)), velocity error to the field (m/s, shape
-            (..., 3)) and time derivative of what is learnt.
+            (..., 3)) and time derivative of the estimates.
 
         Source: Zhu, Du & Wang: adaptive fuzzy backstepping; the adaptation laws were reconstructed here.
         Leakage: Ioannou & Kokotovic 1984 (sigma-modification: at a constant rate), Narendra & Annaswamy 1987
-        (e-modification: at a rate that goes with the error, so that nothing is forgotten without one).
+        (e-modification: at a rate proportional to the error, so that estimates do not decay without error).
         """
         guidance = self.field.guidance(neighbour)
         surface = velocity - guidance.velocity
@@ -300,7 +300,7 @@ Centres = tuple[float, float, float, float, float, float, float]
 
 
 class AdaptiveDistanceSpec(ControllerSpec):
-    """Adaptive collision-free distance keeping to the one neighbour that the satellite hears."""
+    """Adaptive collision-free distance keeping to the satellite's one in-neighbour."""
 
     follows: ClassVar[Literal["reference", "neighbour"]] = "neighbour"
 
@@ -324,16 +324,16 @@ class AdaptiveDistanceSpec(ControllerSpec):
     disturbance_rate: NonNegative = 0.5
     """Adaptation rate of the disturbance bound, 1/s; zero for none."""
     boundary: Positive = 0.05
-    """Velocity error over which the disturbance's counteraction is smoothed, m/s. Held commands are
-    stable while the step is well below this divided by the estimated disturbance bound."""
+    """Velocity error over which the sign in the disturbance term is smoothed, m/s. Held commands are stable
+    while the step is well below this divided by the estimated disturbance bound."""
     centres: Centres = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
     """Velocities at which the fuzzy sets peak, m/s."""
     leakage: Literal["none", "sigma_modification", "e_modification"] = "none"
-    """How what was learnt is forgotten, which keeps it bounded under noise and persistent disturbances:
-    not at all, as in the source; at `leakage_rate` (sigma-modification); or at `leakage_rate` times the size
-    of the velocity error (e-modification)."""
+    """Leakage of the estimates, which keeps them bounded under noise and persistent disturbances: none, as in
+    the source; at `leakage_rate` (sigma-modification); or at `leakage_rate` times the magnitude of the
+    velocity error (e-modification)."""
     leakage_rate: NonNegative = 0.01
-    """Rate of forgetting, 1/s for sigma_modification, 1/m for e_modification."""
+    """Rate of the leakage, 1/s for sigma_modification, 1/m for e_modification."""
     width: Positive = 1.0
     """Offset from a fuzzy set's peak at which its membership has fallen to 1/e, m/s."""
 

@@ -13,7 +13,7 @@ from satform.orbits.path_reference import Reference
 
 @dataclass(frozen=True)
 class Coast(Memoryless):
-    """The law that never commands anything, of one satellite or of many."""
+    """The law that commands zero, of one satellite or of many."""
 
     def act(self, motion: Motion, reference: Reference, memory: Any, step: ControlStep) -> Action:
         """Zero command and zero sliding variable, shape (..., 3); arguments as in `Controller.act`."""
@@ -22,7 +22,7 @@ class Coast(Memoryless):
 
 
 class CoastSpec(ControllerSpec):
-    """No thrust: shows what the truth does to a satellite that is left alone."""
+    """No thrust: free motion under the truth model."""
 
     kind: Literal["coast"] = "coast"
 

@@ -54,8 +54,8 @@ class IntegralAction:
         growth: of the acceleration in one step for each metre of error, 1/s^2, shape (..., 3).
         limit: largest magnitude of the acceleration, m/s^2, shape (..., 3).
         reach: largest magnitude of an error that is integrated, m, shape (..., 3).
-        saturation: finds that the thrusters could not follow the last command.
-        stops: 1 when the integral stands still while they cannot, 0 when it does not, shape (...).
+        saturation: detects that the thrusters did not apply the last command.
+        stops: 1 for conditional integration while they are saturated, else 0, shape (...).
     """
 
     law: Controller
@@ -66,7 +66,7 @@ class IntegralAction:
     stops: Array
 
     def start(self, motion: Motion) -> IntegralMemory:
-        """Nothing is added until an error has lasted.
+        """The added acceleration starts at zero.
 
         Args:
             motion: position and velocity at the first step, LVLH.
@@ -77,7 +77,7 @@ class IntegralAction:
         return IntegralMemory(np.zeros_like(motion.position), self.law.start(motion))
 
     def resume(self, memory: IntegralMemory, gap: Gap) -> IntegralMemory:
-        """The integral is kept: it stands for a disturbance that goes on; nothing is integrated in the gap.
+        """The integral is kept, since it compensates a lasting disturbance; nothing is integrated in the gap.
 
         The law's own memory is resumed as that law does it.
         """
@@ -85,18 +85,17 @@ class IntegralAction:
         return replace(memory, law=law)
 
     def act(self, motion: Motion, reference: Reference, memory: IntegralMemory, step: ControlStep) -> Action:
-        """The law's command with what has been integrated, which grows by this step's error.
+        """The law's command plus the integral, which then grows by this step's error.
 
-        On each axis the integral stands still while the error is out of reach, as on the way to a distant
-        reference, and stops at its limit; so it has little to unwind once the satellite arrives or a
-        disturbance that was too large has gone. It also stands still while less was applied than commanded
-        on that axis, as by saturated thrusters, and its growth would ask for more of the same.
+        On each axis nothing is integrated while the error is outside the integration band, as on the way to
+        a distant reference, and the integral is limited. It does not grow either in the direction in which
+        saturated thrusters applied less than commanded.
 
         Args:
             motion: measured position and velocity, LVLH.
             reference: desired position, velocity and acceleration, LVLH.
             memory: of the integral and of the law.
-            step: says what was applied instead of the last command.
+            step: with the acceleration that was applied instead of the last command.
 
         Returns:
             Commanded acceleration with the law's sliding variable.
@@ -123,27 +122,26 @@ FollowingLaw = Annotated[
 
 
 class IntegralSpec(ControllerSpec):
-    """Integral action beside a law that follows a reference: under a constant disturbance no offset stays.
+    """Integral action added to a law that follows a reference: no steady offset under a constant disturbance.
 
-    The best gain for a regulator alone is that of `lqi`. Around an observer it takes the measured position,
-    so that the bias of an estimate that knows nothing of the disturbance goes away too. `relative_elements`
-    takes it across the orbital plane alone: in the plane it leaves the answer to a steady push to free
-    motion, which answers the other way, so that integral action would drive the satellite off.
+    For a regulator, `lqi` has the optimal gain. With an observer the measured position is integrated, so
+    that the bias of an estimate without the disturbance is removed too. With `relative_elements` use it on
+    the z axis only: in the orbital plane a constant disturbance drives free motion in the opposite sense, so
+    that integral action is unstable.
     """
 
     kind: Literal["integral"] = "integral"
     law: FollowingLaw = LqrSpec()
-    """Law beside it, which has to be stable with it."""
+    """Law to which it is added; has to be stable with it."""
     gain: NonNegativePerAxis = (1e-7, 1e-7, 1e-7)
-    """Growth of the added acceleration for each metre of position error, per axis, 1/s^3; 0 leaves an axis
-    to the law alone."""
+    """Growth of the added acceleration per metre of position error, per axis, 1/s^3; 0 for none."""
     limit: PositivePerAxis = (0.01, 0.01, 0.01)
     """Largest added acceleration, per axis, m/s^2; a constant disturbance beyond it leaves an offset."""
     reach: PositivePerAxis = (1000.0, 1000.0, 1000.0)
-    """Largest position error that is integrated, per axis, m; has to exceed the offset that is to go."""
+    """Largest position error that is integrated, per axis, m; larger than the offset to be removed."""
     anti_windup: Literal["conditional_integration", "none"] = "conditional_integration"
-    """conditional_integration: on each axis the integral stands still while saturated thrusters apply less
-    than commanded and it would ask for still more; none: it goes on growing."""
+    """conditional_integration: on each axis the integral does not grow in the direction in which saturated
+    thrusters apply less than commanded; none: it grows."""
 
     def build(self, setting: FlightSetting) -> IntegralAction:
         """The law with integral action.

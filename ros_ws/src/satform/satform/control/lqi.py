@@ -94,9 +94,9 @@ class Lqi:
         step: control period, s, shape (...).
         command_path: "integral" or "error".
         feedforward: whether the command that holds the reference is added.
-        saturation: finds that the thrusters could not follow the last command.
-        tracking: share of a command that could not be applied that is taken out of the integral in one
-            step, shape (...); 0 for no anti-windup.
+        saturation: detects that the thrusters did not apply the last command.
+        tracking: share of the unapplied command by which the integral is corrected in one step, shape (...);
+            0 for no anti-windup.
     """
 
     position_gain: cw.InPlaneCoupling
@@ -111,7 +111,7 @@ class Lqi:
     tracking: Array
 
     def start(self, motion: Motion) -> PositionIntegral:
-        """Integral before the first step, such that nothing is commanded until an error builds up.
+        """Integral before the first step, such that the first command is zero.
 
         Args:
             motion: position and velocity at the first step, LVLH.
@@ -126,22 +126,22 @@ class Lqi:
         return PositionIntegral(-self.inverse_integral_gain(feedback))
 
     def resume(self, memory: PositionIntegral, gap: Gap) -> PositionIntegral:
-        """The integral is kept: it stands for a disturbance that goes on; the gap is not integrated over."""
+        """The integral is kept, since it compensates a lasting disturbance; the gap is not integrated."""
         return memory
 
     def act(
         self, motion: Motion, reference: Reference, memory: PositionIntegral, step: ControlStep
     ) -> Action:
-        """Command of one step, and the integral grown by this step's position error.
+        """Command of one step, and the integral increased by this step's position error.
 
-        What the thrusters could not apply of the last command is taken out of the integral, so that it is
-        the one with which the law would have commanded what was applied.
+        The integral is first corrected by the part of the last command that saturated thrusters did not
+        apply, so that it is the one with which the law would have commanded what was applied.
 
         Args:
             motion: measured or estimated position and velocity, LVLH.
             reference: desired position, velocity and acceleration, LVLH.
             memory: integral of the position error so far.
-            step: says what was applied instead of the last command.
+            step: with the acceleration that was applied instead of the last command.
 
         Returns:
             Commanded acceleration and the next integral; the sliding variable is zero.
@@ -182,8 +182,8 @@ class LqiSpec(ControllerSpec):
     feedforward: bool = False
     """Whether the command that holds the reference is added."""
     anti_windup: Literal["back_calculation", "none"] = "back_calculation"
-    """back_calculation: what saturated thrusters could not apply of a command is taken out of the integral;
-    none: the integral grows on."""
+    """back_calculation: the integral is corrected by what saturated thrusters did not apply of a command;
+    none: it is not."""
 
     def build(self, setting: FlightSetting) -> Lqi:
         """The regulator with its gain solved for.

@@ -179,8 +179,8 @@ class LqrSpec(ControllerSpec):
     velocity_reference: Literal["followed", "zero"] = "followed"
     """Whether the velocity error is taken to the reference's velocity or to rest in LVLH."""
     feedforward: bool = False
-    """Whether the command that holds the reference is added. Without it, as the source flies it, a
-    reference that is no free relative orbit is followed with a steady offset."""
+    """Whether the command that holds the reference is added. Without it, as in the source, a reference that
+    is not free motion is followed with a steady offset."""
 
     def build(self, setting: FlightSetting) -> Lqr:
         """The regulator with its gain solved for.

@@ -181,7 +181,7 @@ class Observed:
             motion: measured position, LVLH; the velocity is ignored.
             reference: desired position, velocity and acceleration, LVLH.
             memory: estimate for this step, made with the command of the step before.
-            step: says what was applied instead of that command, by which the estimate is put right.
+            step: with the acceleration that was applied instead of that command; corrects the estimate.
 
         Returns:
             The law's action with the next estimate as memory.
@@ -199,13 +199,13 @@ class Observed:
 
 
 class ObserverSpec(ControllerSpec):
-    """A control law that sees positions only and estimates the rest."""
+    """A control law on the state estimated from measured positions."""
 
     kind: Literal["observer"] = "observer"
     law: Annotated[LqrSpec | LqiSpec | HillPdSpec, Field(discriminator="kind")] = LqrSpec()
-    """Control law that flies on the estimated position and velocity."""
+    """Control law that uses the estimated position and velocity."""
     decay_rates: DecayRates = (0.050, 0.052, 0.054, 0.056, 0.058, 0.060)
-    """Decay rates of the estimation error's six modes, all different, 1/s."""
+    """Observer poles: decay rates of the estimation error, real and distinct, 1/s."""
     initial_position_error: Vector = (0.0, 0.0, 0.0)
     """Error of the first estimated position, LVLH, m."""
     initial_velocity_error: Vector = (0.0, 0.0, 0.0)

@@ -13,7 +13,7 @@ from satform.orbits.path_reference import Reference
 
 @dataclass(frozen=True)
 class FlightSetting:
-    """What a controller may know when it is built, before flight.
+    """What is known to a controller when it is built, before flight.
 
     Attributes:
         mean_motion: of the chief's circular orbit, rad/s.
@@ -93,7 +93,7 @@ class Gap:
 
 @dataclass(frozen=True)
 class RelativeNeighbour:
-    """The one neighbour that a satellite follows, as seen from the satellite.
+    """Motion of a satellite relative to the one neighbour that it follows.
 
     Attributes:
         position: own position minus the neighbour's, m, shape (..., 3).
@@ -106,7 +106,7 @@ class RelativeNeighbour:
 
 @dataclass(frozen=True)
 class Action:
-    """What a controller decides at one step.
+    """What a controller returns at one step.
 
     Attributes:
         acceleration: commanded, held until the next step, m/s^2, shape (..., 3).
@@ -139,7 +139,7 @@ class Controller(Protocol):
 
 
 class NeighbourController(Protocol):
-    """A control law that flies on a neighbour instead of on a reference."""
+    """A control law that follows a neighbour instead of a reference."""
 
     def start(self, motion: Motion) -> Any:
         """The law's memory before the first step; None for a law without memory."""
@@ -155,20 +155,20 @@ class NeighbourController(Protocol):
 
 
 class Memoryless:
-    """Base of control laws that remember nothing from one step to the next."""
+    """Base of control laws without memory."""
 
     def start(self, motion: Motion) -> None:
         """No memory."""
 
     def resume(self, memory: None, gap: Gap) -> None:
-        """There is nothing that a gap could make out of date."""
+        """No memory."""
 
 
 class ControllerSpec(Spec):
     """Base of every controller's specification; subclasses set a literal `kind` and their gains.
 
     Attributes:
-        follows: what the law flies on: a reference, or the one neighbour that the satellite hears.
+        follows: what the law follows: a reference, or the satellite's one in-neighbour.
     """
 
     follows: ClassVar[Literal["reference", "neighbour"]] = "reference"

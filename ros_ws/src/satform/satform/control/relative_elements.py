@@ -209,7 +209,7 @@ class ElementControlSpec(ControllerSpec):
     longitude_orbits: Positive = 1.0
     """Time constant with which an error of the mean longitude decays, orbits."""
     feedforward: bool = False
-    """Whether the command that holds a reference that is no free relative orbit is added."""
+    """Whether the command that holds the reference is added; needed where it is not free motion."""
 
     def build(self, setting: FlightSetting) -> ElementControl:
         """The law.

@@ -39,7 +39,7 @@ class EllipseSpec(CurveSpec):
     first_axis: Vector | None = None
     """Semi-axis from the centre to the point of zero arc length, m. Comes with `second_axis`."""
     second_axis: Vector | None = None
-    """Semi-axis from the centre to the point a quarter of a lap on, perpendicular to the first, m."""
+    """Semi-axis from the centre to the point at a quarter of the perimeter, perpendicular to the first, m."""
     semi_axes: tuple[Positive, Positive] | None = None
     """Lengths of the first and the second semi-axis, m. Comes with `normal` and `direction`."""
     normal: Vector | None = None
@@ -102,11 +102,11 @@ class CircleSpec(CurveSpec):
 
 
 class FixedPointSpec(CurveSpec):
-    """A point at which to stay."""
+    """A fixed point."""
 
     kind: Literal["fixed_point"] = "fixed_point"
     position: Vector
-    """Place in LVLH, m."""
+    """Position in LVLH, m."""
 
     def build(self) -> FixedPoint:
         """The point as a curve without extent."""

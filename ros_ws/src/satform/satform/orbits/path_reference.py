@@ -50,8 +50,8 @@ class Path:
     """A curve together with the generalised arc length that moves along it.
 
     Attributes:
-        curve: where to fly, m, LVLH.
-        scale: dl/dxi, on the average over a lap where it is not constant, dimensionless, shape (...).
+        curve: the reference orbit, m, LVLH.
+        scale: dl/dxi, averaged over a revolution where it is not constant, dimensionless, shape (...).
         parameter: which quantity is proportional to xi, `arc_length` or `angle`.
         feed_forward: where within a control period the reference's acceleration is taken. `middle`
             leaves no first-order error of a command that is held; `start` adds an equivalent
@@ -65,18 +65,18 @@ class Path:
 
     @property
     def period(self) -> Array:
-        """Growth of xi over one lap, m, shape (...); zero for a fixed point."""
+        """Growth of xi in one revolution, m, shape (...); zero for a fixed point."""
         period: Array = self.curve.perimeter / self.scale
         return period
 
     def angle(self, generalised_arc_length: Array) -> Array:
-        """The curve's angle (rad, shape (...)) at xi (m, shape (...)), any number of laps."""
+        """The curve's angle (rad, shape (...)) at xi (m, shape (...)), over any number of revolutions."""
         if self.parameter == "arc_length":
             return self.curve.angle_at(self.scale * generalised_arc_length)
         return self._angle_rate() * generalised_arc_length
 
     def generalised_arc_length(self, angle: Array) -> Array:
-        """The value of xi (m, shape (...)) at the curve's angle (rad, shape (...)), any number of laps."""
+        """Phase xi (m, shape (...)) at the curve's angle (rad, shape (...)), any number of revolutions."""
         if self.parameter == "arc_length":
             return self.curve.arc_length_at(angle) / self.scale
         return angle * self.period / (2.0 * np.pi)
@@ -104,7 +104,7 @@ class Path:
     def at_step(
         self, generalised_arc_length: Array, rate: Array, rate_change: Array, duration: float
     ) -> Reference:
-        """Desired motion for one control period: where to be at its start, what to hold through it.
+        """Desired motion for one control period: position and velocity at its start, acceleration to hold.
 
         Args:
             generalised_arc_length: xi at the start, m, shape (...).
@@ -137,7 +137,7 @@ class Path:
 
     @cached_property
     def _quick_curve(self) -> QuickCurve | None:
-        """The curve, where it saves time to ask it for a point near a known one."""
+        """The curve, if it can compute a point near a known one in less time."""
         curve = self.curve
         return curve if self.parameter == "arc_length" and isinstance(curve, QuickCurve) else None
 
@@ -147,7 +147,7 @@ class Path:
         Args:
             position: m, LVLH, shape (..., 3).
             velocity: m/s, in the rotating frame, shape (..., 3).
-            near: xi, m, shape (...); the result is the one of all laps that is closest to it.
+            near: xi, m, shape (...); of all revolutions the result is the one closest to it.
 
         Returns:
             xi (m) and eta (m/s), each of shape (...); both zero for a fixed point. Towards the centre of
@@ -195,7 +195,7 @@ class Path:
 
 @dataclass(frozen=True)
 class SteadyMotion:
-    """What steady motion along a path asks of a satellite, over one lap.
+    """Extremes of acceleration and jerk of steady motion along a path, over one revolution.
 
     Attributes:
         acceleration_min: smallest magnitude of the desired acceleration, m/s^2.
@@ -214,7 +214,7 @@ def steady_motion(path: Path, rate: float, samples: int = 4096) -> SteadyMotion:
     Args:
         path: of a single satellite.
         rate: eta, m/s.
-        samples: points on the lap, spread evenly in the curve's angle; a multiple of four includes
+        samples: points of a revolution, equally spaced in the curve's angle; a multiple of four includes
             both ends of both axes of an ellipse.
 
     Returns:

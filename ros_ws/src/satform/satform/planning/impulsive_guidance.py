@@ -22,7 +22,7 @@ from satform.planning.transfers import coast_to_point
 
 
 def due(planned: Array, step: ControlStep) -> NDArray[np.bool_]:
-    """Which burns are flown at a step.
+    """Which burns are due at a step.
 
     A burn is flown at its step. When that step was skipped, as on the wall clock, it is flown at the first
     step after it; when the satellite was lost at that step, it is not flown at all.
@@ -40,7 +40,7 @@ def due(planned: Array, step: ControlStep) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class ImpulseTour(Memoryless):
-    """Flies a list of way-points with burns of one step each.
+    """Two-impulse transfers through a list of way-points, with burns of one step each.
 
     A burn is solved for as it is flown, held over one step, so that its length costs no accuracy. Which one
     is due follows from the number of the step alone, so that the law has no memory that a loss of the
@@ -118,11 +118,11 @@ class WaypointSpec(Spec):
 
 
 class ImpulseSpec(ControllerSpec):
-    """Two-impulse transfers from way-point to way-point; the reference curve is not followed."""
+    """Two-impulse transfers through way-points; the reference curve is not followed."""
 
     kind: Literal["impulse"] = "impulse"
     waypoints: Annotated[tuple[WaypointSpec, ...], Field(min_length=1)]
-    """Points in the order in which they are flown to."""
+    """Way-points in order."""
     start_time: NonNegative = 0.0
     """Time of the first departure, s."""
 
@@ -206,7 +206,7 @@ class BurnSpec(Spec):
     """One burn."""
 
     time: NonNegative
-    """When it is flown, s."""
+    """Time of its middle, s."""
     velocity_change: Vector
     """Change of velocity, LVLH, m/s."""
 
