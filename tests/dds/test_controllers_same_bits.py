@@ -11,6 +11,8 @@ from satform.flight.simulate import simulate
 from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.reader import read_bag
 
+pytestmark = pytest.mark.unmeasured
+
 QUICK = {
     "approach_gssap": 50.0,
     "compare_controllers": 400.0,

@@ -25,6 +25,8 @@ from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.reader import read_bag
 from satform_nodes.bag.recovery import is_whole, recover
 
+pytestmark = pytest.mark.unmeasured
+
 
 def recorder_alone(fleet: Callable[..., list], tmp_path: Path) -> tuple[list, Path]:
     scenario = shortened("triangle", 12000.0)

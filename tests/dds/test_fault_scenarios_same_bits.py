@@ -12,6 +12,8 @@ from satform.scenario import load_scenario
 from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.reader import read_bag
 
+pytestmark = pytest.mark.unmeasured
+
 FLOWN: dict[str, tuple[float, tuple[str, ...]]] = {
     "lossy_links": (300.0, ()),
     "switching_graph": (700.0, ()),

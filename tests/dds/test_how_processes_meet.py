@@ -13,6 +13,8 @@ from satform_tools.cli import main as cli
 from satform_tools.report import trace as flight_trace
 from satform_tools.report.plots import trace as trace_plot
 
+pytestmark = pytest.mark.unmeasured
+
 LOOPBACK = "0100007F"
 """127.0.0.1, as the system's table of sockets has it."""
 

@@ -28,6 +28,8 @@ from satform_nodes.transport.executor import MANY
 from satform_tools.bench.scaling import ring
 from satform_tools.cli.main import main
 
+pytestmark = pytest.mark.unmeasured
+
 STEPS = 1200
 SCENARIO = ("triangle", STEPS * 0.5)
 

@@ -19,6 +19,8 @@ from satform.membership.state import Back, Lost
 from satform_nodes.plant import services
 from satform_nodes.transport import qos, topics
 
+pytestmark = pytest.mark.unmeasured
+
 LOST_AND_BACK = "{kind: satellite_lost, satellite: sat2, at: 27.0, back: 27.0"
 OTHER = "{kind: satellite_lost, satellite: sat3, at: %s, back: %s, memory: plan}"
 PLANNED = {

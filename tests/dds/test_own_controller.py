@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.unmeasured
+
 TEMPLATE = Path(__file__).parents[2] / "docs" / "own_controller"
 
 

@@ -6,12 +6,15 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 import rclpy
 from rclpy.node import Node
 
 from flights import shortened
 from satform_bringup.supervisor.node_processes import processes
 from satform_tools.security.access import Access, accesses
+
+pytestmark = pytest.mark.unmeasured
 
 
 def seen(observer: Node, node: str) -> Access:

@@ -12,10 +12,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from flights import shipped, shortened
 from flown import assert_flies_again, flown, processes_of
 from satform_tools.run.command import RunOptions, run
+
+pytestmark = pytest.mark.unmeasured
 
 
 def satform(*words: str) -> subprocess.CompletedProcess[str]:

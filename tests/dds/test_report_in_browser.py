@@ -19,15 +19,20 @@ from satform_tools.report.comparison import compare
 from satform_tools.report.page.render import page_of, page_of_both
 from satform_tools.run.stored_run import Kept
 
+NO_BROWSER = "THE REPORT'S PAGE IS NOT TESTED: there is no Chromium here; install it (apt install chromium)"
+
 if chromium() is None:
     warnings.warn(
-        "THE REPORT'S PAGE IS NOT TESTED: there is no Chromium here; install it (apt install chromium)",
+        NO_BROWSER,
         stacklevel=1,
     )
-pytestmark = pytest.mark.skipif(
-    chromium() is None,
-    reason="THE REPORT'S PAGE IS NOT TESTED: there is no Chromium here; install it (apt install chromium)",
-)
+pytestmark = [
+    pytest.mark.unmeasured,
+    pytest.mark.skipif(
+        chromium() is None,
+        reason=NO_BROWSER,
+    ),
+]
 
 DRAWN = """[...document.querySelectorAll(".plot")].map((plot) => [
   plot.id, [...plot.querySelectorAll(".scatterlayer .trace path.js-line")]

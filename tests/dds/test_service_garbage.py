@@ -22,6 +22,8 @@ from satform_bringup.deployment import local_discovery
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
 from satform_nodes.bag.reader import read_bag
 
+pytestmark = pytest.mark.unmeasured
+
 CALLER = Path(__file__).with_name("caller.py")
 CALLED = ("plant", "sat1", "sat2", "recorder")
 

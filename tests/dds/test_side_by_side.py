@@ -22,6 +22,8 @@ from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.reader import read_bag
 from satform_nodes.transport import qos, topics
 
+pytestmark = pytest.mark.unmeasured
+
 NAMES = ("sat1", "sat2", "sat3")
 
 

@@ -16,6 +16,8 @@ from satform.scenario import load_scenario
 from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.reader import read_bag
 
+pytestmark = pytest.mark.unmeasured
+
 STEPS = 40
 
 

@@ -20,7 +20,7 @@ from satform.orbits.chief import ChiefOrbitSpec
 from satform.orbits.earth_orientation import without_file
 from satform.orbits.frames import ClosedEarthRotation, lvlh_frame
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[1] / "data"
 MANIFEST = json.loads((DATA / "manifest.json").read_text())
 EARTH = ClosedEarthRotation(float(MANIFEST["closed_rotation"]["theta0_rad"]))
 MU = 3.986004415e14

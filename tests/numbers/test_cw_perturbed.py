@@ -21,7 +21,7 @@ from satform.dynamics.protocol import DynamicsSetting
 from satform.orbits.chief import ChiefOrbitSpec, CircularChief
 from satform.orbits.frames import ClosedEarthRotation
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[1] / "data"
 MANIFEST = json.loads((DATA / "manifest.json").read_text())
 ROTATION = ClosedEarthRotation(float(MANIFEST["closed_rotation"]["theta0_rad"]))
 
