@@ -3,8 +3,11 @@
 """The shipped scenarios, for the tests that fly them."""
 
 import functools
+from collections.abc import Sequence
 from pathlib import Path
 
+from satform.flight.compile import flight_plan
+from satform.flight.satellite import Satellite
 from satform.scenario import Scenario, load_scenario
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
@@ -19,3 +22,20 @@ def shipped(name: str, *changes: str) -> Scenario:
 def shortened(name: str, duration: float, *changes: str) -> Scenario:
     """A shipped scenario flown for a while only, and not judged."""
     return shipped(name, f"timing.duration={duration}", "expect=[]", *changes)
+
+
+def satellite_of(scenario: Scenario, index: int) -> Satellite:
+    """The flight software of one satellite of a scenario, before its first step."""
+    neighbours = scenario.possible_graph().neighbours(index)
+    return Satellite(flight_plan(scenario, index, neighbours), len(neighbours))
+
+
+def satellites_together(scenario: Scenario, indices: Sequence[int]) -> Satellite:
+    """Several satellites of a scenario flown as one.
+
+    Raises:
+        ValueError: they differ in kind, so that they cannot be stacked.
+    """
+    neighbours = [scenario.possible_graph().neighbours(index) for index in indices]
+    plans = [flight_plan(scenario, index, own) for index, own in zip(indices, neighbours, strict=True)]
+    return Satellite.together(plans, max(map(len, neighbours)))

@@ -15,6 +15,7 @@ import rosbag2_format
 from flights import shortened
 from flown import assert_as_in_one_process
 from satform.communication.topic_graph import OF_ALL_NAMESPACES, in_namespace
+from satform.flight.compile import compile_scenario
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
 from satform_nodes.bag.reader import read_bag
 
@@ -91,7 +92,7 @@ def test_a_remapped_topic_is_recorded_under_the_name_that_it_really_has(
     file.write_text(scenario.to_json())
     nodes = [
         Remapped(node.name, node.executable, node.parameters)
-        for node in processes(scenario, file, tmp_path / "bag")
+        for node in processes(compile_scenario(scenario), file, tmp_path / "bag")
     ]
     for process in fleet(nodes):  # type: ignore[operator]
         assert process.wait(60) == 0

@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 from flights import shortened
 from flown import assert_flies_again
 from satform.flight.simulate import simulate
-from satform.membership.state import Back, planned
+from satform.membership.state import Back
 from satform.scenario import Scenario
 from satform_bringup.supervisor.node_processes import processes
 from satform_nodes.bag.reader import Bag, read_bag
@@ -231,6 +231,6 @@ def test_a_satellite_comes_back_from_a_checkpoint_of_before_it_got_another_neigh
     operator.ask(services.RESUME)
     bag = operator.landed()
     assert list(bag.events) == [due]
-    (first,) = [event for event in planned(bag.scenario)[due + 25] if isinstance(event, Back)]
+    (first,) = [event for event in bag.scenario.membership_plan().events[due + 25] if isinstance(event, Back)]
     assert first.checkpoint == due - 5
     assert_flies_again(bag)

@@ -7,12 +7,13 @@ import functools
 import numpy as np
 import pytest
 
-from flights import shortened
+from flights import satellite_of, shortened
 from satform.attitude.gyrostat import direction_cosines
 from satform.communication.neighbour_buffer import Told
 from satform.consensus.arc_length import Heard
 from satform.consensus.graph import CompleteSpec
-from satform.flight.satellite import Satellite, flight_plan
+from satform.flight.compile import flight_plan
+from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.membership.state import Plan, Rewired
 from satform.record.flight_record import FlightRecord
@@ -88,7 +89,7 @@ def test_a_silent_target_gives_the_same_bits_to_satellites_flown_together_and_on
 
 
 def test_a_satellite_without_a_word_of_the_one_it_follows_coasts_and_learns_nothing() -> None:
-    satellite = Satellite.of(shortened("directed_triangle", 1.0), 1)
+    satellite = satellite_of(shortened("directed_triangle", 1.0), 1)
     own = satellite.plan.start
     nothing = Told(np.zeros((1, 6)), np.zeros(1), np.zeros(1), np.ones(1), complete=False)
     for _ in range(50):

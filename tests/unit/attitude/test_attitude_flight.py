@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flights import shipped, shortened
+from flights import satellite_of, shipped, shortened
 from satform.attitude.ground_pointing import CircularOrbit
 from satform.attitude.guidance import Attitude
 from satform.attitude.gyrostat import direction_cosines
@@ -19,8 +19,8 @@ from satform.communication.neighbour_buffer import Told
 from satform.control.protocol import Motion
 from satform.dynamics.linear import multiply
 from satform.evaluation.attitude import AttitudeSettling, PointingError, WheelMomentum, WheelSaturation
+from satform.flight.compile import flight_plan, plant_plan
 from satform.flight.plant import Plant
-from satform.flight.satellite import Satellite, flight_plan
 from satform.flight.simulate import simulate
 from satform.numeric import stacking
 from satform.orbits.path_reference import Reference
@@ -174,7 +174,7 @@ def test_figures_of_attitude_are_unknown_where_nobody_has_one() -> None:
         WheelSaturation(limit="torque", below=1.0),
     ):
         assert not expectation.judge(record).met
-    assert Plant(shortened("triangle", 5.0)).attitude() is None
+    assert Plant(plant_plan(shortened("triangle", 5.0))).attitude() is None
 
 
 @pytest.mark.parametrize(
@@ -207,14 +207,14 @@ def test_every_figure_of_attitude_is_registered() -> None:
 
 def test_gains_of_the_attitude_change_in_flight_from_the_next_step_on() -> None:
     scenario = shortened("attitude_cape_canaveral", 5.0)
-    satellite, plant = Satellite.of(scenario, 0), Plant(scenario)
+    satellite, plant = satellite_of(scenario, 0), Plant(plant_plan(scenario))
     told = plant.attitude()
     assert told is not None
     own = Attitude(told.mrp[0], told.angular_velocity[0], told.wheel_momentum[0])
     motion = Motion(plant.motion().position[0], plant.motion().velocity[0])
     nobody = Told.whole(np.zeros((0, 2)), np.zeros(0))
     first = satellite.act(motion, nobody, None, own).wheel_torque
-    again = Satellite.of(scenario, 0)
+    again = satellite_of(scenario, 0)
     again.use_attitude_controller(AttitudeTrackingSpec(attitude_gain=28.0))
     stronger = again.act(motion, nobody, None, own).wheel_torque
     assert first is not None

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from flights import SCENARIOS, shipped
+from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.scenario import ScenarioError, load_scenario
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
@@ -112,7 +113,7 @@ def test_every_process_of_a_run_is_a_node_of_the_launch_and_no_other(
     name: str, group: int, launch_file: Any, tmp_path: Path
 ) -> None:
     nodes = launched(launch_file, scenario=name, out=str(tmp_path), group=str(group))
-    wanted = processes(shipped(name), tmp_path / "scenario.json", tmp_path / "bag", group)
+    wanted = processes(compile_scenario(shipped(name)), tmp_path / "scenario.json", tmp_path / "bag", group)
     assert told(nodes) == expected(wanted)
     assert load_scenario(tmp_path / "scenario.json") == shipped(name)
 
@@ -125,19 +126,23 @@ def test_a_launch_flies_in_lockstep_and_takes_changes_as_a_run_does(launch_file:
 
 def test_in_real_time_every_node_is_told_the_rate(launch_file: Any, tmp_path: Path) -> None:
     nodes = launched(launch_file, scenario="triangle", mode="realtime", rate="20", out=str(tmp_path))
-    wanted = processes(shipped("triangle"), tmp_path / "scenario.json", tmp_path / "bag", rate=20.0)
+    wanted = processes(
+        compile_scenario(shipped("triangle")), tmp_path / "scenario.json", tmp_path / "bag", rate=20.0
+    )
     assert told(nodes) == expected(wanted)
 
 
 def test_without_a_record_there_is_no_recorder(launch_file: Any, tmp_path: Path) -> None:
     nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), record="false")
-    assert told(nodes) == expected(processes(shipped("triangle"), tmp_path / "scenario.json", None))
+    assert told(nodes) == expected(
+        processes(compile_scenario(shipped("triangle")), tmp_path / "scenario.json", None)
+    )
 
 
 def test_a_display_that_ends_does_not_end_the_launch(launch_file: Any, tmp_path: Path) -> None:
     nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), display="true")
     file, bag = tmp_path / "scenario.json", tmp_path / "bag"
-    assert told(nodes) == expected(processes(shipped("triangle"), file, bag, display=True))
+    assert told(nodes) == expected(processes(compile_scenario(shipped("triangle")), file, bag, display=True))
     assert [node["exec_name"] for node in nodes if node["on_exit"] is None] == ["display"]
 
 

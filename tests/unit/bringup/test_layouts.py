@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 from flights import SCENARIOS, shipped
+from satform.flight.compile import scene_plan
 from satform.scenario import Scenario
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
 from satform_nodes.transport import qos, topics
@@ -161,7 +162,7 @@ def test_rviz_shows_every_group_of_markers() -> None:
     from satform_nodes.display.markers import PictureMessages
     from satform_nodes.runtime.sim_time import Stamps
 
-    scene = Scene(shipped(NAME), 200, 10)
+    scene = Scene(scene_plan(shipped(NAME)), 200, 10)
     for step in (0, 1):
         for index in range(3):
             scene.moved(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))

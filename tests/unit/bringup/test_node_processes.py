@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from flights import shipped
+from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import domain as domains
 from satform_bringup.deployment.domain import FIRST, LAST, DomainError, on_domain, own_domain
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
@@ -27,7 +28,7 @@ def told(nodes: list[NodeProcess]) -> list[tuple[str, str, dict[str, Any]]]:
 
 def test_the_triangle_is_a_plant_three_satellites_and_a_recorder() -> None:
     common = {"scenario": str(FILE), "recorded": True}
-    assert told(processes(shipped("triangle"), FILE, Path("/runs/bag"))) == [
+    assert told(processes(compile_scenario(shipped("triangle")), FILE, Path("/runs/bag"))) == [
         ("plant", "plant_node", {**common, "recorder_needed": True}),
         ("sat1", "satellite_node", {**common, "satellite": "sat1"}),
         ("sat2", "satellite_node", {**common, "satellite": "sat2"}),
@@ -37,16 +38,16 @@ def test_the_triangle_is_a_plant_three_satellites_and_a_recorder() -> None:
 
 
 def test_without_a_bag_nobody_records_and_nobody_waits_for_a_recorder() -> None:
-    nodes = processes(shipped("triangle"), FILE, None)
+    nodes = processes(compile_scenario(shipped("triangle")), FILE, None)
     assert [node.name for node in nodes] == ["plant", "sat1", "sat2", "sat3"]
     assert all(node.parameters["recorded"] is False for node in nodes)
 
 
 def test_a_display_is_the_one_process_that_the_flight_does_without() -> None:
-    nodes = processes(shipped("triangle"), FILE, Path("/runs/bag"), display=True)
+    nodes = processes(compile_scenario(shipped("triangle")), FILE, Path("/runs/bag"), display=True)
     assert told(nodes)[-1] == ("display", "display_node", {"scenario": str(FILE)})
     assert [node.name for node in nodes if node.optional] == ["display"]
-    assert nodes[:-1] == processes(shipped("triangle"), FILE, Path("/runs/bag"))
+    assert nodes[:-1] == processes(compile_scenario(shipped("triangle")), FILE, Path("/runs/bag"))
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from satform.communication.topic_graph import (
     said_by,
     satellite_channels,
 )
+from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
 from satform_nodes.transport import topics
 
@@ -30,7 +31,7 @@ RING = "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}"
 
 
 def by_topic(scenario: Scenario) -> dict[str, Channel]:
-    return {channel.topic: channel for channel in channels(scenario)}
+    return {channel.topic: channel for channel in channels(topic_plan(scenario))}
 
 
 def test_who_listens_to_whom_is_the_adjacency_matrix() -> None:
@@ -62,7 +63,7 @@ def test_sensors_thrusters_and_attitudes_add_topics_of_the_plant() -> None:
 
 @pytest.mark.parametrize("name", ["triangle", "noisy_navigation", "formation_pointing"])
 def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) -> None:
-    table = channels(shipped(name))
+    table = channels(topic_plan(shipped(name)))
     unheard = {channel.topic for channel in table} - {channel.topic for channel in heard_by(RECORDER, table)}
     assert unheard == {"/formation/node_ready", "/formation/recorder_progress"}
     assert all(RECORDER not in channel.listeners_in(recorded=False) for channel in table)
@@ -75,13 +76,13 @@ def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() 
         channel.kind
         for scenario in scenarios
         for index in range(len(scenario.satellites))
-        for channel in satellite_channels(scenario, index)
+        for channel in satellite_channels(topic_plan(scenario), index)
     }
     assert found == set(KINDS_OF_A_SATELLITE)
 
 
 def test_nobody_speaks_in_another_satellites_name() -> None:
-    table = channels(shipped("noisy_navigation"))
+    table = channels(topic_plan(shipped("noisy_navigation")))
     for name in ("raw", "late"):
         own = [channel.topic for channel in said_by(name, table)]
         assert {topic.split("/")[1] for topic in own} == {name, "formation", "diagnostics"}
@@ -89,7 +90,7 @@ def test_nobody_speaks_in_another_satellites_name() -> None:
 
 @pytest.mark.parametrize("name", ["triangle", "noisy_navigation", "formation_pointing"])
 def test_every_topic_has_a_type_and_its_name_ends_with_its_kind(name: str) -> None:
-    for channel in channels(shipped(name)):
+    for channel in channels(topic_plan(shipped(name))):
         assert channel.kind in topics.TYPES
         assert channel.topic.endswith(f"/{channel.kind}")
 

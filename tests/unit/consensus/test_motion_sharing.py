@@ -5,12 +5,11 @@
 import numpy as np
 import pytest
 
-from flights import shortened
+from flights import satellite_of, shortened
 from satform.communication.messages import WIDTH, heard, numbers
 from satform.communication.neighbour_buffer import Told
 from satform.consensus.motion_sharing import HeardMotion, MotionAnnouncement, MotionSharing
 from satform.control.protocol import Motion
-from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.scenario import ScenarioError
 
@@ -39,7 +38,7 @@ def test_an_announcement_arrives_as_it_was_said() -> None:
 
 
 def test_a_satellite_tells_the_motion_that_it_was_told_a_step_before() -> None:
-    satellite = Satellite.of(shortened(TRIANGLE, 1.0), 1)
+    satellite = satellite_of(shortened(TRIANGLE, 1.0), 1)
     first = satellite.announce()
     assert isinstance(first, MotionAnnouncement)
     assert first.position.tolist() == [45.0, 5.0, 4.0]

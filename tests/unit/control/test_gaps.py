@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flights import satellite_of
 from satform.communication.neighbour_buffer import Told
 from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
@@ -16,7 +17,6 @@ from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion, re
 from satform.dynamics import cw
 from satform.equipment.kalman_filter import Measurement, process_covariance
 from satform.equipment.navigation import FilterSpec, NavigationSpec
-from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.orbits.path_reference import Reference
 from satform.planning.impulsive_guidance import TimedBurnsSpec
@@ -77,7 +77,7 @@ def test_burns_by_the_clock_are_flown_at_their_times_after_a_loss(memory: str) -
 
 def skipping(scenario_text: str, index: int, period: int, steps: int) -> list[int]:
     """Steps at which a satellite burns that gets only each n-th state, as on a wall clock."""
-    satellite = Satellite.of(parse_scenario(scenario_text), index)
+    satellite = satellite_of(parse_scenario(scenario_text), index)
     motion, flown = Motion(np.array([0.0, -100e3, 0.0]), np.zeros(3)), []
     for step in range(0, steps, period):
         satellite.join(step, skipped=True)
@@ -214,7 +214,7 @@ every_satellite:
 satellites: [{name: a, controller: {kind: coast}}]
 """
     )
-    satellite, plant = Satellite.of(scenario, 0), cw.HeldInputStep.over(scenario.orbit.rate, 1.0)
+    satellite, plant = satellite_of(scenario, 0), cw.HeldInputStep.over(scenario.orbit.rate, 1.0)
     motion = Motion(np.array([0.0, 100.0, 0.0]), np.array([0.01, 0.0, 0.0]))
     for step in range(401):
         # Away for 200 s after 200 measurements.

@@ -22,6 +22,7 @@ from satform.display.shapes import (
     link_colour,
     satellite_colour,
 )
+from satform.flight.compile import scene_plan
 from satform.flight.simulate import simulate
 from satform.orbits.curve_specs import EllipseSpec, FixedPointSpec
 
@@ -95,25 +96,25 @@ def test_an_attitude_in_lvlh_is_the_one_that_scipys_rotations_give() -> None:
 
 
 def test_two_hundred_pictures_a_lap_are_one_every_thirty_seconds_of_a_lap_of_six_thousand() -> None:
-    assert picture_interval(shipped("triangle"), 200) * shipped("triangle").timing.step == 30.0
+    assert picture_interval(scene_plan(shipped("triangle")), 200) * shipped("triangle").timing.step == 30.0
 
 
 def test_a_flight_shorter_than_a_lap_has_as_many_pictures_as_a_lap() -> None:
-    assert picture_interval(shortened("triangle", 300.0), 200) == 3
+    assert picture_interval(scene_plan(shortened("triangle", 300.0)), 200) == 3
 
 
 def test_a_lap_by_rate_is_the_perimeter_over_the_speed() -> None:
     scenario = shipped("triangle", "circulation={rate: 100.0}", "timing.duration=1e6")
     # Perimeter of an ellipse with semi-axes of 100 and 50 km (Ramanujan), flown at 100 m/s.
     seconds = 484_422.4 / 100.0
-    assert picture_interval(scenario, 100) == pytest.approx(seconds / 100 / 0.5, abs=1.0)
+    assert picture_interval(scene_plan(scenario), 100) == pytest.approx(seconds / 100 / 0.5, abs=1.0)
 
 
 @pytest.mark.parametrize("name", ["triangle", "ring_six"])
 def test_a_picture_shows_satellites_where_the_flight_has_them(name: str) -> None:
     scenario = shortened(name, 60.0)
     record = simulate(scenario)
-    scene = Scene(scenario, 20, 50)
+    scene = Scene(scene_plan(scenario), 20, 50)
     shown = []
     for step in range(record.steps + 1):
         for index in range(len(record.satellites)):
@@ -136,7 +137,7 @@ def test_a_picture_shows_satellites_where_the_flight_has_them(name: str) -> None
 def test_a_picture_shows_where_a_sensor_points() -> None:
     scenario = shortened("formation_pointing", 30.0)
     record = simulate(scenario)
-    scene = Scene(scenario, 10, 10)
+    scene = Scene(scene_plan(scenario), 10, 10)
     step = record.steps
     for index in range(len(record.satellites)):
         scene.moved(index, step, record.position[step, index], record.velocity[step, index])
@@ -154,7 +155,7 @@ def test_a_picture_shows_where_a_sensor_points() -> None:
 
 
 def test_a_trail_forgets_what_is_long_ago() -> None:
-    scene = Scene(shipped("triangle"), 200, 5)
+    scene = Scene(scene_plan(shipped("triangle")), 200, 5)
     for step in range(12):
         for index in range(3):
             scene.moved(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))
@@ -167,7 +168,7 @@ def test_trails_of_very_many_satellites_are_short() -> None:
         f"{{name: s{number}, curve: {{kind: circle, radius: 1000.0}}}}" for number in range(200)
     )
     scenario = shipped("ring_six", f"satellites=[{satellites}]", "expect=[]")
-    scene = Scene(scenario, 200, 200)
+    scene = Scene(scene_plan(scenario), 200, 200)
     for step in range(FEWEST_TRAIL_POINTS + 5):
         for index in range(200):
             scene.moved(index, step, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
@@ -182,7 +183,7 @@ def seen_once(scene: Scene, step: int) -> None:
 
 
 def test_nothing_is_due_before_every_satellite_has_been_seen() -> None:
-    scene = Scene(shipped("triangle"), 200, 10)
+    scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     scene.moved(0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert not scene.due
     assert [view.name for view in scene.picture().satellites] == ["sat1"]
@@ -190,7 +191,7 @@ def test_nothing_is_due_before_every_satellite_has_been_seen() -> None:
 
 
 def test_each_satellite_has_half_a_line_to_everyone_whom_it_hears() -> None:
-    scene = Scene(shipped("directed_triangle"), 200, 10)
+    scene = Scene(scene_plan(shipped("directed_triangle")), 200, 10)
     seen_once(scene, 0)
     links = scene.picture().links
     hears = shipped("directed_triangle").communication_graph().adjacency
@@ -202,7 +203,7 @@ def test_each_satellite_has_half_a_line_to_everyone_whom_it_hears() -> None:
 
 
 def test_who_is_lost_is_grey_and_whoever_hears_it_sees_red() -> None:
-    scene = Scene(shipped("triangle"), 200, 10)
+    scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     seen_once(scene, 4)
     scene.decided([True, False, True], [0, 0, 1, 1, 2, 2], [1, 2, 0, 2, 0, 1])
     picture = scene.picture()
@@ -215,14 +216,14 @@ def test_who_is_lost_is_grey_and_whoever_hears_it_sees_red() -> None:
 
 
 def test_a_link_that_the_plant_takes_out_of_the_graph_is_gone() -> None:
-    scene = Scene(shipped("triangle"), 200, 10)
+    scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     seen_once(scene, 4)
     scene.decided([True, True, True], [0, 1, 1, 2], [1, 0, 2, 1])
     assert len(scene.picture().links) == 4
 
 
 def test_a_status_of_another_formation_changes_nothing() -> None:
-    scene = Scene(shipped("triangle"), 200, 10)
+    scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     seen_once(scene, 4)
     scene.decided([False, False], [], [])
     scene.decided([True, True, False], [0, 3], [1, 0])
@@ -231,7 +232,7 @@ def test_a_status_of_another_formation_changes_nothing() -> None:
 
 
 def test_a_speaker_turns_from_fresh_to_stale_as_it_stays_silent() -> None:
-    scene = Scene(shipped("triangle"), 200, 10)
+    scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     seen_once(scene, 0)
     amounts = []
     for step in (0, 2, 8, 14, 20, 500):
@@ -259,14 +260,14 @@ def test_satellites_that_follow_each_other_in_the_list_differ_in_colour() -> Non
     [("triangle", 100.0e3 + 75.0e3), ("attitude_cape_canaveral", 1000.0)],
 )
 def test_the_extent_reaches_to_the_farthest_point_of_a_desired_orbit(name: str, extent: float) -> None:
-    assert Scene(shipped(name), 200, 10).extent == pytest.approx(extent, rel=1e-3)
+    assert Scene(scene_plan(shipped(name)), 200, 10).extent == pytest.approx(extent, rel=1e-3)
 
 
 @pytest.mark.parametrize(
     "name", ["geo_parallel", "approach_gssap", "patrol_three", "directed_triangle_close", "noisy_navigation"]
 )
 def test_every_kind_of_scenario_has_a_scene(name: str) -> None:
-    scene = Scene(shipped(name), 200, 200)
+    scene = Scene(scene_plan(shipped(name)), 200, 200)
     assert scene.interval >= 1
     assert math.isfinite(scene.extent)
     assert scene.extent > 0.0

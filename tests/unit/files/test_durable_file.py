@@ -17,7 +17,8 @@ from flights import shipped, shortened
 from satform.common.exit_codes import EXIT_LOST
 from satform.files import durable_file
 from satform.files.durable_file import write_durably
-from satform.flight.satellite import Satellite, flight_plan
+from satform.flight.compile import flight_plan
+from satform.flight.satellite import Satellite
 from satform.scenario import Scenario
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_tools.errors import sentence_of

@@ -25,7 +25,8 @@ from flights import shortened
 from satform.files.bounded_file import read_bounded, read_json
 from satform.files.numpy_archive import ArchiveError, read_archive
 from satform.flight.checkpoint import restore
-from satform.flight.satellite import Satellite, flight_plan
+from satform.flight.compile import flight_plan
+from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform_nodes.bag import records as bag_records
 from satform_nodes.bag.reader import BagError, read_bag

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flights import shortened
+from flights import satellite_of, satellites_together, shortened
 from satform.common.spec import specs
 from satform.communication.neighbour_buffer import Told
 from satform.control.protocol import Motion
@@ -60,11 +60,11 @@ def flown(satellite: Satellite, motions: list[Motion]) -> list[np.ndarray]:
 @pytest.mark.parametrize("kind", sorted(MEMORIES))
 def test_a_restored_satellite_flies_on_with_the_same_bits(kind: str, step: int) -> None:
     scenario, motions = scenario_with(MEMORIES[kind]), moments(40)
-    whole = Satellite.of(scenario, 0)
+    whole = satellite_of(scenario, 0)
     flown(whole, motions[:step])
     kept = save(whole)
     expected = flown(whole, motions[step:])
-    restarted = Satellite.of(scenario, 0)
+    restarted = satellite_of(scenario, 0)
     restore(restarted, kept)
     found = flown(restarted, motions[step:])
     assert np.array_equal(np.array(found), np.array(expected))
@@ -80,7 +80,7 @@ def test_every_controller_of_this_project_is_tried() -> None:
 
 def test_what_was_learnt_of_unknown_forces_is_restored_too() -> None:
     scenario, motions = shortened("directed_triangle", 2.0), moments(30)
-    whole, restarted = Satellite.of(scenario, 0), Satellite.of(scenario, 0)
+    whole, restarted = satellite_of(scenario, 0), satellite_of(scenario, 0)
 
     def follow(satellite: Satellite, chosen: list[Motion]) -> list[np.ndarray]:
         said = Told.whole(np.array([[50.0, 20.0, 0.0, 0.0, 0.0, 0.0]]), np.zeros(1))
@@ -94,7 +94,7 @@ def test_what_was_learnt_of_unknown_forces_is_restored_too() -> None:
 
 def test_a_controller_with_memory_flies_differently_when_it_is_not_restored() -> None:
     scenario, motions = scenario_with(MEMORIES["lqi"]), moments(20)
-    whole, fresh = Satellite.of(scenario, 0), Satellite.of(scenario, 0)
+    whole, fresh = satellite_of(scenario, 0), satellite_of(scenario, 0)
     flown(whole, motions[:10])
     assert not np.array_equal(flown(whole, motions[10:]), flown(fresh, motions[10:]))
 
@@ -107,7 +107,7 @@ def test_the_filter_s_memory_is_restored_too() -> None:
         told = [max(0, 4 * ((step - 1) // 4)) for step in steps]
         return [satellite.act(motions[at], NOBODY, at).acceleration for at in told]
 
-    whole, restarted = Satellite.of(scenario, 0), Satellite.of(scenario, 0)
+    whole, restarted = satellite_of(scenario, 0), satellite_of(scenario, 0)
     rarely_told(whole, range(12))
     assert whole.state.estimate is not None
     assert whole.state.estimate.commands
@@ -117,7 +117,7 @@ def test_the_filter_s_memory_is_restored_too() -> None:
 
 def test_several_satellites_flown_as_one_are_restored_together() -> None:
     scenario = shortened("triangle", 20.0, "every_satellite.controller={kind: lqi}")
-    together, again = Satellite.together(scenario, range(3)), Satellite.together(scenario, range(3))
+    together, again = satellites_together(scenario, range(3)), satellites_together(scenario, range(3))
     random = np.random.default_rng(2)
     motions = [Motion(*(1e4 * random.standard_normal((2, 3, 3)))) for _ in range(20)]
     alone = Told.whole(np.zeros((3, 2, 2)), np.zeros((3, 2)), np.zeros((3, 2)))
@@ -129,14 +129,14 @@ def test_several_satellites_flown_as_one_are_restored_together() -> None:
 
 
 def test_a_checkpoint_of_another_kind_of_satellite_is_refused_in_words() -> None:
-    lqi, observer = (Satellite.of(scenario_with(MEMORIES[kind]), 0) for kind in ("lqi", "observer"))
+    lqi, observer = (satellite_of(scenario_with(MEMORIES[kind]), 0) for kind in ("lqi", "observer"))
     flown(lqi, moments(3))
     with pytest.raises(ValueError, match=r"another kind of satellite: memory\.position is missing"):
         restore(observer, save(lqi))
-    lqr = Satellite.of(scenario_with(MEMORIES["lqr"]), 0)
+    lqr = satellite_of(scenario_with(MEMORIES["lqr"]), 0)
     with pytest.raises(ValueError, match=r"it holds memory\.integral"):
         restore(lqr, save(lqi))
-    several = Satellite.together(
+    several = satellites_together(
         shortened("triangle", 20.0, "every_satellite.controller={kind: lqi}"), range(3)
     )
     with pytest.raises(ValueError, match="of shape"):
@@ -146,7 +146,7 @@ def test_a_checkpoint_of_another_kind_of_satellite_is_refused_in_words() -> None
 @pytest.mark.parametrize("data", [b"", b"nonsense", b"PK\x05\x06" + bytes(18)])
 def test_bytes_that_are_no_checkpoint_are_refused_in_words(data: bytes) -> None:
     with pytest.raises(ValueError, match="checkpoint"):
-        restore(Satellite.of(scenario_with(MEMORIES["lqr"]), 0), data)
+        restore(satellite_of(scenario_with(MEMORIES["lqr"]), 0), data)
 
 
 def test_a_pickled_object_is_never_opened(tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ def test_a_pickled_object_is_never_opened(tmp_path: Path) -> None:
     buffer = io.BytesIO()
     np.savez(buffer, step=np.array([Trap()], dtype=object))
     with pytest.raises(ValueError, match="no checkpoint"):
-        restore(Satellite.of(scenario_with(MEMORIES["lqr"]), 0), buffer.getvalue())
+        restore(satellite_of(scenario_with(MEMORIES["lqr"]), 0), buffer.getvalue())
     assert not (tmp_path / "sprung").exists()
 
 
@@ -167,14 +167,14 @@ def test_a_satellite_that_leaves_a_stack_flies_on_with_the_same_bits(kind: str, 
     scenario = with_filter() if kind == "filter" else scenario_with(MEMORIES[kind])
     others, motions = moments(80)[40:], moments(40)
     nobody = Told.whole(np.zeros((2, 0, 2)), np.zeros((2, 0)))
-    together = Satellite.together(scenario, [0, 0])
+    together = satellites_together(scenario, [0, 0])
     for own, other in zip(motions[:step], others[:step], strict=True):
         position, velocity = (own.position, other.position), (own.velocity, other.velocity)
         together.act(Motion(np.stack(position), np.stack(velocity)), nobody)
 
-    single = Satellite.of(scenario, 0)
+    single = satellite_of(scenario, 0)
     flown(single, motions[:step])
     leaver = together.alone(0, single.plan, 0)
 
-    restore(Satellite.of(scenario, 0), save(leaver))
+    restore(satellite_of(scenario, 0), save(leaver))
     np.testing.assert_array_equal(flown(leaver, motions[step:]), flown(single, motions[step:]))

@@ -17,6 +17,7 @@ from flights import shortened
 from satform.common.exit_codes import EXIT_ENDED_EARLY
 from satform.control.protocol import Motion
 from satform.evaluation.evaluate import judge
+from satform.flight.compile import limit_plan
 from satform.flight.limits import QUANTITIES, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.flight.simulate import simulate
@@ -197,7 +198,7 @@ NAMES = ("pe", "ve", "p", "v", "r", "s", "a", "t", "announced")
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
 @pytest.mark.parametrize(("number", "name"), list(enumerate(NAMES, start=1)))
 def test_everything_that_a_satellite_computes_is_checked(number: int, name: str, value: float) -> None:
-    check = LimitCheck(shortened("triangle", 10.0))
+    check = LimitCheck(limit_plan(shortened("triangle", 10.0)))
     width = 2 if name == "announced" else 3
     values = np.ones((2, width))
     values[1, -1] = value
@@ -225,7 +226,7 @@ def test_a_command_message_numbers_the_quantities_as_the_library_does() -> None:
 
 
 def test_of_several_violations_in_one_step_the_first_satellites_counts() -> None:
-    check = LimitCheck(shortened("triangle", 10.0))
+    check = LimitCheck(limit_plan(shortened("triangle", 10.0)))
     end = check.computed_end({2: Violation(1, math.nan), 1: Violation(7, 2e4)}, 12)
     assert end is not None
     assert (end.satellite, end.quantity, end.step, end.time) == ("sat2", "commanded acceleration", 12, 6.0)
@@ -296,7 +297,7 @@ def test_an_early_end_survives_json_with_a_value_that_is_not_a_number() -> None:
 
 def test_the_check_reads_the_limits_of_the_scenario() -> None:
     assert Scenario.model_fields["limits"].default.altitude == 0.0
-    end = LimitCheck(shortened("triangle", 10.0, "limits.acceleration=2.5")).computed_end(
+    end = LimitCheck(limit_plan(shortened("triangle", 10.0, "limits.acceleration=2.5"))).computed_end(
         {0: Violation(7, 3.0)}, 0
     )
     assert end is not None

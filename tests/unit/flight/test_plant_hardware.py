@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from flights import shipped, shortened
+from flights import satellite_of, satellites_together, shipped, shortened
 from satform.control.protocol import Motion
 from satform.dynamics.cw import propagate
 from satform.evaluation.equipment import ClippedCommands, PropellantUsed
 from satform.evaluation.tracking import DeltaV
+from satform.flight.compile import plant_plan
 from satform.flight.plant import Plant
-from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.scenario import ScenarioError
 
@@ -29,7 +29,7 @@ def equipped(**equipment: str):
 
 
 def test_without_sensors_the_satellites_are_told_the_very_truth():
-    plant = Plant(shortened("triangle", 10.0))
+    plant = Plant(plant_plan(shortened("triangle", 10.0)))
     for step in range(3):
         assert plant.measured() is plant.motion()
         assert plant.measured_steps().tolist() == [step] * 3
@@ -38,7 +38,7 @@ def test_without_sensors_the_satellites_are_told_the_very_truth():
 
 def test_measurements_scatter_about_the_truth_as_the_sensor_says():
     sensor = "{position_noise: [1, 2, 3], velocity_noise: 0.1, position_bias: [0, 10, 0]}"
-    plant = Plant(equipped(sensor=sensor))
+    plant = Plant(plant_plan(equipped(sensor=sensor)))
     errors = []
     for _ in range(1500):
         told, true = plant.measured(), plant.motion()
@@ -52,7 +52,7 @@ def test_measurements_scatter_about_the_truth_as_the_sensor_says():
 
 
 def test_a_late_sensor_tells_where_the_satellite_was():
-    plant = Plant(equipped(sensor="{update_period: 2.0, latency: 1.5}"))
+    plant = Plant(plant_plan(equipped(sensor="{update_period: 2.0, latency: 1.5}")))
     truth = []
     for step in range(20):
         truth.append(plant.motion())
@@ -64,14 +64,14 @@ def test_a_late_sensor_tells_where_the_satellite_was():
 
 
 def test_only_the_satellite_with_a_sensor_is_misled():
-    plant = Plant(shipped("triangle", "satellites.1.sensor={position_noise: 5.0}"))
+    plant = Plant(plant_plan(shipped("triangle", "satellites.1.sensor={position_noise: 5.0}")))
     wrong = np.linalg.norm(plant.measured().position - plant.motion().position, axis=1) > 0.0
     assert wrong.tolist() == [False, True, False]
 
 
 def test_a_satellites_noise_does_not_depend_on_who_else_has_a_sensor():
-    alone = Plant(shipped("triangle", "satellites.1.sensor={position_noise: 5.0}"))
-    among = Plant(equipped(sensor="{position_noise: 5.0}"))
+    alone = Plant(plant_plan(shipped("triangle", "satellites.1.sensor={position_noise: 5.0}")))
+    among = Plant(plant_plan(equipped(sensor="{position_noise: 5.0}")))
     for _ in range(3):
         first = alone.measured().position[1] - alone.motion().position[1]
         second = among.measured().position[1] - among.motion().position[1]
@@ -82,7 +82,7 @@ def test_a_satellites_noise_does_not_depend_on_who_else_has_a_sensor():
 
 def test_the_plant_moves_by_what_the_thrusters_give_and_not_by_what_was_commanded():
     scenario = equipped(thruster="{dry_mass: 100.0, maximum_thrust: 2.0}")
-    plant = Plant(scenario)
+    plant = Plant(plant_plan(scenario))
     start = plant.motion()
     plant.advance(np.array([[1.0, 0.0, 0.0], [0.0, -0.01, 0.0], [0.0, 0.0, 0.0]]))
     given = np.array([[0.02, 0.0, 0.0], [0.0, -0.01, 0.0], [0.0, 0.0, 0.0]])
@@ -152,7 +152,7 @@ def test_a_filtering_satellite_flies_by_its_estimate_and_the_others_by_what_they
 
 def test_an_estimator_starts_from_its_first_measurement():
     scenario = shortened("noisy_navigation", 10.0)
-    satellite, plant = Satellite.of(scenario, 1), Plant(scenario)
+    satellite, plant = satellite_of(scenario, 1), Plant(plant_plan(scenario))
     told = plant.measured()
     own = Motion(told.position[1], told.velocity[1])
     heard = simulate_heard(scenario)
@@ -163,7 +163,7 @@ def simulate_heard(scenario):
     from satform.communication.messages import numbers
     from satform.communication.neighbour_buffer import Told
 
-    others = [Satellite.of(scenario, index).announce() for index in (0, 2)]
+    others = [satellite_of(scenario, index).announce() for index in (0, 2)]
     return Told.whole(np.array([numbers(one) for one in others]), np.array([one.time for one in others]))
 
 
@@ -185,14 +185,14 @@ def test_satellites_that_are_stacked_with_sensor_filter_and_thruster_have_the_bi
         " single, specific_impulse: 220.0, magnitude_error: 0.01, pointing_error: 0.02}",
         "satellites.1.thruster={dry_mass: 30.0, propellant: 0.2, specific_impulse: 220.0}",
     )
-    Satellite.together(scenario, range(3))
+    satellites_together(scenario, range(3))
     assert simulate(scenario, together=True).differences(simulate(scenario, together=False)) == []
 
 
 def test_filters_that_are_told_at_different_times_do_not_fly_as_one():
     scenario = shortened("noisy_navigation", 10.0, "satellites.0.filter={acceleration_density: 1.0e-6}")
     with pytest.raises(ValueError, match=r"Estimator\.(update|latency)"):
-        Satellite.together(scenario, range(3))
+        satellites_together(scenario, range(3))
 
 
 def problems_of(*changes: str) -> list[str]:

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flights import SCENARIOS, shipped, shortened
+from flights import SCENARIOS, satellites_together, shipped, shortened
+from satform.flight.compile import plant_plan
 from satform.flight.plant import Plant
-from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform.scenario import Scenario
@@ -90,7 +90,7 @@ def test_mixed_kinds_of_curves_fly_in_one_formation_with_the_same_bits(graph: st
         consensus={"arc_length_source": source, "neighbour_values": "extrapolate"},
     )
     with pytest.raises(ValueError, match="cannot stack"):
-        Satellite.together(scenario, range(len(MIXED)))
+        satellites_together(scenario, range(len(MIXED)))
     record = simulate(scenario)
     assert record.differences(simulate(scenario, together=False)) == []
     assert all(
@@ -111,7 +111,7 @@ def test_satellites_with_unequal_numbers_of_neighbours_have_the_same_bits_padded
         graph={"kind": "matrix", "rows": hears},
         consensus={"arc_length_source": source, "neighbour_values": neighbour_values},
     )
-    Satellite.together(scenario, range(4))
+    satellites_together(scenario, range(4))
     assert simulate(scenario).differences(simulate(scenario, together=False)) == []
 
 
@@ -155,9 +155,8 @@ def test_a_period_is_flown_as_a_lap_in_that_time() -> None:
 
 def test_the_plant_moves_freely_without_commands() -> None:
     # Twice as long along-track as radially, once round in one orbit: a free relative motion.
-    plant = Plant(
-        formation([{"curve": ELLIPSE, "parameter": "angle"}], 6000.0, circulation={"period": 6000.0})
-    )
+    free = formation([{"curve": ELLIPSE, "parameter": "angle"}], 6000.0, circulation={"period": 6000.0})
+    plant = Plant(plant_plan(free))
     for step in range(12_000):
         if step % 1000 == 0:
             turned = 2.0 * math.pi * step / 12_000

@@ -12,6 +12,7 @@ from satform_msgs.msg import Command, FormationStatus
 from test_simulate import formation
 
 from satform.consensus.graph import LineSpec
+from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.membership.state import Adjusted, Back, Event, Formation, Lost, Plan, Rewired
 from satform.record.flight_record import QUANTITIES, FlightRecord
@@ -109,7 +110,10 @@ class Told:
     def __init__(self) -> None:
         scenario = four()
         self.names = [satellite.name for satellite in scenario.satellites]
-        self.formation, self.view = Formation.of(scenario), FormationView(scenario)
+        self.formation, self.view = (
+            Formation.of(scenario.membership_plan()),
+            FormationView(compile_scenario(scenario)),
+        )
         self.statuses: list[FormationStatus] = []
 
     def happen(self, step: int, event: Event) -> None:
@@ -156,7 +160,7 @@ def test_satellites_and_readers_of_a_bag_take_every_pair_as_the_flight_in_one_pr
         for satellite in range(4):
             expected = told.formation.speaks(satellite, now)
             assert told.view.speaks(satellite, now) == expected, (satellite, now)
-    again = Formation.of(four())
+    again = Formation.of(four().membership_plan())
     for at, events in sorted(happened(told.statuses, [], four()).items()):
         again.apply(events, at, told.names)
     assert (again.lost_at, again.back_at) == (told.formation.lost_at, told.formation.back_at)

@@ -9,17 +9,18 @@ import pytest
 from pydantic import ValidationError
 from test_simulate import formation
 
+from flights import satellite_of
 from satform.communication.neighbour_buffer import Told
 from satform.communication.receiver import Ears
 from satform.consensus.graph import LineSpec
 from satform.control.protocol import Motion
 from satform.equipment.thruster import ThrusterSpec
+from satform.flight.compile import link_plan
 from satform.flight.plant import Thrusters
-from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.membership.faults import (
     ClockOffsetSpec,
-    Faults,
+    FaultSchedule,
     FrozenSensorSpec,
     LiarSpec,
     SatelliteLostSpec,
@@ -37,11 +38,11 @@ NAMES = ("sat1", "sat2", "sat3")
 RATE = 2.0
 
 
-def faults(*specs: Any) -> Faults:
-    return Faults(specs, NAMES, STEP)
+def faults(*specs: Any) -> FaultSchedule:
+    return FaultSchedule.of(specs, NAMES, STEP)
 
 
-def fired(broken: Faults, command: Array, step: int, thrusters: Thrusters | None = None) -> Array:
+def fired(broken: FaultSchedule, command: Array, step: int, thrusters: Thrusters | None = None) -> Array:
     """What exact thrusters of three satellites apply under faults."""
     exact = thrusters or Thrusters([0, 1, 2], stack([ThrusterSpec(dry_mass=10.0).build(STEP)] * 3), 1)
     return exact.fire(command, step, broken.of_thrusters(exact.members, step))
@@ -79,8 +80,11 @@ def test_a_stuck_thruster_goes_on_as_in_the_step_before() -> None:
 
 def test_a_sensor_that_freezes_gives_its_reading_again_and_again() -> None:
     broken = faults(FrozenSensorSpec(satellite="sat3", at=1.0, until=3.0))
+    held: dict[int, tuple[Array, Array]] = {}
     for step in range(8):
-        position, velocity = broken.reading(np.full((3, 3), float(step)), np.full((3, 3), -float(step)), step)
+        position, velocity = broken.reading(
+            np.full((3, 3), float(step)), np.full((3, 3), -float(step)), step, held
+        )
         frozen = 2.0 if 2 <= step < 6 else step
         assert np.all(position[2] == frozen)
         assert np.all(velocity[2] == -frozen)
@@ -134,10 +138,10 @@ def two(neighbour_values: str = "extrapolate", **other: Any) -> Scenario:
 
 def perceived(scenario: Scenario, listener: int, values: tuple[float, float], step: int) -> float:
     """Phase that a satellite takes its neighbour to have, from the pull that it feels."""
-    ears = Ears(scenario, np.asarray(listener), [[1 - listener]])
-    satellite = Satellite.of(scenario, listener)
+    ears = Ears(link_plan(scenario), np.asarray(listener), [[1 - listener]])
+    satellite = satellite_of(scenario, listener)
     satellite.join(step)
-    formation_now = Formation.of(scenario)
+    formation_now = Formation.of(scenario.membership_plan())
     told = ears.told(step, np.array([values]), np.array([step * STEP]), np.ones(1), formation_now)
     own = satellite.state.arc_length
     satellite.act(Motion(np.array([1000.0, 0.0, 0.0]), np.zeros(3)), told)

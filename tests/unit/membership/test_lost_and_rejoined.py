@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_simulate import RATE, formation
 
-from flights import SCENARIOS, shipped, shortened
+from flights import SCENARIOS, satellite_of, shipped, shortened
 from satform.evaluation.presence import RejoinTime, StepsAbsent
 from satform.evaluation.tracking import ArcLengthRate, ArcLengthSpread, SettlingTime, TrackingError
 from satform.flight.satellite import Satellite
@@ -176,7 +176,7 @@ def test_a_return_of_one_who_flies_changes_no_bit() -> None:
 
 def joined() -> Satellite:
     """Of three, the second at its step 20, which has heard nobody and done nothing."""
-    satellite = Satellite.of(three(), 1)
+    satellite = satellite_of(three(), 1)
     satellite.join(20)
     return satellite
 
@@ -191,7 +191,7 @@ def test_a_satellite_that_joins_has_its_arc_length_carried_on_at_its_rate() -> N
 
 
 def test_joining_at_the_step_that_comes_next_changes_nothing() -> None:
-    satellite = Satellite.of(three(), 1)
+    satellite = satellite_of(three(), 1)
     before = satellite.state
     satellite.join(0)
     assert satellite.state is before

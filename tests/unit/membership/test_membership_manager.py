@@ -23,7 +23,7 @@ def three(**other: Any) -> Scenario:
 
 def at_step(step: int, *faults: dict[str, Any], **options: Any) -> Muster:
     """A formation whose states of a step have been told, all having commanded in those before."""
-    muster = Muster(three(faults=list(faults)), **options)
+    muster = Muster(three(faults=list(faults)).membership_plan(), **options)
     for number in range(step + 1):
         muster.begin(number)
         muster.close()
@@ -44,7 +44,7 @@ def next_step(muster: Muster) -> tuple[Change | None, Change | None]:
 
 
 def test_the_flight_waits_for_everyone_who_flies_or_watches() -> None:
-    muster = Muster(three(), ["recorder"])
+    muster = Muster(three().membership_plan(), ["recorder"])
     for name in ("sat3", "recorder", "sat1"):
         muster.is_ready(name)
     assert muster.unready == ["sat2"]
@@ -264,7 +264,7 @@ def test_after_its_planned_return_a_satellite_comes_back_whenever_it_can() -> No
 
 def test_what_is_lost_already_is_not_lost_anew_when_the_scenario_s_time_comes() -> None:
     change = {"at": 5.0, "remove": [["sat1", "sat2"]]}
-    muster = Muster(three(faults=[LOST], graph_schedule=[change]))
+    muster = Muster(three(faults=[LOST], graph_schedule=[change]).membership_plan())
     for step in range(10):
         muster.begin(step)
         muster.close()

@@ -18,7 +18,6 @@ from satform.membership.state import (
     Rewired,
     loses,
     merged,
-    planned,
     possible_graph,
 )
 from satform.scenario import Scenario
@@ -31,7 +30,7 @@ def scenario(count: int = 3, **other: Any) -> Scenario:
 
 
 def test_at_the_start_everybody_flies_on_the_scenario_s_graph() -> None:
-    start = Formation.of(scenario())
+    start = Formation.of(scenario().membership_plan())
     assert start.number == 0
     assert start.alive.all()
     # Eigenvalues of a line of three are 0, 1 and 3.
@@ -41,7 +40,7 @@ def test_at_the_start_everybody_flies_on_the_scenario_s_graph() -> None:
 
 
 def test_a_loss_is_a_numbered_state_with_step_and_reason() -> None:
-    state = Formation.of(scenario())
+    state = Formation.of(scenario().membership_plan())
     assert state.apply([Lost(0, "sat1 is gone")], 7, NAMES)
     assert (state.number, state.step, state.reason) == (1, 7, "sat1 is gone")
     assert state.alive.tolist() == [False, True, True]
@@ -49,11 +48,11 @@ def test_a_loss_is_a_numbered_state_with_step_and_reason() -> None:
 
 
 def test_connectivity_is_that_of_the_graph_of_those_that_fly() -> None:
-    state = Formation.of(scenario())
+    state = Formation.of(scenario().membership_plan())
     state.apply([Lost(0, "")], 1, NAMES)
     # A line of two has the eigenvalues 0 and 2.
     assert state.connectivity == pytest.approx(2.0)
-    middle = Formation.of(scenario())
+    middle = Formation.of(scenario().membership_plan())
     middle.apply([Lost(1, "")], 1, NAMES)
     assert middle.connectivity == pytest.approx(0.0)
     middle.apply([Lost(0, ""), Lost(2, "")], 2, NAMES)
@@ -61,7 +60,7 @@ def test_connectivity_is_that_of_the_graph_of_those_that_fly() -> None:
 
 
 def test_what_happens_in_one_step_is_one_new_state() -> None:
-    state = Formation.of(scenario())
+    state = Formation.of(scenario().membership_plan())
     events = [Lost(0, "first"), Lost(1, "second"), Rewired(CompleteSpec().build(3), "third")]
     assert state.apply(events, 3, NAMES)
     assert (state.number, state.reason) == (1, "first; second; third")
@@ -69,7 +68,7 @@ def test_what_happens_in_one_step_is_one_new_state() -> None:
 
 
 def test_who_is_lost_is_not_lost_again_and_who_flies_does_not_return() -> None:
-    state = Formation.of(scenario())
+    state = Formation.of(scenario().membership_plan())
     state.apply([Lost(0, "once")], 3, NAMES)
     assert not state.apply([Lost(0, "twice"), Back(1, None)], 5, NAMES)
     assert (state.number, state.step) == (1, 3)
@@ -82,8 +81,10 @@ LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 10.2, "back": 20.0,
 
 
 def test_a_scenario_s_plan_has_each_event_at_its_step() -> None:
-    plan = planned(
+    plan = (
         scenario(faults=[LOST], graph_schedule=[{"at": 20.0, "graph": {"kind": "none"}}, {"at": 5.0, **ADD}])
+        .membership_plan()
+        .events
     )
     assert {step: [type(event) for event in events] for step, events in plan.items()} == {
         10: [Rewired],
@@ -97,7 +98,11 @@ ADD = {"add": [["sat1", "sat3"]], "remove": [["sat2", "sat1"]]}
 
 
 def test_edges_that_come_and_go_build_on_the_graph_before() -> None:
-    plan = planned(scenario(graph_schedule=[{"at": 5.0, **ADD}, {"at": 6.0, "add": [["sat2", "sat1"]]}]))
+    plan = (
+        scenario(graph_schedule=[{"at": 5.0, **ADD}, {"at": 6.0, "add": [["sat2", "sat1"]]}])
+        .membership_plan()
+        .events
+    )
     first, second = plan[10][0], plan[12][0]
     assert isinstance(first, Rewired)
     assert isinstance(second, Rewired)
@@ -112,14 +117,14 @@ def test_the_possible_graph_has_every_edge_that_there_is_at_some_time() -> None:
     own = scenario(
         graph={"kind": "none"}, graph_schedule=[{"at": 5.0, **ADD}, {"at": 9.0, "remove": [["sat1", "sat3"]]}]
     )
-    possible = possible_graph(own.communication_graph(), planned(own))
+    possible = possible_graph(own.communication_graph(), own.membership_plan().events)
     assert possible.edges == ((2, 0),)
     assert own.possible_graph().edges == ((2, 0),)
 
 
 def test_an_early_change_that_is_listed_late_comes_first_all_the_same() -> None:
     listed = [{"at": 9.0, "remove": [["sat1", "sat2"]]}, {"at": 5.0, "graph": {"kind": "complete"}}]
-    plan = planned(scenario(graph_schedule=listed))
+    plan = scenario(graph_schedule=listed).membership_plan().events
     final = plan[18][0]
     assert isinstance(final, Rewired)
     assert final.graph.neighbours(0) == (2,)
@@ -162,6 +167,6 @@ def test_a_change_that_changes_nothing_definite_is_refused(fields: dict[str, Any
 
 
 def test_a_mask_of_those_alive_belongs_to_one_formation_only() -> None:
-    first, second = Formation.of(scenario()), Formation.of(scenario())
+    first, second = Formation.of(scenario().membership_plan()), Formation.of(scenario().membership_plan())
     first.apply([Lost(0, "")], 1, NAMES)
     assert np.array_equal(second.alive, [True, True, True])

@@ -10,7 +10,8 @@ import pytest
 from flights import shortened
 from satform.communication.neighbour_buffer import Told
 from satform.control.protocol import Motion
-from satform.flight.satellite import Satellite, flight_plan
+from satform.flight.compile import flight_plan
+from satform.flight.satellite import Satellite
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 

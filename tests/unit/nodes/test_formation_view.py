@@ -6,6 +6,7 @@ import pytest
 from satform_msgs.msg import FormationStatus
 
 from flights import shortened
+from satform.flight.compile import compile_scenario
 from satform_nodes.runtime.formation_view import FormationView
 
 NAMES = ["sat1", "sat2", "sat3"]
@@ -29,7 +30,7 @@ def word(**changes: object) -> FormationStatus:
 
 @pytest.fixture
 def view() -> FormationView:
-    return FormationView(shortened("triangle", 10.0))
+    return FormationView(compile_scenario(shortened("triangle", 10.0)))
 
 
 def test_a_newer_word_is_the_formation_from_its_step_on(view: FormationView) -> None:

@@ -8,6 +8,7 @@ import pytest
 from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState
 
 from flights import shortened
+from satform.flight.compile import compile_scenario
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import topics
@@ -68,7 +69,7 @@ def test_a_measurement_and_a_phase_may_be_of_an_earlier_step(kind: str, measured
 
 
 def test_a_status_whose_stamp_is_of_another_step_is_not_about_this_formation() -> None:
-    view = FormationView(shortened("triangle", 10.0))
+    view = FormationView(compile_scenario(shortened("triangle", 10.0)))
     names = ["sat1", "sat2", "sat3"]
     status = FormationStatus(
         step=6,

@@ -15,6 +15,7 @@ from std_msgs.msg import String
 from flights import shortened
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.communication.topic_graph import RECORDER, Channel, channels
+from satform.flight.compile import topic_plan
 from satform_bringup.deployment.domain import own_domain
 from satform_nodes.runtime.flight_loop import exit_code_of
 from satform_nodes.runtime.formation_view import STOPPED
@@ -22,7 +23,7 @@ from satform_nodes.transport import qos, topics
 from satform_nodes.transport.missing_endpoints import OPTIONAL, Shortcoming, in_words, shortcomings
 
 SCENARIO = shortened("triangle", 60.0)
-TABLE = channels(SCENARIO)
+TABLE = channels(topic_plan(SCENARIO))
 NODES = ("plant", "sat1", "sat2", "sat3", RECORDER)
 
 

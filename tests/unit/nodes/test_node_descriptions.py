@@ -13,6 +13,7 @@ from std_srvs.srv import Trigger
 
 from flights import shipped
 from satform.communication.topic_graph import channels
+from satform.flight.compile import parameter_plan, topic_plan
 from satform.flight.online_parameters import Adjustments
 from satform_nodes.plant import services
 from satform_nodes.programs import MODULES
@@ -76,7 +77,7 @@ def number(text: str) -> float | str:
 
 def test_every_specification_that_nodes_declare_is_described_and_nothing_else_is() -> None:
     described = {code(row[1]).partition(".")[0] for row in rows("Parameters") if "." in code(row[1])}
-    assert described == set(Adjustments(shipped("formation_pointing"), 0).specs)
+    assert described == set(Adjustments(parameter_plan(shipped("formation_pointing"), 0)).specs)
 
 
 def test_a_parameter_is_described_for_the_nodes_that_have_it_only() -> None:
@@ -155,7 +156,7 @@ def test_a_topic_that_is_published_by_its_rhythm_is_described_with_that_profile(
     scenario = shipped("noisy_navigation")
     names = [satellite.name for satellite in scenario.satellites]
     checked = 0
-    for channel in channels(scenario):
+    for channel in channels(topic_plan(scenario)):
         own = channel.topic.split("/")[1]
         topic = channel.topic.replace(f"/{own}/", "/<satellite>/") if own in names else channel.topic
         # The recorder and the diagnostics have profiles of their own.

@@ -11,6 +11,7 @@ from satform_msgs.msg import Command
 
 from flights import shortened
 from satform.communication.topic_graph import PLANT, channels, heard_by
+from satform.flight.compile import topic_plan
 from satform.membership.manager import Muster
 from satform.scenario import Scenario
 from satform_nodes.plant import subscriptions as plant_subscriptions
@@ -55,7 +56,7 @@ def plant_ears_of(scenario: Scenario, network: Network, muster: Muster) -> Plant
     return PlantEars(
         SimpleNamespace(),  # type: ignore[arg-type]
         network,  # type: ignore[arg-type]
-        heard_by(PLANT, channels(scenario)),
+        heard_by(PLANT, channels(topic_plan(scenario))),
         muster,
         Refusals(),
         lambda: None,
@@ -68,7 +69,7 @@ def plant_ears_of(scenario: Scenario, network: Network, muster: Muster) -> Plant
 def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(clock: SimpleNamespace) -> None:
     scenario = shortened("triangle", 10.0)
     network = Network(scenario)
-    ears = plant_ears_of(scenario, network, Muster(scenario, ["recorder"]))
+    ears = plant_ears_of(scenario, network, Muster(scenario.membership_plan(), ["recorder"]))
     names = ["sat1", "sat2", "sat3"]
     for name in names:
         network.command(name, 0)
@@ -87,7 +88,7 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
 ) -> None:
     scenario = ring(MANY, 10)
     network = Network(scenario)
-    muster = Muster(scenario, [])
+    muster = Muster(scenario.membership_plan(), [])
     ears = plant_ears_of(scenario, network, muster)
     assert network.next_awaited is None
     ears.begin()
@@ -112,5 +113,5 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
 def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:
     scenario = shortened("triangle", 10.0)
     network = Network(scenario)
-    plant_ears_of(scenario, network, Muster(scenario, [])).begin()
+    plant_ears_of(scenario, network, Muster(scenario.membership_plan(), [])).begin()
     assert network.next_awaited is None

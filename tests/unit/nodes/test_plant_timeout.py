@@ -8,6 +8,7 @@ from unittest.mock import Mock
 import pytest
 
 from flights import shortened
+from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
 from satform_nodes.runtime.flight_loop import fly_all
 from satform_nodes.runtime.node_error import NodeError
@@ -17,7 +18,7 @@ DOCS = Path(__file__).parents[3] / "docs"
 
 def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated() -> None:
     satellite = Mock()
-    satellite.scenario = shortened("triangle", 10.0, "tolerated_silence=7.0")
+    satellite.plan = compile_scenario(shortened("triangle", 10.0, "tolerated_silence=7.0"))
     satellite.name, satellite.step, satellite.view.ended = "sat1", 12, None
     executor = Mock()
     # The first state comes; the next one does not.

@@ -14,6 +14,7 @@ from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
 from flights import shipped
+from satform.flight.compile import compile_scenario
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.service_guard import guarded
 
@@ -85,4 +86,4 @@ whole = st.sampled_from([0, 1, 2, 3, 2**31, 2**63 - 1, 2**64 - 1])
 def test_whatever_is_said_of_a_formation_is_taken_or_refused_without_an_exception(
     status: FormationStatus,
 ) -> None:
-    assert FormationView(shipped("triangle")).take(status) in (True, False)
+    assert FormationView(compile_scenario(shipped("triangle"))).take(status) in (True, False)

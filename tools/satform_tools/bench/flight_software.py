@@ -10,6 +10,7 @@ from satform.attitude.guidance import Attitude
 from satform.communication.messages import WIDTH, numbers
 from satform.communication.neighbour_buffer import Told
 from satform.control.protocol import Motion
+from satform.flight.compile import compile_scenario
 from satform.flight.satellite import Satellite
 from satform.scenario import Scenario
 
@@ -27,12 +28,13 @@ def step_cost(scenario: Scenario, index: int = 0, steps: int = 1000) -> float:
     Returns:
         The median.
     """
-    satellite = Satellite.of(scenario, index)
+    plan = compile_scenario(scenario)
     kind = scenario.consensus.announces
-    neighbours = scenario.communication_graph().neighbours(index)
+    neighbours = plan.membership.graph.neighbours(index)
+    satellite = Satellite(plan.satellite(index), len(plan.membership.possible_graph.neighbours(index)))
     said = np.zeros((len(neighbours), 1 + WIDTH[kind]))
     for row, neighbour in enumerate(neighbours):
-        said[row, 1:] = numbers(Satellite.of(scenario, neighbour).announce())
+        said[row, 1:] = numbers(Satellite(plan.satellite(neighbour)).announce())
     start = satellite.plan.start
     position, velocity = start.position.tolist(), start.velocity.tolist()
     turned = None

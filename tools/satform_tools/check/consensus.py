@@ -6,8 +6,8 @@ from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.byzantine_robustness import promise
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec
 from satform.consensus.stability import Gains, delay_margin
-from satform.flight.satellite import flight_plan
-from satform.membership.state import planned, rewirings
+from satform.flight.compile import flight_plan
+from satform.membership.state import rewirings
 from satform.scenario import Scenario
 
 _SAME_PERIOD = 1e-9
@@ -49,7 +49,7 @@ def _liar_warnings(scenario: Scenario) -> list[str]:
     if not isinstance(law, ResilientArcLengthConsensusSpec):
         return []
     graphs = [(0, scenario.communication_graph())]
-    graphs += [(step, event.graph) for step, event in rewirings(planned(scenario))]
+    graphs += [(step, event.graph) for step, event in rewirings(scenario.membership_plan().events)]
     most_heard = max(int(graph.adjacency.sum(axis=1).max()) for _, graph in graphs)
     found = [
         f"consensus: {doubt}; honest satellites may leave the interval of phases in which they began"

@@ -11,7 +11,7 @@ from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.graph import Graph
 from satform.consensus.stability import Gains, delay_margin
 from satform.membership.faults import SatelliteLostSpec
-from satform.membership.state import Back, Formation, planned, rewirings
+from satform.membership.state import Back, Formation, rewirings
 from satform.scenario import Scenario
 
 _LONG = 0.25
@@ -52,8 +52,8 @@ class PlannedState:
 def describe_schedule(scenario: Scenario) -> list[PlannedState]:
     """Every state of the formation after the first that a scenario plans, in order."""
     names = [satellite.name for satellite in scenario.satellites]
-    formation, found = Formation.of(scenario), []
-    for step, events in planned(scenario).items():
+    formation, found = Formation.of(scenario.membership_plan()), []
+    for step, events in scenario.membership_plan().events.items():
         if not formation.apply(events, step, names):
             continue
         flying = int(formation.alive.sum())
@@ -128,7 +128,7 @@ def _slowed(graph: Graph, law: ArcLengthGainsSpec, age: float) -> float:
 
 
 def _schedule_warnings(scenario: Scenario) -> list[str]:
-    changes = rewirings(planned(scenario))
+    changes = rewirings(scenario.membership_plan().events)
     if not changes:
         return []
     graphs = [scenario.communication_graph(), *(event.graph for _, event in changes)]
@@ -158,7 +158,9 @@ def _loss_warnings(scenario: Scenario) -> list[str]:
                 f"faults: {fault.satellite} is lost at {fault.at:g} s, before its first checkpoint at "
                 f"{period:g} s; it comes back with its flight plan alone"
             )
-    returns = any(isinstance(event, Back) for events in planned(scenario).values() for event in events)
+    returns = any(
+        isinstance(event, Back) for events in scenario.membership_plan().events.values() for event in events
+    )
     if scenario.checkpoint_period is not None and not returns and not scenario.tolerated_losses:
         found.append("checkpoint_period: checkpoints are kept, but nobody comes back from one")
     return found

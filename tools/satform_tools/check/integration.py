@@ -9,7 +9,7 @@ import numpy as np
 from satform.dynamics.integration_error import IntegrationError, integration_error
 from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.specs import FixedStepSpec
-from satform.flight.satellite import motion_at_start
+from satform.flight.compile import motion_at_start
 from satform.scenario import Scenario
 from satform_tools.check.linearisation import chief_orbit
 

@@ -10,7 +10,7 @@ import numpy as np
 from satform.dynamics.cw_error import ChiefOrbit, cw_error, free_motion
 from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
-from satform.flight.satellite import flight_plan
+from satform.flight.compile import flight_plan
 from satform.scenario import Scenario
 
 _NOTEWORTHY = 0.01

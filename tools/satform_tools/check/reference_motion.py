@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What steady motion along its path asks of each satellite of a scenario."""
 
-from satform.flight.satellite import flight_plan
+from satform.flight.compile import flight_plan
 from satform.orbits.path_reference import SteadyMotion, steady_motion
 from satform.scenario import Scenario
 

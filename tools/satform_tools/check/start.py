@@ -8,9 +8,9 @@ import numpy as np
 
 from satform.consensus.graph import Graph
 from satform.control.artificial_potential import AdaptiveDistanceSpec
+from satform.flight.compile import flight_plan, limit_plan, motion_at_start, plant_plan
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
-from satform.flight.satellite import flight_plan, motion_at_start
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 
@@ -38,7 +38,7 @@ def start_warnings(scenario: Scenario) -> list[str]:
 def _beyond_limits(scenario: Scenario) -> list[str]:
     """A sentence about the first satellite whose start ends the flight at once."""
     with np.errstate(all="ignore"):
-        end = LimitCheck(scenario).of_plant(Plant(scenario))
+        end = LimitCheck(limit_plan(scenario)).of_plant(Plant(plant_plan(scenario)))
     return [] if end is None else [f"limits: {end.sentence}; the flight ends before its first command"]
 
 

@@ -13,7 +13,7 @@ from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
 from satform.consensus.byzantine_robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.evaluation.sampled_loops import sampled_loops
-from satform.flight.satellite import flight_plan
+from satform.flight.compile import compile_scenario, flight_plan, topic_plan
 from satform.orbits.path_reference import SteadyMotion
 from satform.scenario import Scenario
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
@@ -180,7 +180,7 @@ def _satellite(scenario: Scenario, index: int, steady: SteadyMotion) -> dict[str
 def _processes(scenario: Scenario) -> list[dict[str, Any]]:
     from satform_bringup.supervisor.node_processes import processes  # noqa: PLC0415 - only `show` needs it
 
-    listed = processes(scenario, Path(SCENARIO_FILE), Path(BAG_FOLDER))
+    listed = processes(compile_scenario(scenario), Path(SCENARIO_FILE), Path(BAG_FOLDER))
     return [{"node": process.name, "executable": process.executable} for process in listed]
 
 
@@ -192,7 +192,7 @@ def _topics(scenario: Scenario) -> list[dict[str, Any]]:
             "from": "each" if channel.kind == "node_ready" else channel.speakers[0],
             "to": list(channel.listeners_in(recorded=False)),
         }
-        for channel in channels(scenario)
+        for channel in channels(topic_plan(scenario))
         if channel.kind not in ("recorder_progress", "diagnostics")
     ]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
 from satform.evaluation.conclusion import left_out
 from satform.flight.simulate import simulate
-from satform.membership.state import Lost, Plan, planned
+from satform.membership.state import Lost, Plan
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, Timing
 from satform_bringup import BAG_FOLDER
@@ -136,7 +136,7 @@ def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenari
     from satform_nodes.transport import qos  # noqa: PLC0415 - needs ROS
 
     # A satellite that its scenario kills waits until its words have arrived, but for the last it shows.
-    for plan, longest in ((planned(scenario), 1), (events, qos.LOCKSTEP.depth)):
+    for plan, longest in ((scenario.membership_plan().events, 1), (events, qos.LOCKSTEP.depth)):
         for step, found in plan.items():
             for event in found:
                 if isinstance(event, Lost) and 0 < step <= record.steps:

@@ -5,6 +5,7 @@
 from dataclasses import dataclass
 
 from satform.communication.topic_graph import PLANT, RECORDER, channels
+from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
 from satform_bringup.deployment.security import ENCLAVES
 
@@ -65,7 +66,7 @@ def accesses(scenario: Scenario) -> list[Access]:
     names = [PLANT, *(satellite.name for satellite in scenario.satellites), RECORDER]
     says: dict[str, list[str]] = {name: [] for name in names}
     hears: dict[str, list[str]] = {name: [] for name in names}
-    for channel in channels(scenario):
+    for channel in channels(topic_plan(scenario)):
         for name in channel.speakers:
             says[name].append(channel.topic)
         for name in channel.listeners:

@@ -17,7 +17,8 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
-from satform.membership.faults import SatelliteLostSpec
+from satform.flight.compile import compile_scenario
+from satform.membership.state import MembershipPlan, falls, returns
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
 from satform_bringup.deployment import local_discovery, preflight
@@ -91,14 +92,15 @@ def _nodes(context: LaunchContext) -> list[Node]:
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
     display = asked["display"] == "true"
     checkpoints = None if scenario.checkpoint_period is None else out / CHECKPOINT_FOLDER
+    plan = compile_scenario(scenario)
     started = processes(
-        scenario, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
+        plan, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
     )
     preflight.require(len(started))
     preflight.neutralise()
     environment = local_discovery.variables(len(started), len(scenario.satellites), out)
     environment |= preflight.log_variables(out)
-    flight = _Flight(scenario, bag, environment)
+    flight = _Flight(scenario, plan.membership, bag, environment)
     return [_node(process, flight) for process in started]
 
 
@@ -118,11 +120,13 @@ class _Flight:
 
     Attributes:
         scenario: with all changes.
+        membership: who takes part, by step.
         bag: folder of the bag; None when nothing is recorded.
         environment: more variables of every process.
     """
 
     scenario: Scenario
+    membership: MembershipPlan
     bag: Path | None
     environment: dict[str, str]
 
@@ -170,13 +174,11 @@ def _ended(
             if process.name == last
             else None
         )
-    own = [
-        fault
-        for fault in flight.scenario.faults
-        if isinstance(fault, SatelliteLostSpec) and fault.satellite == process.name
-    ]
-    if own and event.returncode == -signal.SIGKILL:
-        return [_node(process, flight)] if any(fault.back is not None for fault in own) else None
+    plan = flight.membership
+    if process.name in plan.names and event.returncode == -signal.SIGKILL:
+        index = plan.names.index(process.name)
+        if any(falls(plan.events, index, step) for step in plan.events):
+            return [_node(process, flight)] if returns(plan.events, index, 0) else None
     return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
 
 

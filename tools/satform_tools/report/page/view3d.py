@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.flight.satellite import flight_plan
+from satform.flight.compile import flight_plan
 from satform.numeric.elementwise import Array
 from satform_tools.report.event_log import connections
 from satform_tools.report.plots.style import Unit, drawable

@@ -9,9 +9,9 @@ from scipy.linalg import expm
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec
 from satform.consensus.graph import Graph
-from satform.flight.satellite import flight_plan
+from satform.flight.compile import flight_plan
 from satform.membership.faults import ClockOffsetSpec, LiarSpec, SatelliteLostSpec
-from satform.membership.state import planned, rewirings
+from satform.membership.state import rewirings
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 
@@ -61,7 +61,7 @@ def arc_length_spread(scenario: Scenario, time: Array) -> Array | None:
 
 def _graphs(scenario: Scenario, time: Array) -> Iterator[Graph]:
     """Who hears whom at each of the moments."""
-    plan = planned(scenario)
+    plan = scenario.membership_plan().events
     changes = [(step * scenario.timing.step, event.graph) for step, event in rewirings(plan)]
     graph = scenario.communication_graph()
     for moment in time:

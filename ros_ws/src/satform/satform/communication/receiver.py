@@ -3,18 +3,37 @@
 """What passes between satellites: what each says, and what of it arrives at whom."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.communication.channel_model import Links
+from satform.communication.channel_model import Links, LinksSpec
 from satform.communication.neighbour_buffer import Told
-from satform.membership.faults import Faults
+from satform.membership.faults import FaultSchedule
 from satform.membership.state import Formation
 from satform.numeric.elementwise import Array
-from satform.scenario.model import Scenario
 
 Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class LinkPlan:
+    """What happens to messages between satellites on their way.
+
+    Attributes:
+        links: what each link does to them; None where every message arrives at once.
+        names: of all satellites.
+        step: control period, s.
+        seed: of the run.
+        faults: whose clocks are wrong.
+    """
+
+    links: LinksSpec | None
+    names: tuple[str, ...]
+    step: float
+    seed: int
+    faults: FaultSchedule
 
 
 class Ears:
@@ -25,11 +44,11 @@ class Ears:
         neighbours: places of those whom they may hear, ascending, padded with the own place, shape (..., K).
     """
 
-    def __init__(self, scenario: Scenario, members: Index, neighbours: Sequence[Sequence[int]]) -> None:
+    def __init__(self, plan: LinkPlan, members: Index, neighbours: Sequence[Sequence[int]]) -> None:
         """Ears that have heard nothing yet.
 
         Args:
-            scenario: what is flown.
+            plan: what happens to messages.
             members: places of the satellites, shape () or (n,).
             neighbours: for each of them the places of those whom it may hear, ascending.
         """
@@ -44,18 +63,15 @@ class Ears:
         self.members = members
         self.neighbours = places.reshape(shape)
         self._real = real.reshape(shape)
-        self._faults = Faults(
-            scenario.faults, [own.name for own in scenario.satellites], scenario.timing.step
-        )
+        self._faults = plan.faults
         self._links: Links | None = None
-        if scenario.links is not None:
+        if plan.links is not None:
             edges = [
                 (int(speaker), int(member))
                 for member, row in zip(rows, places, strict=True)
                 for speaker in row
             ]
-            names = [satellite.name for satellite in scenario.satellites]
-            self._links = Links(scenario.links, edges, names, (scenario.timing.step, scenario.seed), shape)
+            self._links = Links(plan.links, edges, plan.names, (plan.step, plan.seed), shape)
         self._number = -1
         self._linked = self._real
 

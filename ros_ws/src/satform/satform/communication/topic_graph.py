@@ -9,10 +9,10 @@ root namespace; `relative` and `in_namespace` are for one in another.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-if TYPE_CHECKING:
-    from satform.scenario.model import Scenario
+from satform.consensus.arc_length import Announces
+from satform.consensus.graph import Graph
 
 PLANT = "plant"
 """Name of the node that moves all satellites."""
@@ -96,41 +96,75 @@ def in_namespace(topic: str, namespace: str) -> str:
     return topic if topic in OF_ALL_NAMESPACES else f"{namespace.rstrip('/')}{topic}"
 
 
-def satellite_channels(scenario: "Scenario", index: int) -> list[Channel]:
+@dataclass(frozen=True)
+class Equipment:
+    """What a satellite has that takes topics of its own.
+
+    Attributes:
+        name: of the satellite.
+        thruster: whether what its thrusters apply is modelled.
+        sensor: whether it measures its motion.
+        filter: whether it estimates its motion.
+        attitude: whether it has an attitude.
+    """
+
+    name: str
+    thruster: bool = False
+    sensor: bool = False
+    filter: bool = False
+    attitude: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class TopicPlan:
+    """From what the topics of a flight follow.
+
+    Attributes:
+        satellites: all of them, in order.
+        announces: what they exchange.
+        graph: every edge that the communication graph has at some time of the flight.
+    """
+
+    satellites: tuple[Equipment, ...]
+    announces: Announces
+    graph: Graph
+
+
+def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
     """The topics that are about one satellite.
 
     Args:
-        scenario: what is flown.
-        index: place of the satellite.
+        plan: of the flight.
+        index: of the satellite.
 
     Returns:
         A channel for each, with the listeners that the graph has at some time of the flight.
     """
-    spec, names = scenario.satellite(index), [satellite.name for satellite in scenario.satellites]
-    own = spec.name
-    hearing = [names[listener] for listener in scenario.possible_graph().listeners(index)]
+    equipment = plan.satellites[index]
+    own = equipment.name
+    hearing = [plan.satellites[listener].name for listener in plan.graph.listeners(index)]
     found = [
         _channel("state", own, PLANT, [own], "states"),
-        _channel(scenario.consensus.announces, own, own, hearing, "states"),
+        _channel(plan.announces, own, own, hearing, "states"),
     ]
-    if spec.sensor is not None:
+    if equipment.sensor:
         found.append(_channel("truth", own, PLANT, [], "states"))
-    if spec.attitude is not None:
+    if equipment.attitude:
         found.append(_channel("attitude", own, PLANT, [own], "states"))
     found += [
         _channel("command", own, own, [PLANT], "steps"),
         _channel("tracking", own, own, [], "steps"),
     ]
-    if spec.filter is not None:
+    if equipment.filter:
         found.append(_channel("estimate", own, own, [], "steps"))
-    if spec.thruster is not None:
+    if equipment.thruster:
         found.append(_channel("propulsion", own, PLANT, [], "steps"))
     return [*found, _channel("parameter_changes", own, own, [], "now and then")]
 
 
-def formation_channels(scenario: "Scenario") -> list[Channel]:
+def formation_channels(plan: TopicPlan) -> list[Channel]:
     """The topics that are about no satellite in particular."""
-    names = tuple(satellite.name for satellite in scenario.satellites)
+    names = tuple(satellite.name for satellite in plan.satellites)
     everyone = (*names, RECORDER)
     return [
         Channel(STATUS, "status", (PLANT,), everyone, "now and then"),
@@ -141,10 +175,10 @@ def formation_channels(scenario: "Scenario") -> list[Channel]:
     ]
 
 
-def channels(scenario: "Scenario") -> list[Channel]:
+def channels(plan: TopicPlan) -> list[Channel]:
     """Every topic of a flight: those of each satellite in order, then those of the formation."""
-    own = [satellite_channels(scenario, index) for index in range(len(scenario.satellites))]
-    return [*(channel for satellite in own for channel in satellite), *formation_channels(scenario)]
+    own = [satellite_channels(plan, index) for index in range(len(plan.satellites))]
+    return [*(channel for satellite in own for channel in satellite), *formation_channels(plan)]
 
 
 def said_by(name: str, table: Iterable[Channel]) -> list[Channel]:

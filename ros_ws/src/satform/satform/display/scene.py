@@ -15,8 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.attitude.ground_pointing import CircularOrbit
-from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.consensus.graph import Graph
 from satform.display.shapes import (
     GREY,
@@ -27,10 +25,8 @@ from satform.display.shapes import (
     link_colour,
     satellite_colour,
 )
+from satform.flight.plans import ScenePlan
 from satform.numeric.elementwise import Array, norm
-from satform.orbits.path_reference import Path
-from satform.scenario import SatelliteSpec, Scenario
-from satform.scenario.environment import pointing_in
 
 ORBIT_SAMPLES = 96
 """Pieces of the polyline that shows a desired orbit."""
@@ -112,28 +108,27 @@ class Picture:
 class Scene:
     """Takes in what is seen of a formation, and says when a picture is due and what is in it."""
 
-    def __init__(self, scenario: Scenario, pictures_per_lap: int, trail_points: int) -> None:
+    def __init__(self, plan: ScenePlan, pictures_per_lap: int, trail_points: int) -> None:
         """A scene in which nothing has been seen yet.
 
         Args:
-            scenario: what is flown.
+            plan: what is known of the formation.
             pictures_per_lap: how many pictures are wanted of a lap, or of a flight shorter than that.
             trail_points: how many pictures a trail reaches back, unless there are very many satellites.
         """
-        count = len(scenario.satellites)
-        specs = [scenario.satellite(index) for index in range(count)]
+        count = len(plan.names)
         share = max(TRAIL_POINTS // count, FEWEST_TRAIL_POINTS)
-        self.names = tuple(spec.name for spec in specs)
-        self.interval = picture_interval(scenario, pictures_per_lap)
-        self._step_length = scenario.timing.step
-        self._orbits = [_orbit(spec) for spec in specs]
-        self._attitude_orbits = [_attitude_orbit(scenario, index) for index in range(count)]
+        self.names = plan.names
+        self.interval = picture_interval(plan, pictures_per_lap)
+        self._step_length = plan.step
+        self._orbits = [desired_orbit(curve, ORBIT_SAMPLES) for curve in plan.curves]
+        self._attitude_orbits = plan.attitude_orbits
         self._alive = [True] * count
-        self._hears = scenario.communication_graph().adjacency.astype(bool)
+        self._hears = plan.graph.adjacency.astype(bool)
         self._positions: dict[int, tuple[int, Array, Array]] = {}
         self._turned: dict[int, tuple[float, Array]] = {}
         self._spoken: dict[int, float] = {}
-        self._trails: list[deque[Pose]] = [deque(maxlen=min(trail_points, share)) for _ in specs]
+        self._trails: list[deque[Pose]] = [deque(maxlen=min(trail_points, share)) for _ in plan.names]
         self._last_picture: int | None = None
 
     @property
@@ -218,48 +213,18 @@ class Scene:
         return links
 
 
-def picture_interval(scenario: Scenario, pictures_per_lap: int) -> int:
+def picture_interval(plan: ScenePlan, pictures_per_lap: int) -> int:
     """Steps from one picture to the next.
 
     Args:
-        scenario: what is flown.
+        plan: what is known of the formation.
         pictures_per_lap: of the longest lap of any satellite, or of the whole flight if that is shorter;
             of the chief's orbit where nobody goes round.
 
     Returns:
         One or more.
     """
-    lap = min(_lap(scenario), scenario.timing.duration)
-    return max(1, round(lap / (pictures_per_lap * scenario.timing.step)))
-
-
-def _lap(scenario: Scenario) -> float:
-    """Time of the longest lap, s."""
-    rate = scenario.circulation.rate
-    if rate is None:
-        assert scenario.circulation.period is not None  # noqa: S101 - the scenario's validator has seen to it
-        return scenario.circulation.period
-    specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
-    periods = [float(Path(spec.curve.build(), np.asarray(spec.scale)).period) for spec in specs if spec.curve]
-    longest = max(periods)
-    return longest / abs(rate) if rate and longest else 2.0 * math.pi / scenario.orbit.rate
-
-
-def _orbit(spec: SatelliteSpec) -> Array:
-    """The desired orbit of a satellite, m, LVLH, shape (points, 3)."""
-    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
-    return desired_orbit(spec.curve.build(), ORBIT_SAMPLES)
-
-
-def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
-    """The chief's orbit in the axes in which a satellite's attitude is told; None without attitude."""
-    spec = scenario.satellite(index).attitude
-    if spec is None:
-        return None
-    pointing = pointing_in(scenario.dynamics, spec.pointing)
-    if isinstance(pointing, SatellitePointingSpec):
-        return pointing.build(scenario.orbit.rate, scenario.orbit.radius).orbit
-    return pointing.build().orbit
+    return max(1, round(plan.period / (pictures_per_lap * plan.step)))
 
 
 def _pairs(hears: NDArray[np.bool_]) -> list[tuple[int, int]]:

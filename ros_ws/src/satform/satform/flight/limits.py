@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from satform.flight.plans import LimitPlan
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.record.early_end import EarlyEnd
@@ -25,7 +26,6 @@ from satform.record.early_end import EarlyEnd
 if TYPE_CHECKING:
     from satform.flight.plant import Plant
     from satform.flight.satellite import Decision
-    from satform.scenario.model import Scenario
 
 LARGEST = 1e15
 """Limit of quantities that have none of their own, in SI units; no number of a scenario is larger."""
@@ -110,13 +110,13 @@ NO_COMMAND = Violation(
 
 
 class LimitCheck:
-    """Checks a flight of one scenario."""
+    """Checks a flight."""
 
-    def __init__(self, scenario: "Scenario") -> None:
-        """Take the limits of a scenario."""
-        self._names = [satellite.name for satellite in scenario.satellites]
-        self._step = scenario.timing.step
-        limits = scenario.limits
+    def __init__(self, plan: LimitPlan) -> None:
+        """Take the limits of a flight."""
+        self._names = list(plan.names)
+        self._step = plan.step
+        limits = plan.limits
         self._limits: dict[Bound, float] = {
             "distance": limits.distance,
             "speed": limits.speed,
@@ -128,7 +128,7 @@ class LimitCheck:
         self._squares = [self._limits[quantity.bound] ** 2 for quantity in QUANTITIES]
         self._lowest = EQUATORIAL_RADIUS + limits.altitude
         # A chief below the ground is no real one, and its satellites have no altitude.
-        self._has_ground = scenario.orbit.radius > max(self._lowest, EQUATORIAL_RADIUS)
+        self._has_ground = plan.chief_radius > max(self._lowest, EQUATORIAL_RADIUS)
         self._everyone = range(len(self._names))
 
     # What a satellite computes

@@ -8,9 +8,9 @@ from typing import Any
 from satform.attitude.tracking import AttitudeTrackingSpec
 from satform.common.spec import Number, Spec
 from satform.control.protocol import ControllerSpec
-from satform.flight.satellite import Satellite, flight_setting
+from satform.flight.plans import ParameterPlan
+from satform.flight.satellite import Satellite
 from satform.orbits.curve_specs import CurveSpec
-from satform.scenario.model import Scenario
 
 
 class PhaseSpec(Spec):
@@ -27,20 +27,16 @@ class Adjustments:
         specs: by the name that begins their parameters, such as `controller` of `controller.gain`.
     """
 
-    def __init__(self, scenario: Scenario, index: int) -> None:
-        """As the scenario has them for the satellite with the given place in its list."""
-        own = scenario.satellite(index)
-        assert own.controller is not None  # noqa: S101 - the scenario's validator has seen to it
-        assert own.curve is not None  # noqa: S101 - likewise
-        self._scenario = scenario
-        self._index = index
+    def __init__(self, plan: ParameterPlan) -> None:
+        """As they are at the start of the flight."""
+        self._setting = plan.setting
         self.specs: dict[str, Spec] = {
-            "controller": own.controller,
-            "curve": own.curve,
-            "phase": PhaseSpec(offset=own.phase_offset),
+            "controller": plan.controller,
+            "curve": plan.curve,
+            "phase": PhaseSpec(offset=plan.phase_offset),
         }
-        if own.attitude is not None:
-            self.specs["attitude_controller"] = own.attitude.controller
+        if plan.attitude_controller is not None:
+            self.specs["attitude_controller"] = plan.attitude_controller
 
     def use(self, satellite: Satellite, prefix: str, spec: Spec) -> None:
         """Have a satellite fly by another specification from its next step on.
@@ -57,7 +53,7 @@ class Adjustments:
             case AttitudeTrackingSpec():
                 satellite.use_attitude_controller(spec)
             case ControllerSpec():
-                satellite.use_controller(spec, flight_setting(self._scenario, self._index))
+                satellite.use_controller(spec, self._setting)
             case CurveSpec():
                 satellite.use_curve(spec.build())
             case PhaseSpec():

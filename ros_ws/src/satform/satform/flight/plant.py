@@ -12,15 +12,12 @@ from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.wheels import Turning, Wheels
 from satform.control.protocol import Motion
 from satform.dynamics.inertial import InertialDynamics
-from satform.dynamics.protocol import DynamicsSetting
 from satform.equipment.navigation import NOISE_PER_STEP, Sensor
 from satform.equipment.noise import NAVIGATION_STREAM, THRUSTER_STREAM, SeededNormals
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
-from satform.flight.satellite import flight_plan, motion_at_start
-from satform.membership.faults import Faults
+from satform.flight.plans import PlantPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array, norm
-from satform.scenario.model import Scenario
 
 Steps = NDArray[np.int64]
 
@@ -36,25 +33,18 @@ class Plant:
         turning: the true attitudes, in groups of satellites; empty when nobody has one.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        setting = DynamicsSetting(
-            mean_motion=scenario.orbit.rate,
-            step=scenario.timing.step,
-            satellite_count=len(scenario.satellites),
-            seed=scenario.seed,
-        )
-        self._dynamics = scenario.dynamics.build(setting)
-        start = motion_at_start(scenario)
-        self._state = self._dynamics.start(start.position, start.velocity)
+    def __init__(self, plan: PlantPlan) -> None:
+        self._dynamics = plan.dynamics
+        self._state = self._dynamics.start(plan.start.position, plan.start.velocity)
         self.step = 0
-        self.given: Array = np.zeros_like(start.position)
-        names = [satellite.name for satellite in scenario.satellites]
-        self._faults = Faults(scenario.faults, names, scenario.timing.step)
-        self.thrusters = _thrusters_of(scenario)
-        self.turning = _turning_of(scenario)
-        self._chief_radius = scenario.orbit.radius
+        self.given: Array = np.zeros_like(plan.start.position)
+        self._faults = plan.faults
+        self._held_readings: dict[int, tuple[Array, Array]] = {}
+        self.thrusters = _thrusters_of(plan)
+        self.turning = _turning_of(plan)
+        self._chief_radius = plan.chief_radius
         self._motion = Motion(*self._dynamics.lvlh(self._state))
-        self._sensors = _sensors_of(scenario, self._motion)
+        self._sensors = _sensors_of(plan, self._motion)
         self._measured = self._measure()
 
     def motion(self) -> Motion:
@@ -143,7 +133,7 @@ class Plant:
             delivered = sensors.memory.delivered
             told.position[sensors.members] = delivered.position
             told.velocity[sensors.members] = delivered.velocity
-        return Motion(*self._faults.reading(told.position, told.velocity, self.step))
+        return Motion(*self._faults.reading(told.position, told.velocity, self.step, self._held_readings))
 
 
 class Thrusters:
@@ -194,46 +184,36 @@ class _Sensors:
         self.memory = self._sensor.measure(self.memory, position, velocity, step, self._noise.at(step))
 
 
-def _thrusters_of(scenario: Scenario) -> Thrusters | None:
-    specs = [scenario.satellite(index).thruster for index in range(len(scenario.satellites))]
-    members = [index for index, spec in enumerate(specs) if spec is not None]
-    built = [spec.build(scenario.timing.step) for spec in specs if spec is not None]
-    return Thrusters(members, stacking.stack(built), scenario.seed) if built else None
+def _thrusters_of(plan: PlantPlan) -> Thrusters | None:
+    members = [index for index, thruster in enumerate(plan.thrusters) if thruster is not None]
+    built = [thruster for thruster in plan.thrusters if thruster is not None]
+    return Thrusters(members, stacking.stack(built), plan.seed) if built else None
 
 
-def _sensors_of(scenario: Scenario, start: Motion) -> list[_Sensors]:
+def _sensors_of(plan: PlantPlan, start: Motion) -> list[_Sensors]:
     alike: dict[tuple[int, int], list[tuple[int, Sensor]]] = {}
-    for index in range(len(scenario.satellites)):
-        spec = scenario.satellite(index).sensor
-        if spec is not None:
-            sensor = spec.build(scenario.timing.step)
+    for index, sensor in enumerate(plan.sensors):
+        if sensor is not None:
             alike.setdefault((sensor.update, sensor.latency), []).append((index, sensor))
     return [
         _Sensors(
             [index for index, _ in group],
             stacking.stack([sensor for _, sensor in group]),
-            scenario.seed,
+            plan.seed,
             start,
         )
         for group in alike.values()
     ]
 
 
-def _turning_of(scenario: Scenario) -> list[Turning]:
+def _turning_of(plan: PlantPlan) -> list[Turning]:
     alike: dict[int, list[tuple[int, Orientation, Wheels]]] = {}
-    step = scenario.timing.step
-    for index in range(len(scenario.satellites)):
-        spec = scenario.satellite(index).attitude
-        orientation = None if spec is None else flight_plan(scenario, index).orientation
-        if spec is None or orientation is None:
-            continue
-        limits = (spec.wheel_torque_limit, spec.wheel_momentum_limit)
-        wheels = Wheels(*(np.asarray(np.inf if limit is None else limit) for limit in limits))
-        parts = max(1, math.ceil(step / spec.maximum_step * (1.0 - 1e-12)))
-        alike.setdefault(parts, []).append((index, orientation, wheels))
+    for index, own in enumerate(plan.attitudes):
+        if own is not None:
+            alike.setdefault(own.parts, []).append((index, own.orientation, own.wheels))
     groups: list[Turning] = []
     for parts, members in alike.items():
-        groups += _turning_groups(members, step, parts)
+        groups += _turning_groups(members, plan.step, parts)
     return groups
 
 

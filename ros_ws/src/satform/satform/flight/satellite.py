@@ -12,56 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from satform.attitude.guidance import Aim, Attitude, Orientation, Target, orientation
-from satform.attitude.satellite_pointing import SatellitePointingSpec
+from satform.attitude.guidance import Aim, Attitude
 from satform.attitude.tracking import AttitudeTrackingSpec
 from satform.communication.messages import WIDTH, Announcement, AnyAnnouncement, AnyHeard
 from satform.communication.messages import heard as as_heard
 from satform.communication.neighbour_buffer import Inbox, Told
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, Heard, propagate
-from satform.consensus.graph import Graph
 from satform.consensus.motion_sharing import HeardMotion, MotionAnnouncement, MotionSharing
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
 from satform.equipment.kalman_filter import Measurement
 from satform.equipment.navigation import Estimator, EstimatorMemory
+from satform.flight.plans import FlightPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
 from satform.orbits.path_reference import Path, Reference
-from satform.scenario.environment import pointing_in
-from satform.scenario.model import Scenario
-from satform.scenario.parts import SatelliteSpec
-
-
-@dataclass(frozen=True)
-class FlightPlan:
-    """What a satellite is given before flight; arrays carry a leading axis when many fly as one.
-
-    Attributes:
-        path: the closed orbit to fly and how it is parametrised.
-        controller: the control law, a `Controller`, or a `NeighbourController` under `MotionSharing`.
-        consensus: the law by which satellites agree on their phase, or the sharing of their motion.
-        nominal_rate: rate of the generalised arc length once all agree, m/s, shape (...).
-        phase_offset: by how much this satellite leads the agreement, m, shape (...).
-        arc_length: generalised, at the start, m, shape (...).
-        rate: of the generalised arc length at the start, m/s, shape (...).
-        start: where the satellite begins.
-        step: control period, s.
-        estimator: what is made of the measurements; None to take them as they are.
-        orientation: where the satellite points and how; None for one without attitude.
-    """
-
-    path: Path
-    controller: Any
-    consensus: ArcLengthConsensus | MotionSharing
-    nominal_rate: Array
-    phase_offset: Array
-    arc_length: Array
-    rate: Array
-    start: Motion
-    step: float
-    estimator: Estimator | None = None
-    orientation: Orientation | None = None
 
 
 @dataclass(frozen=True)
@@ -136,28 +101,17 @@ class Satellite:
         self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None, inbox)
 
     @classmethod
-    def of(cls, scenario: Scenario, index: int) -> "Satellite":
-        """The satellite of a scenario with the given place in the list."""
-        return cls(flight_plan(scenario, index), len(scenario.possible_graph().neighbours(index)))
-
-    @classmethod
-    def together(
-        cls, scenario: Scenario, indices: Sequence[int], possible: Graph | None = None
-    ) -> "Satellite":
-        """Several satellites of a scenario flown as one.
+    def together(cls, plans: Sequence[FlightPlan], neighbours: int) -> "Satellite":
+        """Several satellites flown as one.
 
         Args:
-            scenario: what is flown.
-            indices: of the satellites.
-            possible: every edge that the graph may have; the scenario's own when left out.
+            plans: of the satellites.
+            neighbours: how many others one of them may hear at some time, at most.
 
         Raises:
             ValueError: they differ in kind, so that they cannot be stacked.
         """
-        graph = scenario.possible_graph() if possible is None else possible
-        neighbours = [graph.neighbours(index) for index in indices]
-        plans = [flight_plan(scenario, index, own) for index, own in zip(indices, neighbours, strict=True)]
-        return cls(stacking.stack(plans), max(len(own) for own in neighbours))
+        return cls(stacking.stack(plans), neighbours)
 
     def alone(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
         """One of several satellites flown as one, to go on by itself with the same bits.
@@ -425,105 +379,7 @@ def _estimated(
     return estimator.observe(memory, measurement, applied)
 
 
-def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
-    """What the controller of the satellite with the given place may know of a scenario."""
-    step, thruster = scenario.timing.step, scenario.satellite(index).thruster
-    if thruster is None:
-        return FlightSetting(scenario.orbit.rate, step)
-    return FlightSetting(scenario.orbit.rate, step, thruster.resolution(step), thruster.largest_error)
-
-
-def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
-    """What the satellite with the given place in a scenario's list is given before flight.
-
-    Args:
-        scenario: what is flown.
-        index: place of the satellite.
-        neighbours: places of those whom it may hear, ascending; by the scenario's graph when left out.
-    """
-    spec = scenario.satellite(index)
-    assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
-    path, nominal, desired = _departure(scenario, spec)
-    arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
-    return FlightPlan(
-        path=path,
-        controller=spec.controller.build(flight_setting(scenario, index)),
-        consensus=scenario.consensus.build(),
-        nominal_rate=_scalar(nominal),
-        phase_offset=_scalar(spec.phase_offset),
-        arc_length=arc_length,
-        rate=rate,
-        start=Motion(
-            desired.position + np.asarray(spec.position_error),
-            desired.velocity + np.asarray(spec.velocity_error),
-        ),
-        step=scenario.timing.step,
-        estimator=_estimator(scenario, spec),
-        orientation=_orientation(scenario, index, desired, neighbours),
-    )
-
-
-def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Reference]:
-    """Path of a satellite, rate of its arc length once all agree, and its desired motion at the start."""
-    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
-    path = Path(spec.curve.build(), _scalar(spec.scale), spec.parameter, spec.feed_forward)
-    nominal = scenario.circulation.rate
-    if nominal is None:
-        assert scenario.circulation.period is not None  # noqa: S101
-        nominal = float(path.period) / scenario.circulation.period
-    rate = _scalar(nominal if spec.rate is None else spec.rate)
-    return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
-
-
-def _orientation(
-    scenario: Scenario, index: int, desired: Reference, neighbours: Sequence[int] | None
-) -> Orientation | None:
-    spec = scenario.satellite(index).attitude
-    if spec is None:
-        return None
-    spec = spec.model_copy(update={"pointing": pointing_in(scenario.dynamics, spec.pointing)})
-    target = None
-    if isinstance(spec.pointing, SatellitePointingSpec):
-        names = [satellite.name for satellite in scenario.satellites]
-        other = names.index(spec.pointing.target)
-        aimed_at = scenario.satellite(other)
-        path, nominal, begin = _departure(scenario, aimed_at)
-        heard = scenario.possible_graph().neighbours(index) if neighbours is None else neighbours
-        known = Target(
-            path=path,
-            phase_offset=_scalar(aimed_at.phase_offset),
-            satellite=np.asarray(other, dtype=np.int64),
-            place=np.asarray(heard.index(other), dtype=np.int64),
-            planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
-            planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
-        )
-        target = (known, begin)
-    return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)
-
-
-def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
-    if spec.filter is None:
-        return None
-    assert spec.sensor is not None  # noqa: S101 - the scenario's validator has seen to it
-    return spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor)
-
-
 def _scalar(value: float) -> Array:
     """A number of one satellite, which stacks like an array and computes faster than one of no axes."""
     scalar: Array = np.asarray(value, dtype=np.float64)[()]
     return scalar
-
-
-def motion_at_start(scenario: Scenario) -> Motion:
-    """Where all satellites begin: on their references, off by the scenario's errors.
-
-    Returns:
-        Position in m and velocity in m/s in LVLH, shapes (N, 3).
-    """
-    starts = [flight_plan(scenario, index).start for index in range(len(scenario.satellites))]
-    return stacking.stack(starts)
-
-
-def orientations(scenario: Scenario) -> list[Orientation | None]:
-    """Where each satellite of a scenario points; None for one without attitude."""
-    return [flight_plan(scenario, index).orientation for index in range(len(scenario.satellites))]

@@ -16,11 +16,11 @@ from satform.communication.neighbour_buffer import Told
 from satform.communication.receiver import Ears, Index
 from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
+from satform.flight.compile import FormationPlan, compile_scenario
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.online_parameters import Adjustments
 from satform.flight.plant import Plant
-from satform.flight.satellite import Decision, Satellite, flight_plan, orientations
-from satform.membership.faults import Faults
+from satform.flight.satellite import Decision, Satellite
 from satform.membership.state import (
     Adjusted,
     Back,
@@ -30,7 +30,6 @@ from satform.membership.state import (
     Plan,
     loses,
     merged,
-    planned,
     possible_graph,
 )
 from satform.record.early_end import EarlyEnd
@@ -100,11 +99,12 @@ def simulate(
         beyond its limit: the record's `early_end` says so. A satellite that is lost commands nothing and says
         nothing: its acceleration is zero, and what else it would have decided is not a number.
     """
-    plan = merged(planned(scenario), events or {})
+    formation = compile_scenario(scenario)
+    plan = merged(formation.membership.events, events or {})
     # What is not finite ends the flight with a sentence; a warning would say the same less well.
     with np.errstate(all="ignore"):
-        flight = _Flight(scenario, plan, together=together and not loses(plan))
-        for step in range(scenario.timing.steps):
+        flight = _Flight(formation, plan, together=together and not loses(plan))
+        for step in range(formation.timing.steps):
             if stop and stop():
                 break
             flight.step()
@@ -123,16 +123,16 @@ class _Flight:
         flown: steps flown within the limits, once it goes no further.
     """
 
-    def __init__(self, scenario: Scenario, plan: Plan, *, together: bool) -> None:
-        self.scenario = scenario
+    def __init__(self, formation: FormationPlan, plan: Plan, *, together: bool) -> None:
+        self.plans = formation
         self.plan = plan
-        self.plant = Plant(scenario)
+        self.plant = Plant(formation.plant)
         self.early_end: EarlyEnd | None = None
         self.flown = 0
-        self._limits = LimitCheck(scenario)
-        self.formation = Formation.of(scenario)
-        self._names = [satellite.name for satellite in scenario.satellites]
-        self._possible = possible_graph(scenario.communication_graph(), plan)
+        self._limits = LimitCheck(formation.limits)
+        self.formation = Formation.of(formation.membership)
+        self._names = formation.names
+        self._possible = possible_graph(formation.membership.graph, plan)
         # Checkpoints that someone will go on from, by satellite and step.
         self._needed = {
             (event.satellite, event.checkpoint)
@@ -142,7 +142,7 @@ class _Flight:
         }
         self._kept: dict[tuple[int, int], bytes] = {}
         self.groups = self._grouped(together=together)
-        self.log = _Log(scenario)
+        self.log = _Log(formation)
 
     def step(self) -> None:
         """Fly the next step."""
@@ -212,7 +212,7 @@ class _Flight:
     def _adjust(self, event: Adjusted) -> None:
         group = self.groups[event.satellite]
         if group.adjustments is None:
-            group.adjustments = Adjustments(self.scenario, event.satellite)
+            group.adjustments = Adjustments(self.plans.parameters(event.satellite))
         group.adjustments.set(group.satellite, event.name, event.value)
 
     def _keep(self, group: _Group) -> None:
@@ -242,27 +242,28 @@ class _Flight:
             log.moved(self.plant, self.plant.attitude())
         if ends_early:
             log.record = replace(log.record.first(self.flown), early_end=self.early_end)
-        elif log.step < self.scenario.timing.steps:
+        elif log.step < self.plans.timing.steps:
             log.record = log.record.first(log.step)
-        return log.finished(self.scenario)
+        return log.finished(self.plans)
 
     def _grouped(self, *, together: bool) -> list[_Group]:
-        count = len(self.scenario.satellites)
+        count = len(self._names)
         if together:
+            heard = [self._possible.neighbours(index) for index in range(count)]
+            plans = [self.plans.satellite(index, own) for index, own in enumerate(heard)]
             try:
-                satellite = Satellite.together(self.scenario, range(count), self._possible)
+                satellite = Satellite.together(plans, max(map(len, heard)))
             except ValueError:
                 # Satellites of different kinds cannot be stacked; each is then flown by itself.
                 pass
             else:
-                heard = [self._possible.neighbours(index) for index in range(count)]
-                return [_Group(satellite, Ears(self.scenario, np.arange(count), heard))]
+                return [_Group(satellite, Ears(self.plans.links, np.arange(count), heard))]
         return [self._single(index) for index in range(count)]
 
     def _single(self, index: int) -> _Group:
         heard = self._possible.neighbours(index)
-        ears = Ears(self.scenario, np.asarray(index), [heard])
-        return _Group(Satellite(flight_plan(self.scenario, index, heard), len(heard)), ears)
+        ears = Ears(self.plans.links, np.asarray(index), [heard])
+        return _Group(Satellite(self.plans.satellite(index, heard), len(heard)), ears)
 
 
 def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
@@ -276,24 +277,22 @@ def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
 class _Log:
     """The record under way, and what has been announced for the step."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        steps, count = scenario.timing.steps, len(scenario.satellites)
-        satellites = [scenario.satellite(index) for index in range(count)]
+    def __init__(self, formation: FormationPlan) -> None:
+        steps, count = formation.timing.steps, len(formation.names)
+        satellites = formation.topics.satellites
         self.step = 0
-        self._announces = scenario.consensus.announces
+        self._announces = formation.announces
         self._said = np.zeros((count, WIDTH[self._announces]))
         self._time = np.zeros(count)
         self._fresh = np.ones(count)
         self._silent: set[Place] = set()
-        self._faults = Faults(
-            scenario.faults, [own.name for own in scenario.satellites], scenario.timing.step
-        )
+        self._faults = formation.faults
         self._liars = [index for index in range(count) if self._faults.lies(index)]
-        self.measures = any(satellite.sensor is not None for satellite in satellites)
-        self._filters = any(satellite.filter is not None for satellite in satellites)
+        self.measures = any(satellite.sensor for satellite in satellites)
+        self._filters = any(satellite.filter for satellite in satellites)
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
         acceleration = np.empty((steps, count, 3))
-        self._turns = any(satellite.attitude is not None for satellite in satellites)
+        self._turns = any(satellite.attitude for satellite in satellites)
         unknown: dict[str, Any] = {
             **no_propulsion(steps + 1, count),
             **no_estimates(steps if self._filters else 0, count),
@@ -301,8 +300,8 @@ class _Log:
             **{name: np.empty((0, count)) for name in FIGURES},
         }
         self.record = FlightRecord(
-            satellites=tuple(satellite.name for satellite in scenario.satellites),
-            step=scenario.timing.step,
+            satellites=formation.names,
+            step=formation.timing.step,
             position=position,
             velocity=velocity,
             measured_position=np.empty_like(position) if self.measures else position,
@@ -427,11 +426,11 @@ class _Log:
         """What was commanded to the wheels in this step; None when nobody has any."""
         return self.record.wheel_torque[self.step] if self._turns else None
 
-    def finished(self, scenario: Scenario) -> FlightRecord:
+    def finished(self, formation: FormationPlan) -> FlightRecord:
         record = self.record
         if self._turns:
             known = {name: getattr(record, name) for name in QUANTITIES}
-            figures: dict[str, Any] = attitude_figures(orientations(scenario), scenario.timing.step, known)
+            figures: dict[str, Any] = attitude_figures(formation.orientations(), formation.timing.step, known)
             record = replace(record, **figures)
         if self._filters:
             return record

@@ -163,41 +163,61 @@ class _Lie(_Spell):
     rate: float
 
 
-class Faults:
-    """The faults of a scenario that bend what satellites give, measure, say and hear.
+@dataclass(frozen=True)
+class FaultSchedule:
+    """The faults of a scenario that change what satellites apply, measure, send and receive, by step.
 
-    Losses of whole satellites are not among them: they change the formation.
+    Losses of whole satellites are not among them: they change the formation, and are part of the
+    membership plan.
+
+    Attributes:
+        step: control period, s.
+        thrusts: what is wrong with thrusters.
+        frozen: sensors that repeat a measurement.
+        clocks: clocks that are wrong.
+        lies_told: what satellites add to the phase that they announce.
     """
 
-    def __init__(self, specs: Iterable[FaultSpec], names: Sequence[str], step: float) -> None:
-        """The faults of a run, none of which has begun.
+    step: float
+    thrusts: tuple[_Thrust, ...] = ()
+    frozen: tuple[_Spell, ...] = ()
+    clocks: tuple[_Clock, ...] = ()
+    lies_told: tuple[_Lie, ...] = ()
+
+    @classmethod
+    def of(cls, specs: Iterable[FaultSpec], names: Sequence[str], step: float) -> "FaultSchedule":
+        """The faults of a flight.
 
         Args:
             specs: from the scenario.
             names: of all satellites.
             step: control period, s.
         """
-        self._step = step
-        self._thrusts: list[_Thrust] = []
-        self._frozen: list[_Spell] = []
-        self._clocks: list[_Clock] = []
-        self._lies: list[_Lie] = []
+        thrusts: list[_Thrust] = []
+        frozen: list[_Spell] = []
+        clocks: list[_Clock] = []
+        lies: list[_Lie] = []
         for spec in specs:
             until = getattr(spec, "until", None)
             end = MOST_STEPS if until is None else step_at(until, step)
             spell = (names.index(spec.satellite), step_at(spec.at, step), end)
             match spec:
                 case WeakThrusterSpec():
-                    self._thrusts.append(_Thrust(*spell, spec.factor))
+                    thrusts.append(_Thrust(*spell, spec.factor))
                 case StuckThrusterSpec():
-                    self._thrusts.append(_Thrust(*spell, None))
+                    thrusts.append(_Thrust(*spell, None))
                 case FrozenSensorSpec():
-                    self._frozen.append(_Spell(*spell))
+                    frozen.append(_Spell(*spell))
                 case ClockOffsetSpec():
-                    self._clocks.append(_Clock(*spell, spec.offset))
+                    clocks.append(_Clock(*spell, spec.offset))
                 case LiarSpec():
-                    self._lies.append(_Lie(*spell, spec.arc_length, spec.drift, spec.rate))
-        self._readings: dict[int, tuple[Array, Array]] = {}
+                    lies.append(_Lie(*spell, spec.arc_length, spec.drift, spec.rate))
+        return cls(step, tuple(thrusts), tuple(frozen), tuple(clocks), tuple(lies))
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing goes wrong."""
+        return not (self.thrusts or self.frozen or self.clocks or self.lies_told)
 
     def of_thrusters(self, members: NDArray[np.int64], step: int) -> ThrusterFault | None:
         """What is wrong with the thrusters of some satellites at a step; None for nothing.
@@ -209,7 +229,7 @@ class Faults:
         Returns:
             Arrays of shape (M,).
         """
-        holding = [fault for fault in self._thrusts if fault.holds(step)]
+        holding = [fault for fault in self.thrusts if fault.holds(step)]
         if not holding:
             return None
         factor, stuck = np.ones(len(members)), np.zeros(len(members))
@@ -221,13 +241,25 @@ class Faults:
                 factor[own] *= fault.factor
         return ThrusterFault(factor, stuck)
 
-    def reading(self, position: Array, velocity: Array, step: int) -> tuple[Array, Array]:
-        """What satellites are told of their position (m) and velocity (m/s), shapes (N, 3), at a step."""
-        for place, fault in enumerate(self._frozen):
+    def reading(
+        self, position: Array, velocity: Array, step: int, held: dict[int, tuple[Array, Array]]
+    ) -> tuple[Array, Array]:
+        """What satellites measure at a step.
+
+        Args:
+            position: without faults, m, shape (N, 3).
+            velocity: without faults, m/s, shape (N, 3).
+            step: number of the step.
+            held: what each frozen sensor repeats, by the fault's index; is filled when a fault begins.
+
+        Returns:
+            Position and velocity, shapes (N, 3).
+        """
+        for place, fault in enumerate(self.frozen):
             if not fault.holds(step):
                 continue
             own = (position[fault.satellite].copy(), velocity[fault.satellite].copy())
-            last = self._readings.setdefault(place, own)
+            last = held.setdefault(place, own)
             position, velocity = position.copy(), velocity.copy()
             position[fault.satellite], velocity[fault.satellite] = last
         return position, velocity
@@ -235,18 +267,18 @@ class Faults:
     @property
     def any_clock(self) -> bool:
         """Whether some clock is wrong at some time."""
-        return bool(self._clocks)
+        return bool(self.clocks)
 
     def clock(self, satellite: int, step: int) -> float:
         """By how much a satellite's clock is ahead at a step, s."""
         return sum(
-            (fault.offset for fault in self._clocks if fault.satellite == satellite and fault.holds(step)),
+            (fault.offset for fault in self.clocks if fault.satellite == satellite and fault.holds(step)),
             0.0,
         )
 
     def lies(self, satellite: int) -> bool:
         """Whether a satellite lies at some time."""
-        return any(lie.satellite == satellite for lie in self._lies)
+        return any(lie.satellite == satellite for lie in self.lies_told)
 
     def said(self, satellite: int, values: Array, step: int) -> Array:
         """What a satellite says instead of the truth.
@@ -256,8 +288,8 @@ class Faults:
             values: arc length (m) and its rate (m/s) as they are, shape (2,).
             step: for which it is said.
         """
-        for lie in self._lies:
+        for lie in self.lies_told:
             if lie.satellite == satellite and lie.holds(step):
-                since = (step - lie.begin) * self._step
+                since = (step - lie.begin) * self.step
                 values = values + np.array([lie.arc_length + lie.drift * since, lie.rate])
         return values

@@ -9,15 +9,10 @@ effect at once only if the satellite has not commanded yet; everything else wait
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from satform.membership.state import Back, Event, Formation, Lost, planned, returns
-
-if TYPE_CHECKING:
-    from satform.scenario.model import Scenario
-
+from satform.membership.state import Back, Event, Formation, Lost, MembershipPlan, returns
 
 NOBODY_LEFT = "no satellite is left"
 """How the reason of a flight ends that has lost its last satellite."""
@@ -63,25 +58,25 @@ class Muster:
     """
 
     def __init__(
-        self, scenario: "Scenario", watchers: Collection[str] = (), *, lockstep: bool = True
+        self, plan: MembershipPlan, watchers: Collection[str] = (), *, lockstep: bool = True
     ) -> None:
         """Everybody flies, and nobody has said anything.
 
         Args:
-            scenario: what is flown.
+            plan: what the scenario plans.
             watchers: names of those that have to be ready too, though they do not fly.
             lockstep: whether a step waits for the commands of all; on the wall clock it does not.
         """
-        self.formation = Formation.of(scenario)
-        self.names = [satellite.name for satellite in scenario.satellites]
+        self.formation = Formation.of(plan)
+        self.names = list(plan.names)
         self.everyone = frozenset({*self.names, *watchers})
         self.step = 0
         self.open = False
         self.answered: set[int] = set()
         self.awaited: dict[int, Back] = {}
         self._lockstep = lockstep
-        self._last_step = scenario.timing.steps
-        self._plan = planned(scenario)
+        self._last_step = plan.steps
+        self._plan = plan.events
         self._present = len(self.names)
         self._ready: set[str] = set()
         self._pending: list[Event] = []

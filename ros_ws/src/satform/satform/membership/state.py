@@ -8,7 +8,8 @@ which something happened can be flown again in one process to the same bits.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from functools import cached_property
+from typing import Annotated, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,8 @@ from pydantic import model_validator
 
 from satform.common.spec import NonNegative, Plugin, Spec
 from satform.consensus.graph import Graph, TopologySpec
-from satform.membership.faults import SatelliteLostSpec, step_at
+from satform.membership.faults import FaultSpec, SatelliteLostSpec, step_at
 from satform.numeric.elementwise import Array
-
-if TYPE_CHECKING:
-    from satform.scenario.model import Scenario
 
 
 class GraphChangeSpec(Spec):
@@ -110,19 +108,55 @@ Plan: TypeAlias = dict[int, list[Event]]
 """Events by the step at which they take effect."""
 
 
-def planned(scenario: "Scenario") -> Plan:
-    """What a scenario says will happen to the formation."""
-    names = [satellite.name for satellite in scenario.satellites]
-    step = scenario.timing.step
+@dataclass(frozen=True, eq=False)
+class MembershipPlan:
+    """Who takes part in a flight and over which graph, as the scenario plans it.
+
+    Attributes:
+        names: of the satellites.
+        graph: of communication at the start, with a row for each satellite.
+        events: what changes it, by step.
+        steps: of the flight.
+    """
+
+    names: tuple[str, ...]
+    graph: Graph
+    events: Plan
+    steps: int
+
+    @cached_property
+    def possible_graph(self) -> Graph:
+        """Every edge that the graph has at some time of the flight."""
+        return possible_graph(self.graph, self.events)
+
+
+def planned_events(
+    names: Sequence[str],
+    graph: Graph,
+    step: float,
+    faults: Iterable[FaultSpec],
+    changes: Iterable[GraphChangeSpec],
+    checkpoint_steps: int | None,
+) -> Plan:
+    """What a scenario says will happen to the formation.
+
+    Args:
+        names: of the satellites.
+        graph: at the start.
+        step: control period, s.
+        faults: of the scenario; only losses of satellites are events.
+        changes: of the graph.
+        checkpoint_steps: steps between two checkpoints of a satellite; None when none are kept.
+    """
     plan: Plan = {}
-    losses = [fault for fault in scenario.faults if isinstance(fault, SatelliteLostSpec)]
+    losses = [fault for fault in faults if isinstance(fault, SatelliteLostSpec)]
     flying_since: dict[int, int] = {}
     kept: dict[int, int] = {}
     for fault in sorted(losses, key=lambda fault: fault.at):
         place = names.index(fault.satellite)
         gone = step_at(fault.at, step)
         plan.setdefault(gone, []).append(Lost(place, f"{fault.satellite} is killed by the scenario"))
-        latest = _last_checkpoint(gone, scenario.checkpoint_steps)
+        latest = _last_checkpoint(gone, checkpoint_steps)
         # Checkpoints are kept after each step flown, and those of an earlier life outlast it.
         if latest > flying_since.get(place, 0):
             kept[place] = latest
@@ -130,8 +164,7 @@ def planned(scenario: "Scenario") -> Plan:
             back = flying_since[place] = step_at(fault.back, step)
             own = None if fault.memory == "plan" else kept.get(place)
             plan.setdefault(back, []).append(Back(place, own))
-    graph = scenario.communication_graph()
-    for change in sorted(scenario.graph_schedule, key=lambda change: change.at):
+    for change in sorted(changes, key=lambda change: change.at):
         graph = change.applied(graph, names)
         event = Rewired(graph, "the scenario changes the graph")
         plan.setdefault(step_at(change.at, step), []).append(event)
@@ -223,9 +256,9 @@ class Formation:
     back_at: dict[int, int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, scenario: "Scenario") -> "Formation":
-        """The formation at the start of a scenario."""
-        return cls(scenario.communication_graph(), np.ones(len(scenario.satellites), dtype=np.bool_))
+    def of(cls, plan: MembershipPlan) -> "Formation":
+        """The formation at the start of a flight."""
+        return cls(plan.graph, np.ones(len(plan.names), dtype=np.bool_))
 
     def apply(self, events: Iterable[Event], step: int, names: Sequence[str]) -> list[Event]:
         """Change at a step.

@@ -20,7 +20,7 @@ from satform.control.protocol import FlightSetting, require_protocol
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import BY_CONTENT, with_copies
 from satform.membership.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
-from satform.membership.state import GraphChangeSpec, planned, possible_graph
+from satform.membership.state import GraphChangeSpec, MembershipPlan, planned_events
 from satform.scenario.deployment import HostSpec, host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
 from satform.scenario.expectation import Expectation
@@ -369,7 +369,7 @@ class Scenario(Spec):
 
     @cached_property
     def _possible_graph(self) -> Graph:
-        return possible_graph(self._graph, planned(self))
+        return self.membership_plan().possible_graph
 
     def communication_graph(self) -> Graph:
         """Who hears whom at the start, with a row for each satellite in order."""
@@ -378,6 +378,19 @@ class Scenario(Spec):
     def possible_graph(self) -> Graph:
         """Every edge that the communication graph has at some time of the flight."""
         return self._possible_graph
+
+    def membership_plan(self) -> MembershipPlan:
+        """Who takes part and over which graph, by step."""
+        names = tuple(satellite.name for satellite in self.satellites)
+        events = planned_events(
+            names,
+            self._graph,
+            self.timing.step,
+            self.faults,
+            self.graph_schedule,
+            self.checkpoint_steps,
+        )
+        return MembershipPlan(names, self._graph, events, self.timing.steps)
 
     def satellite(self, index: int) -> SatelliteSpec:
         """One satellite with what it left out filled in from `every_satellite`."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from satform.scenario import Scenario
+from satform.flight.compile import FormationPlan
 from satform.scenario.deployment import HostSpec
 
 Value: TypeAlias = str | bool | float | list[str]
@@ -48,7 +48,7 @@ class NodeProcess:
 
 
 def processes(
-    scenario: Scenario,
+    plan: FormationPlan,
     scenario_file: Path,
     bag: Path | None,
     group: int = 1,
@@ -63,7 +63,7 @@ def processes(
     """The processes of a scenario, the plant first.
 
     Args:
-        scenario: what is flown.
+        plan: of the flight's parts.
         scenario_file: where every node reads it.
         bag: folder of the bag to be recorded; None when nothing is recorded.
         group: how many satellites share a process.
@@ -86,7 +86,7 @@ def processes(
         found.append(NodeProcess("plant", "plant_node", {**recorded, "recorder_needed": recorder_needed}))
     if checkpoints is not None:
         recorded["checkpoints"] = str(checkpoints)
-    names = [satellite.name for satellite in scenario.satellites if _runs(host, satellite.name)]
+    names = [name for name in plan.names if _runs(host, name)]
     if group == 1:
         found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]
     else:

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from satform.files.durable_file import write_durably
+from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario, save_scenario
 from satform.scenario.deployment import HostSpec
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE, SCENARIO_FILE
@@ -66,8 +67,9 @@ def fly(
         period = CHECKPOINT_STEPS * scenario.timing.step
         scenario = scenario.model_copy(update={"checkpoint_period": period})
     checkpoints = out / CHECKPOINT_FOLDER if scenario.checkpoint_period is not None else None
+    plan = compile_scenario(scenario)
     nodes = processes(
-        scenario,
+        plan,
         scenario_file,
         bag,
         group,
@@ -91,7 +93,7 @@ def fly(
             security.require_secured(keystore, nodes, domain)
         given = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
         save_scenario(scenario, scenario_file)
-        watch = Watch(scenario, signals, progress, policy, out / LOG_FOLDER, domain, given)
+        watch = Watch(plan, signals, progress, policy, out / LOG_FOLDER, domain, given)
         told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
         write_durably(out / PROCESSES_FILE, json.dumps(told).encode())
         try:

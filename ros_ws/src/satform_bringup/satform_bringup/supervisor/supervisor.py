@@ -16,11 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
-from satform.membership.faults import SatelliteLostSpec
+from satform.flight.compile import FormationPlan
 from satform.membership.manager import NOBODY_LEFT
-from satform.membership.state import Lost, planned
+from satform.membership.state import Lost, returns
 from satform.record.early_end import EarlyEnd
-from satform.scenario import Scenario
 from satform_bringup import leftovers
 from satform_bringup.deployment.multi_host_discovery import step_told
 from satform_bringup.supervisor import process_server
@@ -71,7 +70,7 @@ class Watch:
 
     def __init__(
         self,
-        scenario: Scenario,
+        plan: FormationPlan,
         signals: StopRequest,
         progress: Callable[[int, int], None],
         policy: Policy,
@@ -82,7 +81,7 @@ class Watch:
         """Nothing has been started yet.
 
         Args:
-            scenario: what is flown.
+            plan: of the flight's parts.
             signals: count up when the user asks to stop; at the second nobody is waited for any more.
             progress: called now and then with the steps flown and the steps to fly.
             policy: what is done about losses.
@@ -90,7 +89,7 @@ class Watch:
             domain: DDS domain of the flight.
             environment: variables for the processes.
         """
-        self._scenario = scenario
+        self._plan = plan
         self._signals = signals
         self._progress = progress
         self._policy = policy
@@ -202,7 +201,7 @@ class Watch:
             return
         self._on_event(event)
         if not self._sees_plant:
-            self._steps = max(self._steps, step_told(event, self._scenario.timing.steps))
+            self._steps = max(self._steps, step_told(event, self._plan.timing.steps))
         if event["event"] == "lost" and entry.name == "plant":
             # Those who are told of it end with an exit code of their own.
             self._over_since = self._over_since or time.monotonic()
@@ -215,7 +214,7 @@ class Watch:
                 self._flying_since = time.monotonic()
             case "step":
                 self._steps = event["step"]
-                self._progress(self._steps, self._scenario.timing.steps)
+                self._progress(self._steps, self._plan.timing.steps)
             case "finished" | "stopped":
                 self._on_end(event)
             case "lost":
@@ -245,7 +244,7 @@ class Watch:
         if not self._reason:
             # By a service: a signal, or the loss that made an end of it, is known by now.
             self._stopped, self._reason = True, "stopped"
-        self._progress(self._steps, self._scenario.timing.steps)
+        self._progress(self._steps, self._plan.timing.steps)
 
     def _on_early_end(self, event: dict[str, Any]) -> None:
         """The plant has ended the flight because of a quantity, or another node has been told so."""
@@ -321,9 +320,12 @@ class Watch:
             self._start(entry.node)
 
     def _comes_back(self, names: list[str]) -> bool:
+        """Whether the scenario brings one of these satellites back at some time."""
+        plan = self._plan
         return any(
-            isinstance(fault, SatelliteLostSpec) and fault.satellite in names and fault.back is not None
-            for fault in self._scenario.faults
+            returns(plan.membership.events, index, 0)
+            for index, name in enumerate(plan.names)
+            if name in names
         )
 
     def _tell_plant(self, name: str, reason: str) -> None:
@@ -333,8 +335,8 @@ class Watch:
 
     def _note_absence(self, name: str, step: int, reason: str) -> None:
         """Remember that the flight goes on without someone."""
-        steps = planned(self._scenario).get(step, [])
-        names = [satellite.name for satellite in self._scenario.satellites]
+        steps = self._plan.membership.events.get(step, [])
+        names = self._plan.names
         expected = any(isinstance(event, Lost) and names[event.satellite] == name for event in steps)
         self._losses.append(Loss(name, step, reason, expected))
         self._lost_since.setdefault(name, time.monotonic())

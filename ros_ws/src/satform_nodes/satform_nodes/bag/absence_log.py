@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """When satellites did not take part, from the plant's words: what need not be in a bag, and what happened."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from satform_msgs.msg import FormationStatus, ParameterChange
 
 from satform.consensus.graph import Graph
-from satform.membership.state import Adjusted, Back, Event, Lost, Plan, Rewired, planned
-from satform.scenario import Scenario
+from satform.membership.state import Adjusted, Back, Event, Lost, MembershipPlan, Plan, Rewired
 
 FOREVER = 2**62
 """A step after every flight."""
@@ -22,8 +21,13 @@ class Absences:
         spells: of each satellite the first step without its command, and the step of its return.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self._names = [satellite.name for satellite in scenario.satellites]
+    def __init__(self, names: Sequence[str]) -> None:
+        """Nobody has been lost.
+
+        Args:
+            names: of the satellites.
+        """
+        self._names = list(names)
         self.spells: list[list[tuple[int, int]]] = [[] for _ in self._names]
 
     def take(self, status: FormationStatus) -> None:
@@ -51,29 +55,30 @@ class Absences:
 
 
 def happened(
-    statuses: Iterable[FormationStatus], changes: Iterable[tuple[str, ParameterChange]], scenario: Scenario
+    statuses: Iterable[FormationStatus],
+    changes: Iterable[tuple[str, ParameterChange]],
+    membership: MembershipPlan,
 ) -> Plan:
-    """What happened in a flight beside what its scenario plans, to fly it once more.
+    """What happened in a flight beside what is planned, to fly it once more.
 
     Args:
         statuses: of the plant, in order.
         changes: name of the satellite and what was changed of it, in order.
-        scenario: that was flown.
+        membership: what was planned.
 
     Returns:
         Events by step, for `satform.flight.simulate`.
     """
-    names = [satellite.name for satellite in scenario.satellites]
-    expected, count = planned(scenario), len(names)
+    names, expected = membership.names, membership.events
     plan: Plan = {}
-    graph = scenario.communication_graph()
+    graph = membership.graph
     number = 0
     for status in statuses:
         if status.version <= number:
             continue
         number, step = int(status.version), int(status.step)
         events: list[Event] = [Lost(names.index(name), status.reason) for name in status.lost]
-        now = Graph.of_edges(count, status.edge_receivers, status.edge_senders)
+        now = Graph.of_edges(len(names), status.edge_receivers, status.edge_senders)
         if not np.array_equal(now.adjacency, graph.adjacency):
             graph = now
             events.append(Rewired(now, status.reason))

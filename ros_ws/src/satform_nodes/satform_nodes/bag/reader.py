@@ -22,7 +22,7 @@ from satform.communication.topic_graph import topic_name
 from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
-from satform.flight.satellite import orientations
+from satform.flight.compile import orientations
 from satform.membership.state import Plan
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import (
@@ -260,7 +260,7 @@ def _events(contents: _Contents, scenario: Scenario, file: Path) -> Plan:
                 (satellite.name, deserialize_message(data, ParameterChange))
                 for data in contents.messages.get(topic, [])
             ]
-        return happened(_statuses(contents, file), changes, scenario)
+        return happened(_statuses(contents, file), changes, scenario.membership_plan())
     except (RuntimeError, ValueError) as error:
         raise BagError(f"{file}: what happened in the flight cannot be read: {error}") from None
 
@@ -281,7 +281,7 @@ def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord
     names = tuple(satellite.name for satellite in scenario.satellites)
     satellites = [scenario.satellite(index) for index in range(len(names))]
 
-    absences = Absences(scenario)
+    absences = Absences(names)
     final_commands: dict[tuple[str, int], Command] = {}
     early_end: EarlyEnd | None = None
     for status in _statuses(contents, file):

@@ -22,9 +22,9 @@ from satform_msgs.msg import FormationStatus
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.communication.topic_graph import relative, topic_name
 from satform.display.scene import Scene
-from satform.scenario import Scenario
+from satform.flight.compile import FormationPlan
 from satform_nodes.display.markers import PictureMessages
-from satform_nodes.runtime.lifecycle import patience, plant_timeout, run, scenario_of
+from satform_nodes.runtime.lifecycle import patience, plan_of, plant_timeout, run
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
@@ -57,7 +57,7 @@ _FAREWELL = Duration(seconds=2)
 class DisplayNode:
     """Looks at the formation's topics and publishes pictures; what is in them is decided in `satform`."""
 
-    def __init__(self, node: Node, executor: StepExecutor, scenario: Scenario) -> None:
+    def __init__(self, node: Node, executor: StepExecutor, plan: FormationPlan) -> None:
         scale = _positive(node, "display_scale")
         per_lap = round(_positive(node, "frames_per_lap"))
         trail = round(_positive(node, "trail"))
@@ -66,8 +66,8 @@ class DisplayNode:
         self.ended: FormationStatus | None = None
         self.seen_anything = False
         self.pictures = 0
-        self.scene = Scene(scenario, max(per_lap, 1), max(trail, 2))
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self.scene = Scene(plan.scene, max(per_lap, 1), max(trail, 2))
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._messages = PictureMessages(self._stamps, scale, self.scene.extent, node.get_namespace())
         self._period = 1.0 / rate
         self._next_picture = 0.0
@@ -87,13 +87,13 @@ class DisplayNode:
                 types["path"], relative(topics.path(name)), qos.MARKERS
             )
         for index, name in enumerate(self.scene.names):
-            spec = scenario.satellite(index)
+            spec = plan.topics.satellites[index]
             moved = ("truth", topics.truth) if spec.sensor is not None else ("state", topics.state)
             self._look_at(executor, moved[0], moved[1](name), self._on_state(index), _MOTION)
             if spec.attitude is not None:
                 self._look_at(executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP)
             # Looked at last: what was announced is then at least as new as what it is compared with.
-            said = scenario.consensus.announces
+            said = plan.announces
             self._look_at(executor, said, topic_name(said, name), self._on_announcement(index), ())
         node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, qos.BEST_EFFORT)
         # What was decided before this node came is only kept for readers whom the plant waits for at the
@@ -215,16 +215,16 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) 
     """Show the flight until it has ended."""
     os.nice(_NICENESS)
     declare_start(node, "scenario")
-    scenario = scenario_of(node)
-    display = DisplayNode(node, executor, scenario)
-    first = patience(len(scenario.satellites))
+    plan = plan_of(node)
+    display = DisplayNode(node, executor, plan)
+    first = patience(len(plan.names))
     display.begin(executor, stop, first)
 
     def flying() -> bool:
         display.show_if_due()
         return display.ended is None and not stop.asked
 
-    longest = max(first, plant_timeout(scenario.tolerated_silence))
+    longest = max(first, plant_timeout(plan.timing.node_timeout))
     if not executor.spin_at_leisure(flying, longest, lambda _leisure: stop.pause(_GLANCE)):
         raise NodeError(f"nothing to show for {longest:g} s: the formation is silent", EXIT_LOST)
     executor.spin_while(lambda: not stop.asked, _LAST_SIGHT)

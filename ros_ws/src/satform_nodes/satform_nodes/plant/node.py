@@ -15,18 +15,18 @@ from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EX
 from satform.common.wording import listed
 from satform.communication.topic_graph import PLANT, RECORDER, channels, heard_by, said_by
 from satform.flight.command_timeout import held_steps
+from satform.flight.compile import FormationPlan
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
 from satform.membership.manager import NOBODY_LEFT, Change, Muster
 from satform.membership.state import Event
 from satform.record.early_end import EarlyEnd
-from satform.scenario import Scenario
 from satform_nodes.plant.publishers import PlantVoice
 from satform_nodes.plant.services import FormationServices
 from satform_nodes.plant.subscriptions import PlantEars
 from satform_nodes.runtime.diagnostics import Condition, Course, Health
 from satform_nodes.runtime.formation_view import STOPPED
-from satform_nodes.runtime.lifecycle import run, scenario_of, start_timeout
+from satform_nodes.runtime.lifecycle import plan_of, run, start_timeout
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.runtime.realtime_loop import fly_on_the_clock, processor_seconds
@@ -67,17 +67,17 @@ class PlantNode:
         self,
         node: FormationNode,
         executor: StepExecutor,
-        scenario: Scenario,
+        plan: FormationPlan,
         settings: "Settings",
         report: Report,
     ) -> None:
         recorded = settings.recorded
         self.clocked = settings.rate > 0.0
         self.node = node
-        self.scenario = scenario
+        self.plan = plan
         self.report = report
-        self.plant = Plant(scenario)
-        self.muster = Muster(scenario, [RECORDER] if recorded else [], lockstep=not self.clocked)
+        self.plant = Plant(plan.plant)
+        self.muster = Muster(plan.membership, [RECORDER] if recorded else [], lockstep=not self.clocked)
         self.recorded = recorded
         self.refusals = node.refusals
         self.busy_seconds = 0.0
@@ -85,8 +85,8 @@ class PlantNode:
         self.aborted: tuple[list[str], str] | None = None
         self.early_end: EarlyEnd | None = None
         self.flown_steps = 0
-        self._limits = LimitCheck(scenario)
-        self._held_steps = held_steps(scenario.command_timeout, scenario.timing.step)
+        self._limits = LimitCheck(plan.limits)
+        self._held_steps = held_steps(plan.timing.command_timeout, plan.timing.step)
         self.stop_asked = False
         self.names = self.muster.names
         self.start_timeout = start_timeout(len(self.names))
@@ -98,10 +98,10 @@ class PlantNode:
         self._next_sign = 0.0
         self._next_progress = 0.0
         self._course = Course(self.refusals)
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
 
-        table = channels(scenario)
-        self._voice = PlantVoice(node, scenario, self.plant, said_by(PLANT, table))
+        table = channels(plan.topics)
+        self._voice = PlantVoice(node, plan, self.plant, said_by(PLANT, table))
         self.ears = PlantEars(
             node,
             executor,
@@ -128,7 +128,7 @@ class PlantNode:
     @property
     def finished(self) -> bool:
         """Whether the last state has been published, and recorded if a recorder takes part."""
-        return self.flown and (not self.recorded or self.ears.recorded_step >= self.scenario.timing.steps)
+        return self.flown and (not self.recorded or self.ears.recorded_step >= self.plan.timing.steps)
 
     @property
     def flown(self) -> bool:
@@ -163,7 +163,7 @@ class PlantNode:
     def not_ready(self) -> tuple[list[str], str]:
         """Who keeps the flight from beginning, and what is wrong with them."""
         unready = self.muster.unready
-        found = shortcomings(self.node, channels(self.scenario), recorded=self.recorded)
+        found = shortcomings(self.node, channels(self.plan.topics), recorded=self.recorded)
         who = list(dict.fromkeys(each.node for each in found)) or unready or [PLANT]
         return who, f"not ready within {self.start_timeout:g} s: {in_words(found, unready or [PLANT])}"
 
@@ -356,18 +356,18 @@ class PlantNode:
 
     def tick(self) -> None:
         """Take the next step with the commands that there are; one that is too old is none any more."""
-        silence = self.scenario.tolerated_silence
+        silence = self.plan.timing.node_timeout
         for index in self.ears.promptness.judge(self.muster.flying, self.plant.step, silence):
             self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
         for index in self.ears.promptness.expired(self.muster.flying, self.plant.step, self._held_steps):
             self.ears.commands[index] = 0.0
-        if not self.over and self.plant.step < self.scenario.timing.steps:
+        if not self.over and self.plant.step < self.plan.timing.steps:
             self._advance()
 
     def _advance_if_complete(self) -> None:
         if self.clocked or self.muster.open or not self.flying or self.aborted or not self.muster.complete:
             return
-        if self.plant.step < self.scenario.timing.steps:
+        if self.plant.step < self.plan.timing.steps:
             self._advance()
 
     def _within_limits(self) -> bool:
@@ -410,20 +410,20 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         recorder_needed=declare_start(node, "recorder_needed"),
         rate=declare_rate(node),
     )
-    scenario = scenario_of(node)
-    plant = PlantNode(node, executor, scenario, settings, report)
+    plan = plan_of(node)
+    plant = PlantNode(node, executor, plan, settings, report)
     if not executor.spin_until(
         lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, plant.start_timeout
     ):
         return _abort(plant, *plant.not_ready())
     begin = time.perf_counter()
     plant.report.say("flying")
-    node.get_logger().info(f"flying {_in_words(scenario, settings.rate)}")
+    node.get_logger().info(f"flying {_in_words(plan, settings.rate)}")
     if not (stop.asked or plant.stop_asked):
         plant.begin()
     timing: dict[str, Any] = {}
     if plant.clocked:
-        kept = fly_on_the_clock(plant, executor, stop, scenario.timing.step / settings.rate)
+        kept = fly_on_the_clock(plant, executor, stop, plan.timing.step / settings.rate)
         timing = {**kept.data(), "processor": processor_seconds(), **plant.ears.promptness.data(plant.names)}
     _fly_on(plant, executor, stop)
     if plant.early_end:
@@ -446,26 +446,23 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     )
     step = plant.plant.step
     node.get_logger().info(
-        f"finished: {step} steps, {step * scenario.timing.step:g} s, in {seconds:.2f} s "
+        f"finished: {step} steps, {step * plan.timing.step:g} s, in {seconds:.2f} s "
         f"({step / max(seconds, 1e-9):.0f} steps/s)"
     )
     plant.say_status(FormationStatus.FINISHED, "")
     return EXIT_DONE
 
 
-def _in_words(scenario: Scenario, rate: float) -> str:
+def _in_words(plan: FormationPlan, rate: float) -> str:
     """What is flown, and how time passes."""
     manner = f"{rate:g} simulated seconds in each second" if rate else "in lockstep"
-    timing = scenario.timing
-    return (
-        f"{scenario.name}: {len(scenario.satellites)} satellites, {timing.steps} steps of {timing.step:g} s, "
-        f"{manner}"
-    )
+    timing = plan.timing
+    return f"{plan.name}: {len(plan.names)} satellites, {timing.steps} steps of {timing.step:g} s, {manner}"
 
 
 def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None:
     """Take steps until the flight is over; whoever is silent for too long is lost."""
-    silence = plant.scenario.tolerated_silence
+    silence = plant.plan.timing.node_timeout
     while not executor.spin_while(
         lambda: not (plant.over or stop.asked), silence, plant.say_again, plant.progress
     ):

@@ -12,11 +12,11 @@ from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, Rel
 from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
 from satform.communication.topic_graph import Channel, relative, topic_name
+from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
 from satform.membership.manager import Change
 from satform.membership.state import Formation
 from satform.record.early_end import EarlyEnd
-from satform.scenario import Scenario
 from satform_nodes.runtime.lifecycle import see_off
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
@@ -38,20 +38,20 @@ _FAREWELL = 5.0
 class PlantVoice:
     """The plant's publishers, and its words as bytes."""
 
-    def __init__(self, node: Node, scenario: Scenario, plant: Plant, said: Iterable[Channel]) -> None:
+    def __init__(self, node: Node, plan: FormationPlan, plant: Plant, said: Iterable[Channel]) -> None:
         """Nothing has been said yet.
 
         Args:
             node: of the plant.
-            scenario: what is flown.
+            plan: of the flight's parts.
             plant: whose states are told.
             said: the topics on which the plant speaks.
         """
         self._node = node
         self._plant = plant
-        self._names = [satellite.name for satellite in scenario.satellites]
-        self._last_step = scenario.timing.steps
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._names = list(plan.names)
+        self._last_step = plan.timing.steps
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         # What each satellite was told at this step, to be said again.
         self._said: dict[int, list[bytes]] = {}
         self._status = FormationStatus()

@@ -9,11 +9,10 @@ from rclpy.node import Node
 from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
-from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.communication.topic_graph import relative
 from satform.consensus.graph import Graph
+from satform.flight.compile import FormationPlan
 from satform.membership.state import Event, Rewired
-from satform.scenario import Scenario
 
 PAUSE = "/formation/pause"
 RESUME = "/formation/resume"
@@ -25,7 +24,7 @@ SET_GRAPH = "/formation/set_graph"
 class Conductor(Protocol):
     """What the services need of the plant's node."""
 
-    scenario: Scenario
+    plan: FormationPlan
     names: list[str]
     flying: bool
     stop_asked: bool
@@ -89,19 +88,19 @@ class FormationServices:
         if self._conductor.last_step_taken:
             return _refused(reply, "the last step has been taken")
         try:
-            graph = wanted_graph(request.adjacency, self._conductor.scenario)
+            graph = wanted_graph(request.adjacency, self._conductor.plan)
         except ValueError as error:
             return _refused(reply, str(error))
         reply.step = self._conductor.rewire(Rewired(graph, "the graph was changed by a service"))
         return _done(reply, f"takes effect at step {reply.step}")
 
 
-def wanted_graph(adjacency: Any, scenario: Scenario) -> Graph:
+def wanted_graph(adjacency: Any, plan: FormationPlan) -> Graph:
     """The graph that someone asks for.
 
     Args:
         adjacency: row-major, of zeros and ones, shape (N * N,).
-        scenario: that is flown.
+        plan: of the flight's parts.
 
     Returns:
         The graph.
@@ -109,7 +108,7 @@ def wanted_graph(adjacency: Any, scenario: Scenario) -> Graph:
     Raises:
         ValueError: it is not a graph of this formation, or cannot be had in flight.
     """
-    count = len(scenario.satellites)
+    count = len(plan.names)
     numbers = np.array(adjacency, dtype=np.float64)
     if numbers.size != count * count:
         raise ValueError(f"adjacency has {numbers.size} entries; {count} satellites have {count * count}")
@@ -118,21 +117,18 @@ def wanted_graph(adjacency: Any, scenario: Scenario) -> Graph:
         raise ValueError("adjacency has entries other than 0 and 1")
     if np.diagonal(matrix).any():
         raise ValueError("adjacency has a 1 on its diagonal: a satellite does not hear itself")
-    if scenario.consensus.announces == "motion":
+    if plan.announces == "motion":
         raise ValueError("a satellite that follows a neighbour has to hear it all the time")
-    new = matrix > scenario.possible_graph().adjacency
-    points = any(
-        own.attitude is not None and isinstance(own.attitude.pointing, SatellitePointingSpec)
-        for own in map(scenario.satellite, range(count))
-    )
+    new = matrix > plan.membership.possible_graph.adjacency
+    points = plan.points_at_satellites
     if points and new.any():
         raise ValueError(
             "satellites that point at each other know their neighbours from the scenario: only edges that it "
             "has at some time can be used"
         )
-    if scenario.links is not None and new.any():
+    if plan.links.links is not None and new.any():
         listener, speaker = (int(place) for place in np.argwhere(new)[0])
-        names = [satellite.name for satellite in scenario.satellites]
+        names = list(plan.names)
         raise ValueError(
             f"{names[listener]} has no link from {names[speaker]} in this scenario, which describes its "
             "links: only edges that it has at some time can be used"

@@ -17,6 +17,7 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, heard_by, relative
 from satform.files.durable_file import reason_in_words
+from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
 from satform_nodes.bag.absence_log import Absences
 from satform_nodes.bag.definitions import described
@@ -91,18 +92,19 @@ class RecorderNode:
         report: Report,
         clocked: bool,
     ) -> None:
+        plan = compile_scenario(scenario)
         self.node = node
         self.report = report
         self.folder = folder
         self.missed: list[str] = []
         self.refusals = node.refusals
         self._course = Course(self.refusals)
-        self.view = FormationView(scenario)
-        self._absences = Absences(scenario)
+        self.view = FormationView(plan)
+        self._absences = Absences(plan.names)
         self._clocked = clocked
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        self._names = [satellite.name for satellite in scenario.satellites]
-        self._last_step = scenario.timing.steps
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
+        self._names = list(plan.names)
+        self._last_step = plan.timing.steps
         self._reported = 0
         self._channels: list[_Followed] = []
         self._speakers: list[Speakers] = []
@@ -126,7 +128,7 @@ class RecorderNode:
         self._company = Company(node)
         self._company.listens(self._say_recorded, [PLANT])
         self._company.listens(self._say_ready, [PLANT])
-        heard = heard_by(RECORDER, channels(scenario))
+        heard = heard_by(RECORDER, channels(plan.topics))
         # Before all else: who is lost or back has to be known before what they say is judged.
         self._listen(executor, "status", topics.STATUS, PLANT, self._on_status)
         for channel in heard:

@@ -38,7 +38,7 @@ def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop:
         NodeError: the others are not there, or no longer heard.
     """
     names = listed([satellite.name for satellite in satellites])
-    longest = patience(len(satellites[0].scenario.satellites))
+    longest = patience(len(satellites[0].plan.names))
 
     def over() -> bool:
         return stop.asked or all(satellite.view.ended for satellite in satellites)
@@ -63,7 +63,7 @@ def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop:
         return sum(satellite.pulse for satellite in satellites)
 
     # The first state comes when the last of all nodes is ready; the next ones soon or never.
-    silence = plant_timeout(satellites[0].scenario.tolerated_silence)
+    silence = plant_timeout(satellites[0].plan.timing.node_timeout)
     in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
     in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
     _say_farewell(satellites, in_time=in_time)
@@ -103,7 +103,7 @@ def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> No
     ended = first.view.ended
     if ended is not None and ended.phase == FormationStatus.ABORTED:
         first.report.say("aborted", reason=ended.reason)
-    end = None if ended is None else early_end_of(ended, first.scenario.timing.step)
+    end = None if ended is None else early_end_of(ended, first.plan.timing.step)
     if end is not None:
         # On a host without the plant nobody else knows.
         first.report.say("end_heard", end=end.data())

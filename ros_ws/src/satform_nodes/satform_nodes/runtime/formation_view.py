@@ -8,9 +8,9 @@ import numpy as np
 from satform_msgs.msg import Command, FormationStatus
 
 from satform.consensus.graph import Graph
+from satform.flight.compile import FormationPlan
 from satform.membership.state import Formation
 from satform.record.early_end import EarlyEnd
-from satform.scenario import Scenario
 from satform_nodes.runtime.sim_time import Stamps
 
 STOPPED = "asked to stop"
@@ -32,15 +32,15 @@ class FormationView:
         returns: by place, from which step a satellite takes part again, and from which checkpoint.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.formation = Formation.of(scenario)
+    def __init__(self, plan: FormationPlan) -> None:
+        self.formation = Formation.of(plan.membership)
         self.ended: FormationStatus | None = None
         self.paused = False
         self.heard = 0
         self.final_commands: dict[int, Command] = {}
         self.returns: dict[int, tuple[int, int]] = {}
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        self._names = [satellite.name for satellite in scenario.satellites]
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
+        self._names = list(plan.names)
 
     def take(self, status: FormationStatus) -> bool:
         """Take in a word of the plant; False for one that is not about this formation."""

@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
+from satform.flight.compile import FormationPlan, compile_scenario
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import (
@@ -91,6 +92,15 @@ def scenario_of(node: Node) -> Scenario:
         return load_scenario(path)
     except ScenarioError as error:
         raise NodeError(str(error), EXIT_BAD_INPUT) from None
+
+
+def plan_of(node: Node) -> FormationPlan:
+    """The plans of a flight's parts, of the scenario that is named by the node's `scenario` parameter.
+
+    Raises:
+        NodeError: no scenario is named, or it cannot fly.
+    """
+    return compile_scenario(scenario_of(node))
 
 
 def _stopped_exit_code(node: Node) -> int:

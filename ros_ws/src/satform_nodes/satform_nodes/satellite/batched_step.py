@@ -19,9 +19,10 @@ from satform.attitude.guidance import Attitude
 from satform.communication.messages import WIDTH, numbers
 from satform.communication.receiver import Ears
 from satform.control.protocol import Motion
+from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
-from satform.scenario import Scenario
+from satform.membership.state import loses
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.satellite.neighbour_messages import Words
 from satform_nodes.satellite.node import SatelliteNode
@@ -37,7 +38,7 @@ _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
 
 
-def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool:
+def fly_abreast(satellites: Sequence[SatelliteNode], plan: FormationPlan) -> bool:
     """Have the satellites of one process act together, if they can; whether they do.
 
     They cannot where links or faults make each hear in its own way, on the wall clock, where the graph
@@ -46,17 +47,18 @@ def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool
 
     Args:
         satellites: before their first step.
-        scenario: what is flown.
+        plan: of the flight's parts.
     """
-    ordinary = scenario.links is None and not scenario.faults
+    ordinary = plan.links.links is None and plan.faults.empty and not loses(plan.membership.events)
     alike = all(not (node.clocked or node.adjusted) and node.hearsay.hears_all() for node in satellites)
     if len(satellites) < 2 or not ordinary or not alike:
         return False
     try:
-        together = Satellite.together(scenario, [node.index for node in satellites])
+        plans = [plan.satellite(node.index, node.hearsay.neighbours) for node in satellites]
+        together = Satellite.together(plans, max(len(node.hearsay.neighbours) for node in satellites))
     except ValueError:
         return False
-    abreast = Abreast(satellites, scenario, together)
+    abreast = Abreast(satellites, plan, together)
     for row, node in enumerate(satellites):
         node.fly_abreast(abreast, row)
     return True
@@ -65,25 +67,25 @@ def fly_abreast(satellites: Sequence[SatelliteNode], scenario: Scenario) -> bool
 class Abreast:
     """Gathers what arrives at the satellites of a process in a step, and acts for all once it is complete."""
 
-    def __init__(self, satellites: Sequence[SatelliteNode], scenario: Scenario, together: Satellite) -> None:
+    def __init__(self, satellites: Sequence[SatelliteNode], plan: FormationPlan, together: Satellite) -> None:
         """Nothing has arrived yet.
 
         Args:
             satellites: the nodes, in the order in which they are stacked.
-            scenario: what is flown.
+            plan: of the flight's parts.
             together: their flight software, stacked.
         """
         self._nodes = list(satellites)
         self._voices = [node.voice for node in satellites]
         self._satellite = together
-        self._limits = LimitCheck(scenario)
-        self._steps = scenario.timing.steps
-        self._announces = scenario.consensus.announces
+        self._limits = LimitCheck(plan.limits)
+        self._steps = plan.timing.steps
+        self._announces = plan.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._number = satellites[0].view.formation.number
         rows = [node.hearsay.neighbours for node in satellites]
-        self._ears = Ears(scenario, np.array([node.index for node in satellites]), rows)
+        self._ears = Ears(plan.links, np.array([node.index for node in satellites]), rows)
         self._width = max(len(row) for row in rows)
         self._places = [
             {neighbour: row * self._width + slot for slot, neighbour in enumerate(own)}

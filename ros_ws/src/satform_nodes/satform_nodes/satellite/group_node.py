@@ -8,7 +8,7 @@ from multiprocessing.connection import Connection
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform_nodes.runtime.flight_loop import fly_all
-from satform_nodes.runtime.lifecycle import refuse_sim_time, run, scenario_of
+from satform_nodes.runtime.lifecycle import plan_of, refuse_sim_time, run
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import FormationNode, declare_start
 from satform_nodes.runtime.signals import StopRequest
@@ -31,7 +31,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     """Make a node for each satellite of the group, and fly them on one executor."""
     recorded, checkpoints, rate = declare_settings(node)
     names = declare_start(node, "satellites")
-    scenario = scenario_of(node)
+    plan = plan_of(node)
     if not any(names):
         sentence = f"{node.get_name()} needs the parameter satellites: names from the scenario"
         raise NodeError(sentence, EXIT_BAD_INPUT)
@@ -41,8 +41,8 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         refuse_sim_time(own)
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
-        satellites.append(SatelliteNode(own, executor, scenario, settings, report))
-    fly_abreast(satellites, scenario)
+        satellites.append(SatelliteNode(own, executor, plan, settings, report))
+    fly_abreast(satellites, plan)
     try:
         return fly_all(satellites, executor, stop)
     finally:

@@ -12,7 +12,7 @@ from satform.communication.messages import WIDTH
 from satform.communication.neighbour_buffer import Told
 from satform.communication.receiver import Ears
 from satform.consensus.arc_length import Announces
-from satform.scenario import Scenario
+from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.realtime_loop import Ages
 from satform_nodes.runtime.sim_time import Stamps
@@ -31,31 +31,31 @@ class Hearsay:
         ages: on the wall clock, how old the words were when they were used.
     """
 
-    def __init__(self, scenario: Scenario, index: int, view: FormationView, stamps: Stamps) -> None:
+    def __init__(self, plan: FormationPlan, index: int, view: FormationView, stamps: Stamps) -> None:
         """Nobody has said anything.
 
         Args:
-            scenario: what is flown.
+            plan: of the flight's parts.
             index: place of the satellite.
             view: who flies and who hears whom at present.
             stamps: of the steps.
         """
-        self.neighbours = list(scenario.possible_graph().neighbours(index))
+        self.neighbours = list(plan.membership.possible_graph.neighbours(index))
         self.by_step: dict[int, dict[int, Words]] = {}
         self.ages = Ages()
-        self._scenario = scenario
+        self._plan = plan
         self._index = index
         self._view = view
         self._stamps = stamps
-        self._step = scenario.timing.step
-        self._announces = scenario.consensus.announces
+        self._step = plan.timing.step
+        self._announces = plan.announces
         self._width = WIDTH[self._announces]
         self._newest: dict[int, deque[tuple[int, Words]]] = {}
         self.start_afresh()
 
     def start_afresh(self) -> None:
         """Have links that have carried nothing yet."""
-        self._ears = Ears(self._scenario, np.asarray(self._index), [self.neighbours])
+        self._ears = Ears(self._plan.links, np.asarray(self._index), [self.neighbours])
 
     def meet(self, new: list[int]) -> list[int | None]:
         """Have neighbours who were none before.

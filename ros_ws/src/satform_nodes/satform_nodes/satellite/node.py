@@ -21,14 +21,14 @@ from satform.common.wording import listed
 from satform.communication.messages import numbers
 from satform.communication.topic_graph import RECORDER
 from satform.control.protocol import Motion
+from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
-from satform.flight.satellite import Decision, Satellite, flight_plan
-from satform.membership.state import falls, planned, returns
-from satform.scenario import Scenario
+from satform.flight.satellite import Decision, Satellite
+from satform.membership.state import falls, returns
 from satform_nodes.runtime.diagnostics import Condition, Course, Health, Level
 from satform_nodes.runtime.flight_loop import fly_all
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.lifecycle import run, scenario_of
+from satform_nodes.runtime.lifecycle import plan_of, run
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.runtime.realtime_loop import processor_seconds
@@ -95,11 +95,11 @@ class SatelliteNode:
         self,
         node: FormationNode,
         executor: StepExecutor,
-        scenario: Scenario,
+        plan: FormationPlan,
         settings: "Settings",
         report: Report,
     ) -> None:
-        names = [satellite.name for satellite in scenario.satellites]
+        names = list(plan.names)
         name = settings.name
         if name not in names:
             raise NodeError(
@@ -109,7 +109,7 @@ class SatelliteNode:
         self.node = node
         self.name = name
         self.executor = executor
-        self.scenario = scenario
+        self.plan = plan
         self.index = names.index(name)
         self.report = report
         self.step = 0
@@ -118,7 +118,7 @@ class SatelliteNode:
         self.refusals = node.refusals
         self.busy_seconds = 0.0
         self._course = Course(self.refusals)
-        self.view = FormationView(scenario)
+        self.view = FormationView(plan)
         self._settings = settings
         self.clocked = settings.rate > 0.0
         self._skipped = 0
@@ -127,24 +127,24 @@ class SatelliteNode:
         # Wall-clock time at which the plant was told that this satellite can fly; before it no flight begins.
         self._ready_at = float("inf")
         self._names = names
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-        self._plan = planned(scenario)
-        self._limits = LimitCheck(scenario)
-        self.hearsay = Hearsay(scenario, self.index, self.view, self._stamps)
-        self.memory = CheckpointFile(settings.checkpoints, name, scenario.checkpoint_steps)
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
+        self._planned = plan.membership.events
+        self._limits = LimitCheck(plan.limits)
+        self.hearsay = Hearsay(plan, self.index, self.view, self._stamps)
+        self.memory = CheckpointFile(settings.checkpoints, name, plan.timing.checkpoint_steps)
         self._changes: list[tuple[str, list[float]]] = []
         self._state: tuple[Any, ...] | None = None
         self._attitude: tuple[Any, ...] | None = None
-        self.turns = scenario.satellite(self.index).attitude is not None
+        self.turns = plan.topics.satellites[self.index].attitude
         self._abreast: Abreast | None = None
         self._row = 0
         self.satellite = self._new_software()
 
-        self._parameters = SatelliteParameters(node, scenario, self.index, self._to_change, self._changes)
-        self.voice = SatelliteVoice(node, scenario, self.index, self._stamps)
+        self._parameters = SatelliteParameters(node, plan, self.index, self._to_change, self._changes)
+        self.voice = SatelliteVoice(node, plan, self.index, self._stamps)
         hearer = Hearer(self._on_state, self._on_attitude, self._on_announcement, self._on_status)
         self.ears = SatelliteEars(
-            node, executor, scenario, self.index, self.refusals, hearer, clocked=self.clocked
+            node, executor, plan, self.index, self.refusals, hearer, clocked=self.clocked
         )
         self.voice.expect_listeners(self.ears.company, recorded=settings.recorded)
         self._health = Health(node, f"{name}: flight software", name, self._condition, self._now)
@@ -264,13 +264,13 @@ class SatelliteNode:
         into the time since this process was ready has begun without it.
         """
         since = time.monotonic() - self._ready_at
-        flown = step * self.scenario.timing.step / self._settings.rate
+        flown = step * self.plan.timing.step / self._settings.rate
         return self._foreign is None and bool(self.view.formation.alive[self.index]) and flown <= since
 
     def _fall(self) -> None:
         """The plant counts this satellite as lost."""
         step = self.view.formation.step
-        is_planned = falls(self._plan, self.index, step)
+        is_planned = falls(self._planned, self.index, step)
         if self.flying and is_planned and self._settings.alone:
             self.see_off()
             self.report.say("killed", node=self.name, step=self.step)
@@ -289,7 +289,7 @@ class SatelliteNode:
             self.hearsay.start_afresh()
             self._parameters.start_afresh()
             self.memory.load()
-            if returns(self._plan, self.index, step):
+            if returns(self._planned, self.index, step):
                 self.say_ready()
 
     def _meet_new_neighbours(self) -> None:
@@ -307,7 +307,7 @@ class SatelliteNode:
     def _new_software(self) -> Satellite:
         """Flight software that is as at the start of the flight."""
         neighbours = self.hearsay.neighbours
-        return Satellite(flight_plan(self.scenario, self.index, neighbours), len(neighbours))
+        return Satellite(self.plan.satellite(self.index, neighbours), len(neighbours))
 
     # A step
 
@@ -359,7 +359,7 @@ class SatelliteNode:
         if state is None or not self._knows(int(state[3])):
             return
         step = int(state[2])
-        if step >= self.scenario.timing.steps:
+        if step >= self.plan.timing.steps:
             self._state = None
             return
         if not self.flying and not self.join(step):
@@ -394,7 +394,7 @@ class SatelliteNode:
             self._foreign = None
             return
         self._foreign = first, since = self._foreign or (step, time.monotonic())
-        silence = 2.0 * self.scenario.tolerated_silence if self.clocked else 0.0
+        silence = 2.0 * self.plan.timing.node_timeout if self.clocked else 0.0
         if step >= first + _FOREIGN_STEPS and time.monotonic() - since >= silence:
             raise NodeError(
                 f"{self.name} is not lost: another process flies it, at step {step}; only a lost satellite "
@@ -509,9 +509,9 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     """Find the others, fly until the plant says that the flight has ended, and go."""
     recorded, checkpoints, rate = declare_settings(node)
     name = declare_start(node, "satellite")
-    scenario = scenario_of(node)
+    plan = plan_of(node)
     settings = Settings(name, recorded, checkpoints, alone=True, rate=rate)
-    return fly_all([SatelliteNode(node, executor, scenario, settings, report)], executor, stop)
+    return fly_all([SatelliteNode(node, executor, plan, settings, report)], executor, stop)
 
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:

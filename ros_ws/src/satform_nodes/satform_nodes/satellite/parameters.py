@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from satform.common.spec import Spec
+from satform.flight.compile import FormationPlan
 from satform.flight.online_parameters import Adjustments, changed
 from satform.flight.satellite import Satellite
-from satform.scenario import Scenario
 from satform_nodes.runtime.parameters import (
     FormationNode,
     ParameterError,
@@ -28,7 +28,7 @@ class SatelliteParameters:
     def __init__(
         self,
         node: FormationNode,
-        scenario: Scenario,
+        plan: FormationPlan,
         index: int,
         to_change: Callable[[], tuple[Satellite, int]],
         changes: list[Change],
@@ -40,7 +40,7 @@ class SatelliteParameters:
 
         Args:
             node: of the satellite.
-            scenario: what is flown.
+            plan: of the flight's parts.
             index: place of the satellite.
             to_change: gives the flight software that is changed, and the step from which it flies otherwise.
             changes: to which each change is added, to be told to others.
@@ -49,11 +49,11 @@ class SatelliteParameters:
             ParameterError: a value that was given at the start cannot be flown.
         """
         self._node = node
-        self._scenario = scenario
+        self._plan = plan
         self._index = index
         self._to_change = to_change
         self._changes = changes
-        self._adjustments = Adjustments(scenario, index)
+        self._adjustments = Adjustments(plan.parameters(index))
         self._resets = False
         self._start: dict[str, dict[str, Any]] = {}
         for prefix, spec in self._adjustments.specs.items():
@@ -66,7 +66,7 @@ class SatelliteParameters:
 
         The parameters show them, whatever they were changed to in flight.
         """
-        self._adjustments = Adjustments(self._scenario, self._index)
+        self._adjustments = Adjustments(self._plan.parameters(self._index))
         self._changes.clear()
         self._resets = True
         try:

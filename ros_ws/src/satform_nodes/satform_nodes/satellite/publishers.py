@@ -19,11 +19,10 @@ from satform.communication.topic_graph import (
 )
 from satform.consensus.arc_length import Announces
 from satform.equipment.navigation import EstimatorMemory
+from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Decision
-from satform.membership.faults import Faults
 from satform.numeric.elementwise import Array
-from satform.scenario import Scenario
 from satform_nodes.runtime.lifecycle import see_off
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.sim_time import Stamps
@@ -59,29 +58,29 @@ Spoken = tuple[tuple[int, int], list[float]]
 class SatelliteVoice:
     """A satellite's publishers, its words as bytes, and the last of them, to be said again."""
 
-    def __init__(self, node: FormationNode, scenario: Scenario, index: int, stamps: Stamps) -> None:
+    def __init__(self, node: FormationNode, plan: FormationPlan, index: int, stamps: Stamps) -> None:
         """Nothing has been said yet.
 
         Args:
             node: of the satellite.
-            scenario: what is flown.
+            plan: of the flight's parts.
             index: place of the satellite.
             stamps: of its steps.
         """
         self._node = node
-        names = [satellite.name for satellite in scenario.satellites]
+        names = list(plan.names)
         name = self._name = names[index]
         self._index = index
-        self._faults = Faults(scenario.faults, names, scenario.timing.step)
+        self._faults = plan.faults
         self._stamps = stamps
         self._said: deque[bytes] = deque(maxlen=2)
         self._last_command = b""
-        announces = scenario.consensus.announces
+        announces = plan.announces
         self._in_phase = announces == "arc_length"
         # What an announcement carries between its step and its numbers, and after them.
         self._before_numbers, self._after_numbers = AROUND_NUMBERS[announces]
         self._announcement = layout(topics.TYPES[announces], topics.FRAME)
-        table = [*satellite_channels(scenario, index), *formation_channels(scenario)]
+        table = [*satellite_channels(plan.topics, index), *formation_channels(plan.topics)]
         self._channels = {channel.kind: channel for channel in said_by(name, table)}
         self._publishers = {
             kind: node.create_publisher(

@@ -10,7 +10,7 @@ from typing import Any
 from satform_msgs.msg import Attitude, FormationStatus, RelativeState
 
 from satform.communication.topic_graph import PLANT, heard_by, satellite_channels, topic_name
-from satform.scenario import Scenario
+from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
@@ -53,7 +53,7 @@ class SatelliteEars:
         self,
         node: FormationNode,
         executor: StepExecutor,
-        scenario: Scenario,
+        plan: FormationPlan,
         index: int,
         refusals: Refusals,
         hearer: Hearer,
@@ -65,7 +65,7 @@ class SatelliteEars:
         Args:
             node: of the satellite.
             executor: hands out the messages.
-            scenario: what is flown.
+            plan: of the flight's parts.
             index: place of the satellite.
             refusals: where messages that are not believed are counted.
             hearer: takes in the messages.
@@ -77,21 +77,21 @@ class SatelliteEars:
         self._refusals = refusals
         self._hearer = hearer
         self._profile = qos.REALTIME if clocked else qos.LOCKSTEP_READER
-        self._names = [satellite.name for satellite in scenario.satellites]
-        self._announces = scenario.consensus.announces
+        self._names = list(plan.names)
+        self._announces = plan.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
-        self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
+        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self.subscriptions: dict[str | int, Any] = {}
         self._speakers: dict[int, Speakers] = {}
-        own = scenario.satellite(index)
-        for channel in heard_by(own.name, satellite_channels(scenario, index)):
+        own = plan.topics.satellites[index]
+        for channel in heard_by(own.name, satellite_channels(plan.topics, index)):
             if channel.kind == "state":
                 entry = Entry(channel.topic, _STATE, refusals, self._stamps, exact=False)
                 self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT, "state")
             else:
                 entry = Entry(channel.topic, _ATTITUDE, refusals, self._stamps)
                 self._hear(Attitude, channel.topic, partial(hearer.attitude, entry), PLANT, "attitude")
-        for neighbour in scenario.possible_graph().neighbours(index):
+        for neighbour in plan.membership.possible_graph.neighbours(index):
             self.listen_to(neighbour)
         # Made last: whoever sees this subscription has seen all others of this satellite.
         self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, "status", qos.LATCHED_READER)

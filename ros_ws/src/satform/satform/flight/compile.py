@@ -1,0 +1,357 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From a scenario to the plans of a flight's parts: the one place where a scenario is taken apart.
+
+In-process flights, nodes and launcher start from the same plans.
+"""
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from satform.attitude.ground_pointing import CircularOrbit
+from satform.attitude.guidance import Orientation, Target, orientation
+from satform.attitude.satellite_pointing import SatellitePointingSpec
+from satform.attitude.wheels import Wheels
+from satform.communication.receiver import LinkPlan
+from satform.communication.topic_graph import Equipment, TopicPlan
+from satform.consensus.arc_length import Announces
+from satform.control.protocol import FlightSetting, Motion
+from satform.dynamics.protocol import DynamicsSetting
+from satform.equipment.navigation import Estimator
+from satform.flight.plans import (
+    AttitudePlan,
+    FlightPlan,
+    LimitPlan,
+    ParameterPlan,
+    PlantPlan,
+    ScenePlan,
+    TimingPlan,
+)
+from satform.membership.faults import FaultSchedule
+from satform.membership.state import MembershipPlan
+from satform.numeric import stacking
+from satform.numeric.elementwise import Array
+from satform.orbits.path_reference import Path, Reference
+from satform.scenario import Scenario
+from satform.scenario.environment import pointing_in
+from satform.scenario.parts import SatelliteSpec
+
+
+class FormationPlan:
+    """The plans of a flight's parts, each compiled when it is first asked for.
+
+    A satellite's process so compiles neither the plant nor the other satellites.
+
+    Attributes:
+        name: of the scenario.
+        names: of the satellites, in order.
+        announces: what satellites exchange: their phase or their motion.
+        timing: steps of the flight, and how long its parts wait.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Plans of a flight.
+
+        Args:
+            scenario: validated.
+        """
+        self._scenario = scenario
+        self._satellites: dict[int, FlightPlan] = {}
+        self.name = scenario.name
+        self.names = tuple(satellite.name for satellite in scenario.satellites)
+        self.announces: Announces = scenario.consensus.announces
+        self.timing = timing_plan(scenario)
+
+    @cached_property
+    def membership(self) -> MembershipPlan:
+        """Who takes part and over which graph, by step."""
+        return self._scenario.membership_plan()
+
+    @cached_property
+    def faults(self) -> FaultSchedule:
+        """What goes wrong with equipment and messages, by step."""
+        return fault_schedule(self._scenario)
+
+    @cached_property
+    def links(self) -> LinkPlan:
+        """What happens to messages between satellites."""
+        return link_plan(self._scenario)
+
+    @cached_property
+    def topics(self) -> TopicPlan:
+        """From what the topics of the flight follow."""
+        return topic_plan(self._scenario)
+
+    @cached_property
+    def limits(self) -> LimitPlan:
+        """At what the flight ends early."""
+        return limit_plan(self._scenario)
+
+    @cached_property
+    def plant(self) -> PlantPlan:
+        """What the plant moves, and with what."""
+        return plant_plan(self._scenario)
+
+    @cached_property
+    def scene(self) -> ScenePlan:
+        """What a picture of the formation needs to know."""
+        return scene_plan(self._scenario)
+
+    @cached_property
+    def points_at_satellites(self) -> bool:
+        """Whether a satellite points at another one."""
+        specs = (self._scenario.satellite(index).attitude for index in range(len(self.names)))
+        return any(spec is not None and isinstance(spec.pointing, SatellitePointingSpec) for spec in specs)
+
+    def satellite(self, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
+        """What one satellite is given; arguments as in `flight_plan`."""
+        return flight_plan(self._scenario, index, neighbours)
+
+    def parameters(self, index: int) -> ParameterPlan:
+        """What of one satellite may be changed in flight."""
+        return parameter_plan(self._scenario, index)
+
+    def orientations(self) -> list[Orientation | None]:
+        """Where each satellite points; None for one without attitude."""
+        return orientations(self._scenario)
+
+
+def compile_scenario(scenario: Scenario) -> FormationPlan:
+    """The plans of a flight's parts.
+
+    Args:
+        scenario: validated.
+    """
+    return FormationPlan(scenario)
+
+
+def timing_plan(scenario: Scenario) -> TimingPlan:
+    """Steps of a flight, and how long its parts wait."""
+    timing = scenario.timing
+    return TimingPlan(
+        step=timing.step,
+        steps=timing.steps,
+        step_nanoseconds=timing.step_nanoseconds,
+        command_timeout=scenario.command_timeout,
+        node_timeout=scenario.tolerated_silence,
+        checkpoint_steps=scenario.checkpoint_steps,
+    )
+
+
+def fault_schedule(scenario: Scenario) -> FaultSchedule:
+    """What goes wrong with equipment and messages, by step."""
+    names = [satellite.name for satellite in scenario.satellites]
+    return FaultSchedule.of(scenario.faults, names, scenario.timing.step)
+
+
+def link_plan(scenario: Scenario) -> LinkPlan:
+    """What happens to messages between satellites."""
+    names = tuple(satellite.name for satellite in scenario.satellites)
+    return LinkPlan(scenario.links, names, scenario.timing.step, scenario.seed, fault_schedule(scenario))
+
+
+def topic_plan(scenario: Scenario) -> TopicPlan:
+    """From what the topics of a flight follow."""
+    specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
+    satellites = tuple(
+        Equipment(
+            name=spec.name,
+            thruster=spec.thruster is not None,
+            sensor=spec.sensor is not None,
+            filter=spec.filter is not None,
+            attitude=spec.attitude is not None,
+        )
+        for spec in specs
+    )
+    return TopicPlan(satellites, scenario.consensus.announces, scenario.possible_graph())
+
+
+def limit_plan(scenario: Scenario) -> LimitPlan:
+    """At what a flight ends early."""
+    names = tuple(satellite.name for satellite in scenario.satellites)
+    return LimitPlan(names, scenario.timing.step, scenario.limits, scenario.orbit.radius)
+
+
+def plant_plan(scenario: Scenario) -> PlantPlan:
+    """What the plant of a flight moves, and with what."""
+    step, count = scenario.timing.step, len(scenario.satellites)
+    setting = DynamicsSetting(scenario.orbit.rate, step, count, scenario.seed)
+    specs = [scenario.satellite(index) for index in range(count)]
+    plans = [flight_plan(scenario, index) for index in range(count)]
+    return PlantPlan(
+        dynamics=scenario.dynamics.build(setting),
+        step=step,
+        seed=scenario.seed,
+        start=stacking.stack([plan.start for plan in plans]),
+        chief_radius=scenario.orbit.radius,
+        thrusters=tuple(None if spec.thruster is None else spec.thruster.build(step) for spec in specs),
+        sensors=tuple(None if spec.sensor is None else spec.sensor.build(step) for spec in specs),
+        attitudes=tuple(_attitude_plan(spec, plan, step) for spec, plan in zip(specs, plans, strict=True)),
+        faults=fault_schedule(scenario),
+    )
+
+
+def _attitude_plan(spec: SatelliteSpec, plan: FlightPlan, step: float) -> AttitudePlan | None:
+    if spec.attitude is None or plan.orientation is None:
+        return None
+    limits = (spec.attitude.wheel_torque_limit, spec.attitude.wheel_momentum_limit)
+    wheels = Wheels(*(np.asarray(np.inf if limit is None else limit) for limit in limits))
+    parts = max(1, math.ceil(step / spec.attitude.maximum_step * (1.0 - 1e-12)))
+    return AttitudePlan(plan.orientation, wheels, parts)
+
+
+def parameter_plan(scenario: Scenario, index: int) -> ParameterPlan:
+    """What of one satellite may be changed in flight."""
+    own = scenario.satellite(index)
+    assert own.controller is not None  # noqa: S101 - the scenario's validator has seen to it
+    assert own.curve is not None  # noqa: S101 - likewise
+    return ParameterPlan(
+        controller=own.controller,
+        curve=own.curve,
+        phase_offset=own.phase_offset,
+        attitude_controller=None if own.attitude is None else own.attitude.controller,
+        setting=flight_setting(scenario, index),
+    )
+
+
+def scene_plan(scenario: Scenario) -> ScenePlan:
+    """What a picture of a formation needs to know of it beside what it sees."""
+    specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
+    return ScenePlan(
+        names=tuple(spec.name for spec in specs),
+        step=scenario.timing.step,
+        period=min(_longest_revolution(scenario), scenario.timing.duration),
+        curves=tuple(spec.curve.build() for spec in specs if spec.curve is not None),
+        attitude_orbits=tuple(_attitude_orbit(scenario, index) for index in range(len(specs))),
+        graph=scenario.communication_graph(),
+    )
+
+
+def _longest_revolution(scenario: Scenario) -> float:
+    """Time of the longest revolution of any satellite along its curve, s."""
+    rate = scenario.circulation.rate
+    if rate is None:
+        assert scenario.circulation.period is not None  # noqa: S101 - the scenario's validator has seen to it
+        return scenario.circulation.period
+    specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
+    periods = [float(Path(spec.curve.build(), np.asarray(spec.scale)).period) for spec in specs if spec.curve]
+    longest = max(periods)
+    return longest / abs(rate) if rate and longest else 2.0 * math.pi / scenario.orbit.rate
+
+
+def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
+    """The chief's orbit in the axes in which a satellite's attitude is told; None without attitude."""
+    spec = scenario.satellite(index).attitude
+    if spec is None:
+        return None
+    pointing = pointing_in(scenario.dynamics, spec.pointing)
+    if isinstance(pointing, SatellitePointingSpec):
+        return pointing.build(scenario.orbit.rate, scenario.orbit.radius).orbit
+    return pointing.build().orbit
+
+
+def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
+    """What the controller of the satellite with the given place may know of a scenario."""
+    step, thruster = scenario.timing.step, scenario.satellite(index).thruster
+    if thruster is None:
+        return FlightSetting(scenario.orbit.rate, step)
+    return FlightSetting(scenario.orbit.rate, step, thruster.resolution(step), thruster.largest_error)
+
+
+def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
+    """What the satellite with the given place in a scenario's list is given before flight.
+
+    Args:
+        scenario: what is flown.
+        index: place of the satellite.
+        neighbours: places of those whom it may hear, ascending; by the scenario's graph when left out.
+    """
+    spec = scenario.satellite(index)
+    assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
+    path, nominal, desired = _departure(scenario, spec)
+    arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
+    return FlightPlan(
+        path=path,
+        controller=spec.controller.build(flight_setting(scenario, index)),
+        consensus=scenario.consensus.build(),
+        nominal_rate=_scalar(nominal),
+        phase_offset=_scalar(spec.phase_offset),
+        arc_length=arc_length,
+        rate=rate,
+        start=Motion(
+            desired.position + np.asarray(spec.position_error),
+            desired.velocity + np.asarray(spec.velocity_error),
+        ),
+        step=scenario.timing.step,
+        estimator=_estimator(scenario, spec),
+        orientation=_orientation(scenario, index, desired, neighbours),
+    )
+
+
+def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Reference]:
+    """Path of a satellite, rate of its arc length once all agree, and its desired motion at the start."""
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
+    path = Path(spec.curve.build(), _scalar(spec.scale), spec.parameter, spec.feed_forward)
+    nominal = scenario.circulation.rate
+    if nominal is None:
+        assert scenario.circulation.period is not None  # noqa: S101
+        nominal = float(path.period) / scenario.circulation.period
+    rate = _scalar(nominal if spec.rate is None else spec.rate)
+    return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
+
+
+def _orientation(
+    scenario: Scenario, index: int, desired: Reference, neighbours: Sequence[int] | None
+) -> Orientation | None:
+    spec = scenario.satellite(index).attitude
+    if spec is None:
+        return None
+    spec = spec.model_copy(update={"pointing": pointing_in(scenario.dynamics, spec.pointing)})
+    target = None
+    if isinstance(spec.pointing, SatellitePointingSpec):
+        names = [satellite.name for satellite in scenario.satellites]
+        other = names.index(spec.pointing.target)
+        aimed_at = scenario.satellite(other)
+        path, nominal, begin = _departure(scenario, aimed_at)
+        heard = scenario.possible_graph().neighbours(index) if neighbours is None else neighbours
+        known = Target(
+            path=path,
+            phase_offset=_scalar(aimed_at.phase_offset),
+            satellite=np.asarray(other, dtype=np.int64),
+            place=np.asarray(heard.index(other), dtype=np.int64),
+            planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
+            planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
+        )
+        target = (known, begin)
+    return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)
+
+
+def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
+    if spec.filter is None:
+        return None
+    assert spec.sensor is not None  # noqa: S101 - the scenario's validator has seen to it
+    return spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor)
+
+
+def motion_at_start(scenario: Scenario) -> Motion:
+    """Where all satellites begin: on their references, off by the scenario's errors.
+
+    Returns:
+        Position in m and velocity in m/s in LVLH, shapes (N, 3).
+    """
+    starts = [flight_plan(scenario, index).start for index in range(len(scenario.satellites))]
+    return stacking.stack(starts)
+
+
+def orientations(scenario: Scenario) -> list[Orientation | None]:
+    """Where each satellite of a scenario points; None for one without attitude."""
+    return [flight_plan(scenario, index).orientation for index in range(len(scenario.satellites))]
+
+
+def _scalar(value: float) -> Array:
+    """A number of one satellite, which stacks like an array and computes faster than one of no axes."""
+    scalar: Array = np.asarray(value, dtype=np.float64)[()]
+    return scalar

@@ -1,0 +1,182 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the parts of a flight are given before it begins: plain data, compiled once from a scenario.
+
+Each part takes its own plan and no scenario. `satform.flight.compile` makes them.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from satform.attitude.ground_pointing import CircularOrbit
+from satform.attitude.guidance import Orientation
+from satform.attitude.wheels import Wheels
+from satform.common.spec import Spec
+from satform.consensus.arc_length import ArcLengthConsensus
+from satform.consensus.graph import Graph
+from satform.consensus.motion_sharing import MotionSharing
+from satform.control.protocol import FlightSetting, Motion
+from satform.dynamics.protocol import Dynamics
+from satform.equipment.navigation import Estimator, Sensor
+from satform.equipment.thruster import Thruster
+from satform.membership.faults import FaultSchedule
+from satform.numeric.elementwise import Array
+from satform.orbits.curve import Curve
+from satform.orbits.path_reference import Path
+from satform.scenario.limits import LimitsSpec
+
+
+@dataclass(frozen=True)
+class TimingPlan:
+    """Steps of a flight, and how long its parts wait.
+
+    Attributes:
+        step: control period, s.
+        steps: of the whole flight.
+        step_nanoseconds: control period in whole nanoseconds, from which every stamp is computed.
+        command_timeout: simulated time for which a command is held while no newer one arrives, s.
+        node_timeout: wall-clock time after which a satellite that does not answer counts as lost, s.
+        checkpoint_steps: steps between two checkpoints of a satellite; None when none are kept.
+    """
+
+    step: float
+    steps: int
+    step_nanoseconds: int
+    command_timeout: float
+    node_timeout: float
+    checkpoint_steps: int | None
+
+    @property
+    def duration(self) -> float:
+        """Simulated time of the whole flight, s."""
+        return self.steps * self.step
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """What a satellite is given before flight; arrays carry a leading axis when many fly as one.
+
+    Attributes:
+        path: the closed orbit to fly and how it is parametrised.
+        controller: the control law, a `Controller`, or a `NeighbourController` under `MotionSharing`.
+        consensus: the law by which satellites agree on their phase, or the sharing of their motion.
+        nominal_rate: rate of the generalised arc length once all agree, m/s, shape (...).
+        phase_offset: by how much this satellite leads the agreement, m, shape (...).
+        arc_length: generalised, at the start, m, shape (...).
+        rate: of the generalised arc length at the start, m/s, shape (...).
+        start: where the satellite begins.
+        step: control period, s.
+        estimator: what is made of the measurements; None to take them as they are.
+        orientation: where the satellite points and how; None for one without attitude.
+    """
+
+    path: Path
+    controller: Any
+    consensus: ArcLengthConsensus | MotionSharing
+    nominal_rate: Array
+    phase_offset: Array
+    arc_length: Array
+    rate: Array
+    start: Motion
+    step: float
+    estimator: Estimator | None = None
+    orientation: Orientation | None = None
+
+
+@dataclass(frozen=True)
+class AttitudePlan:
+    """The attitude of one satellite in the plant.
+
+    Attributes:
+        orientation: body, pointing and attitude at the start.
+        wheels: with their limits.
+        parts: sub-steps of a control period in which the true attitude is integrated.
+    """
+
+    orientation: Orientation
+    wheels: Wheels
+    parts: int
+
+
+@dataclass(frozen=True, eq=False)
+class PlantPlan:
+    """What the plant moves, and with what.
+
+    Attributes:
+        dynamics: truth model of all satellites.
+        step: control period, s.
+        seed: of everything random in the run.
+        start: position in m and velocity in m/s of all satellites, LVLH, shapes (N, 3).
+        chief_radius: of the chief's orbit, m.
+        thrusters: of each satellite; None for one that gives its commands as they are.
+        sensors: of each satellite; None for one that knows its true motion.
+        attitudes: of each satellite; None for one without attitude.
+        faults: of thrusters and sensors.
+    """
+
+    dynamics: Dynamics
+    step: float
+    seed: int
+    start: Motion
+    chief_radius: float
+    thrusters: tuple[Thruster | None, ...]
+    sensors: tuple[Sensor | None, ...]
+    attitudes: tuple[AttitudePlan | None, ...]
+    faults: FaultSchedule
+
+
+@dataclass(frozen=True)
+class LimitPlan:
+    """At what a flight ends early.
+
+    Attributes:
+        names: of the satellites.
+        step: control period, s.
+        limits: of distances, speeds, accelerations, rates, altitude.
+        chief_radius: of the chief's orbit, m.
+    """
+
+    names: tuple[str, ...]
+    step: float
+    limits: LimitsSpec
+    chief_radius: float
+
+
+@dataclass(frozen=True)
+class ParameterPlan:
+    """What of one satellite may be changed in flight.
+
+    Attributes:
+        controller: specification of its control law.
+        curve: specification of its orbit.
+        phase_offset: generalised arc length by which it leads the agreement, m.
+        attitude_controller: specification of its attitude law; None without attitude.
+        setting: what a control law may know when it is built.
+    """
+
+    controller: Spec
+    curve: Spec
+    phase_offset: float
+    attitude_controller: Spec | None
+    setting: FlightSetting
+
+
+@dataclass(frozen=True, eq=False)
+class ScenePlan:
+    """What a picture of a formation needs to know of it beside what it sees.
+
+    Attributes:
+        names: of the satellites.
+        step: control period, s.
+        period: of the longest revolution of any satellite along its curve, or the duration if shorter, s.
+        curves: on which the satellites are to fly.
+        attitude_orbits: the chief's orbit in the axes of each satellite's attitude; None without attitude.
+        graph: of communication at the start.
+    """
+
+    names: tuple[str, ...]
+    step: float
+    period: float
+    curves: tuple[Curve, ...]
+    attitude_orbits: tuple[CircularOrbit | None, ...]
+    graph: Graph
