@@ -9,11 +9,11 @@ from pathlib import Path
 from mcap_ros2.reader import read_ros2_messages
 
 import rosbag2_format
+from satform.bag.reader import Bag, read_bag
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
 from satform_bringup.supervisor.flight import Flight, Policy
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import Bag, read_bag
 from satform_tools.run.replay import compare
 
 

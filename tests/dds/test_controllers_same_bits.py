@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from flights import shortened
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import read_bag
 
 pytestmark = pytest.mark.unmeasured
 

@@ -19,13 +19,13 @@ from rclpy.qos import QoSProfile
 from visualization_msgs.msg import Marker, MarkerArray
 
 from flights import shortened
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_bringup.supervisor.flight import Flight
 from satform_bringup.supervisor.node_processes import NodeProcess
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import read_bag
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
 

@@ -10,11 +10,11 @@ import pytest
 
 from flights import shortened
 from flown import flown
+from satform.bag.reader import Bag, read_bag
 from satform.common.exit_codes import EXIT_ENDED_EARLY
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
 from satform_bringup.supervisor.node_processes import processes
-from satform_nodes.bag.reader import Bag, read_bag
 from satform_tools.run import replay as replay_command
 from satform_tools.run.replay import compare
 

@@ -18,11 +18,11 @@ from rosbags.highlevel import AnyReader
 import rosbag2_format
 from flights import shortened
 from flown import assert_flies_again, processes_of
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor import supervisor
 from satform_bringup.supervisor.node_processes import processes
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import read_bag
 from satform_nodes.bag.recovery import is_whole, recover
 
 pytestmark = pytest.mark.unmeasured

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from flights import SCENARIOS, shipped, shortened
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform.scenario import load_scenario
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import read_bag
 
 pytestmark = pytest.mark.unmeasured
 

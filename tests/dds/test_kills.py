@@ -18,12 +18,12 @@ import pytest
 
 from flights import shortened
 from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of, repetitions
+from satform.bag.reader import read_bag
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST
 from satform_bringup.supervisor import process_server
 from satform_bringup.supervisor.flight import Policy
 from satform_bringup.supervisor.run import fly
 from satform_bringup.supervisor.supervisor import PROCESS_SERVER
-from satform_nodes.bag.reader import read_bag
 from satform_nodes.transport.executor import MANY
 from satform_tools.bench.scaling import ring
 from satform_tools.cli.main import main

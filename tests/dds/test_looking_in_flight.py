@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 from flights import shortened
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.run_registry import runs_under_way
-from satform_nodes.bag.reader import read_bag
 from satform_tools.cli import main as cli
 
 LONG = ("--set", "timing.duration=100000.0", "--set", "expect=[]", "--set", "graph={kind: line}")

@@ -14,10 +14,10 @@ from rosbags.rosbag2 import Reader
 import rosbag2_format
 from flights import shortened
 from flown import assert_as_in_one_process
+from satform.bag.reader import read_bag
 from satform.communication.topic_graph import OF_ALL_NAMESPACES, in_namespace
 from satform.flight.compile import compile_scenario
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
-from satform_nodes.bag.reader import read_bag
 
 SPACES = ("/f1", "/fleet/f2")
 

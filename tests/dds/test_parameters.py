@@ -20,10 +20,10 @@ from satform_msgs.msg import Command
 
 from flights import shortened
 from flown import assert_flies_again
+from satform.bag.reader import read_bag
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.node_processes import processes
-from satform_nodes.bag.reader import read_bag
 from satform_nodes.transport import qos, topics
 
 STEPS = 3000

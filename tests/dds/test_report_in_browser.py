@@ -13,8 +13,8 @@ from PIL import Image
 
 from browser import Browser, browsing, chromium
 from flights import shortened
+from satform.bag.events import Events, Status
 from satform.flight.simulate import simulate
-from satform_nodes.bag.events import Events, Status
 from satform_tools.report.comparison import compare
 from satform_tools.report.page.render import page_of, page_of_both
 from satform_tools.run.stored_run import Kept

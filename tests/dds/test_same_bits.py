@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from flights import shipped, shortened
+from satform.bag.reader import Bag, read_bag
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
 from satform_bringup.supervisor.flight import Flight
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import Bag, read_bag
 
 pytestmark = pytest.mark.unmeasured
 

@@ -18,9 +18,9 @@ from rclpy.node import Node
 
 from flights import shortened
 from flown import assert_as_in_one_process, refused
+from satform.bag.reader import read_bag
 from satform_bringup.deployment import local_discovery
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
-from satform_nodes.bag.reader import read_bag
 
 pytestmark = pytest.mark.unmeasured
 

@@ -18,11 +18,11 @@ from std_srvs.srv import Trigger
 
 from flights import shortened
 from flown import assert_flies_again
+from satform.bag.reader import Bag, read_bag
 from satform.flight.simulate import simulate
 from satform.membership.state import Back
 from satform.scenario import Scenario
 from satform_bringup.supervisor.node_processes import processes
-from satform_nodes.bag.reader import Bag, read_bag
 from satform_nodes.plant import services
 
 STEPS = 2000

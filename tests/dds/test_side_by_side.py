@@ -17,9 +17,9 @@ from satform_msgs.msg import Command
 
 from flights import shortened
 from flown import assert_as_in_one_process
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import read_bag
 from satform_nodes.transport import qos, topics
 
 pytestmark = pytest.mark.unmeasured

@@ -10,11 +10,11 @@ import pytest
 
 from earth_orientation_table import finals
 from flights import SCENARIOS, shipped, shortened
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
 from satform.scenario import load_scenario
 from satform_bringup.supervisor.run import fly
-from satform_nodes.bag.reader import read_bag
 
 pytestmark = pytest.mark.unmeasured
 

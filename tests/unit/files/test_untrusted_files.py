@@ -22,15 +22,16 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from flights import shortened
+from satform.bag import records as bag_records
+from satform.bag.errors import BagError
+from satform.bag.reader import read_bag
+from satform.bag.records import LEAST_EXPANDED
 from satform.files.bounded_file import read_bounded, read_json
 from satform.files.numpy_archive import ArchiveError, read_archive
 from satform.flight.checkpoint import restore
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
-from satform_nodes.bag import records as bag_records
-from satform_nodes.bag.reader import BagError, read_bag
-from satform_nodes.bag.records import LEAST_EXPANDED
 from satform_tools.cli import main as cli
 from satform_tools.run import folders
 

@@ -11,13 +11,13 @@ import pytest
 from satform_msgs.msg import Command, FormationStatus
 from test_simulate import formation
 
+from satform.bag.absence_log import happened
 from satform.consensus.graph import LineSpec
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.membership.state import Adjusted, Back, Event, Formation, Lost, Plan, Rewired
 from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform.scenario import Scenario
-from satform_nodes.bag.absence_log import happened
 from satform_nodes.runtime.formation_view import FormationView
 
 BEFORE, STEP = 10, 20

@@ -27,13 +27,14 @@ from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Command, FormationStatus
 
 from flights import shortened
+from satform.bag.errors import BagError
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform.membership.state import Lost, Plan
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.definitions import MessageType, described
 from satform_nodes.bag.metadata import offered
-from satform_nodes.bag.reader import BagError, read_bag
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.runtime.sim_time import NANOSECONDS, Stamps
 from satform_nodes.transport import qos, topics

@@ -10,9 +10,10 @@ from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, ParameterChange
 
 from flights import shortened
+from satform.bag.events import CHANGE_TYPE, STATUS_TYPE, EventError, Events, read_events
+from satform.bag.message_types import TopicMessages
 from satform.flight.simulate import simulate
 from satform_nodes.bag.definitions import definition
-from satform_nodes.bag.events import CHANGE_TYPE, STATUS_TYPE, EventError, Events, Told, read_events
 from satform_nodes.transport import topics
 from satform_tools.report.event_log import connections, happenings
 from satform_tools.report.page.charts import graph_charts
@@ -40,15 +41,15 @@ def status(step: int, alive: list[bool], reason: str = "", phase: int = Formatio
     return bytes(serialize_message(said))
 
 
-def told(*messages: bytes) -> Told:
-    return Told(topics.STATUS, STATUS_TYPE, STATUS_TEXT, messages)
+def told(*messages: bytes) -> TopicMessages:
+    return TopicMessages(topics.STATUS, STATUS_TYPE, STATUS_TEXT, messages)
 
 
 @pytest.fixture
 def events() -> Events:
     """A satellite is lost and comes back, a gain is changed, and the flight is broken off."""
     change = ParameterChange(step=15, name="controller.switching_gain", value=[0.1, 0.2, 0.3])
-    gains = Told(
+    gains = TopicMessages(
         topics.parameter_changes("sat3"),
         CHANGE_TYPE,
         definition(ParameterChange),
@@ -106,7 +107,9 @@ def test_nobody_hears_who_is_lost(kept: Kept) -> None:
 
 def test_a_bag_of_an_older_message_still_tells_what_it_knows() -> None:
     older = STATUS_TEXT.replace("uint8 ABORTED=3", "uint8 BROKEN_OFF=3")
-    entry = Told(topics.STATUS, STATUS_TYPE, older, (status(3, [True] * 3, "", FormationStatus.ABORTED),))
+    entry = TopicMessages(
+        topics.STATUS, STATUS_TYPE, older, (status(3, [True] * 3, "", FormationStatus.ABORTED),)
+    )
     assert read_events([entry]).statuses[0].phase == "broken_off"
 
 

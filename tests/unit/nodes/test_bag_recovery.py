@@ -17,10 +17,11 @@ from test_bag import chunks, messages_of, write
 
 import rosbag2_format
 from flights import shortened
+from satform.bag.errors import BagError
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
 from satform_nodes.bag.definitions import described
-from satform_nodes.bag.reader import BagError, read_bag
 from satform_nodes.bag.recovery import is_whole, recover, type_hash_of
 from satform_tools.cli import main as cli
 

@@ -118,7 +118,7 @@ def test_rosidl_reads_each_packed_number_into_its_own_field(message_type: Any) -
 @pytest.mark.parametrize("frame", ["", "a", "abc", "lvlh", "chief/lvlh"])
 @pytest.mark.parametrize("message_type", [ArcLength, RelativeState])
 def test_frames_of_any_length_are_padded_as_rosidl_pads_them(message_type: Any, frame: str) -> None:
-    form = Layout(message_type, frame)
+    form = layout(message_type, frame)
     numbers = numbered(message_type, form)
     expected = serialize_message(message_of(message_type, numbers, frame))
     packed = form.pack(*numbers.values())
@@ -126,7 +126,7 @@ def test_frames_of_any_length_are_padded_as_rosidl_pads_them(message_type: Any, 
 
 
 def test_a_message_of_poses_has_a_layout_too() -> None:
-    form = Layout(PoseStamped, FRAME)
+    form = layout(PoseStamped, FRAME)
     numbers = numbered(PoseStamped, form)
     assert form.fields[-1] == "pose.orientation.w"
     expected = serialize_message(message_of(PoseStamped, numbers))
@@ -165,7 +165,7 @@ def test_another_encapsulation_is_no_such_message() -> None:
 
 @pytest.mark.parametrize("frame", ["LVLH", "lvl", "map", "lvlh2"])
 def test_another_frame_is_no_such_message(frame: str) -> None:
-    other = Layout(ArcLength, frame).pack(1, 2, 3, 4.0, 5.0)
+    other = layout(ArcLength, frame).pack(1, 2, 3, 4.0, 5.0)
     assert layout(ArcLength, FRAME).unpack(other) is None
     assert layout(ArcLength, frame).unpack(other) == (1, 2, 3, 4.0, 5.0)
 
@@ -180,13 +180,13 @@ def test_a_number_that_does_not_fit_is_refused() -> None:
 )
 def test_a_message_of_variable_size_is_refused_by_its_field(message_type: Any) -> None:
     with pytest.raises(ValueError, match=rf"{message_type.__name__}\.\w+ is a .*, whose size is not fixed"):
-        Layout(message_type, FRAME)
+        layout(message_type, FRAME)
 
 
 @pytest.mark.parametrize("message_type", [Point, type(Command().header)])
 def test_a_message_that_does_not_begin_with_a_header_is_refused(message_type: Any) -> None:
     with pytest.raises(ValueError, match=r"does not begin with a header|whose size is not fixed"):
-        Layout(message_type, FRAME)
+        layout(message_type, FRAME)
 
 
 def test_a_layout_is_derived_once() -> None:

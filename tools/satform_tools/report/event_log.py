@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from satform.bag.events import Status
 from satform.numeric.elementwise import Array
-from satform_nodes.bag.events import Status
 from satform_tools.run.stored_run import Kept
 
 Kind = Literal["loss", "return", "graph", "gain", "phase"]

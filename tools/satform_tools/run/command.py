@@ -274,7 +274,8 @@ def _read(scenario: Scenario, path: Path) -> FlightRecord:
     Raises:
         CommandError: the bag does not hold the whole flight.
     """
-    from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - needs ROS, in-process runs do not
+    from satform.bag.errors import BagError  # noqa: PLC0415 - in-process runs do without
+    from satform.bag.reader import read_bag  # noqa: PLC0415 - needs ROS, in-process runs do not
 
     try:
         bag = read_bag(path)

@@ -12,7 +12,7 @@ from satform_tools.errors import CommandError, sentence_of
 from satform_tools.run import ros_packages
 
 if TYPE_CHECKING:
-    from satform_nodes.bag.reader import Bag
+    from satform.bag.reader import Bag
     from satform_nodes.bag.recovery import Recovered
 
 _SUFFIX = "_recovered"
@@ -83,7 +83,7 @@ def recover(run: Path, out: Path | None, *, as_json: bool) -> None:
         CommandError: there is no such bag, nothing of it can be read, or the new one cannot be written.
     """
     ros_packages.require()
-    from satform_nodes.bag.reader import BagError  # noqa: PLC0415 - needs ROS
+    from satform.bag.errors import BagError  # noqa: PLC0415 - most commands do without
     from satform_nodes.bag.recovery import is_whole  # noqa: PLC0415
     from satform_nodes.bag.recovery import recover as written  # noqa: PLC0415
 
@@ -108,7 +108,8 @@ def recover(run: Path, out: Path | None, *, as_json: bool) -> None:
 
 
 def _told(recovered: "Recovered") -> _Told:
-    from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
+    from satform.bag.errors import BagError  # noqa: PLC0415 - needs ROS
+    from satform.bag.reader import read_bag  # noqa: PLC0415 - most commands do without
 
     try:
         return _Told(recovered, read_bag(recovered.folder), "")

@@ -69,7 +69,8 @@ def replay(path: Path, *, as_json: bool) -> int:
         CommandError: there is no such bag, or it cannot be flown again.
     """
     ros_packages.require()
-    from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
+    from satform.bag.errors import BagError  # noqa: PLC0415 - needs ROS
+    from satform.bag.reader import read_bag  # noqa: PLC0415 - most commands do without
 
     folder = path / BAG_FOLDER if (path / BAG_FOLDER).is_dir() else path
     try:

@@ -5,13 +5,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from satform.bag.events import Events
 from satform.evaluation.evaluate import evaluate
 from satform.files.bounded_file import read_json
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario
 from satform.scenario.expectation import Verdict
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
-from satform_nodes.bag.events import Events
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.run import folders
 
@@ -125,7 +125,8 @@ def _from_record(folder: Path) -> Kept:
 
 def _from_bag(path: Path) -> Kept:
     try:
-        from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - needs ROS
+        from satform.bag.errors import BagError  # noqa: PLC0415 - needs ROS
+        from satform.bag.reader import read_bag  # noqa: PLC0415 - most commands do without
     except ImportError as error:
         raise CommandError(f"reading a bag needs ROS 2 ({error}); start with ./tools/satform") from None
     try:

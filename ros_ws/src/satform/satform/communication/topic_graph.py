@@ -20,6 +20,15 @@ PLANT = "plant"
 RECORDER = "recorder"
 """Name of the node that keeps the flight; a flight may go without."""
 
+FRAME = "lvlh"
+"""The chief's rotating frame, in metres (REP 103): x radial outward, y along-track, z orbit normal."""
+
+RECORDER_WINDOW = 256
+"""Steps by which the plant may be ahead of the recorder."""
+
+LOCKSTEP_DEPTH = 2 * RECORDER_WINDOW
+"""Messages that a publisher of one message a step keeps for its subscribers."""
+
 CLOCK = "/clock"
 STATUS = "/formation/status"
 NODE_READY = "/formation/node_ready"

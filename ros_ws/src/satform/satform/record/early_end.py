@@ -45,6 +45,27 @@ class EarlyEnd:
             )
         return f"{found}; likely cause: {self.cause}"
 
+    @classmethod
+    def of_message(cls, status: Any, step: float) -> "EarlyEnd | None":
+        """Why a flight ended before its last step, from a status of the plant; None where it has nothing.
+
+        Args:
+            status: satform_msgs/msg/FormationStatus, of rclpy or decoded from a bag.
+            step: control period, s.
+        """
+        for end in status.early_end:
+            return cls(
+                satellite=str(end.satellite),
+                quantity=str(end.quantity),
+                step=int(end.step),
+                time=int(end.step) * step,
+                value=float(end.value),
+                limit=float(end.limit),
+                unit=str(end.unit),
+                cause=str(end.cause),
+            )
+        return None
+
     def data(self) -> dict[str, Any]:
         """As plain data, with the sentence."""
         return {**asdict(self), "sentence": self.sentence}

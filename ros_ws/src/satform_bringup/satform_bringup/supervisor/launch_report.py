@@ -47,7 +47,8 @@ def result(scenario: Scenario, bag: Path | None) -> list[str]:
     Returns:
         Sentences, the conclusion last.
     """
-    from satform_nodes.bag.reader import BagError, read_bag  # noqa: PLC0415 - the start does without
+    from satform.bag.errors import BagError  # noqa: PLC0415 - the start does without
+    from satform.bag.reader import read_bag  # noqa: PLC0415 - the start does without
 
     if bag is None:
         return ["result: not judged, since nothing was recorded"]

@@ -17,11 +17,13 @@ from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from satform.bag.errors import BagError
+from satform.bag.format import ROLE
+from satform.bag.reader import READ_FAILURES, find_file
+from satform.bag.records import records
 from satform_nodes.bag import metadata as bag_metadata
 from satform_nodes.bag.definitions import SEPARATOR, MessageType
-from satform_nodes.bag.reader import READ_FAILURES, BagError, find_file
-from satform_nodes.bag.records import records
-from satform_nodes.bag.writer import ROLE, BagFile
+from satform_nodes.bag.writer import BagFile
 
 
 @dataclass(frozen=True)

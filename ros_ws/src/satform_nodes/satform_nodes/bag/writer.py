@@ -14,23 +14,20 @@ from typing import Any
 
 from mcap.writer import CompressionType, IndexType, Writer
 
+from satform.bag.format import (
+    FILE_ATTACHMENTS,
+    ROLE,
+    RUN_METADATA,
+    SCENARIO_ATTACHMENT,
+    TIME_METADATA,
+    WALL_CLOCK,
+)
 from satform.scenario import Scenario
 from satform_nodes.bag import metadata as bag_metadata
 from satform_nodes.bag.definitions import MessageType
 from satform_nodes.bag.metadata import Profile, Topic
 
 CHUNK_BYTES = 64 * 1024
-SCENARIO_ATTACHMENT = "scenario.json"
-FILE_ATTACHMENTS = "scenario_files/"
-"""Before the names of files that the scenario names, which precede it in the bag."""
-RUN_METADATA = "satform"
-
-ROLE = "satform_topic"
-"""Key of a channel's metadata: what the topic is called in a formation in the root namespace."""
-
-TIME_METADATA = "time"
-WALL_CLOCK = "wall clock"
-"""Who keeps the time of a flight: the steps, or the wall clock, on which satellites may miss some."""
 
 
 class BagFile:

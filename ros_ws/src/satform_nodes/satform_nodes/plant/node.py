@@ -13,7 +13,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
 from satform.common.wording import listed
-from satform.communication.topic_graph import PLANT, RECORDER, channels, heard_by, said_by
+from satform.communication.topic_graph import PLANT, RECORDER, RECORDER_WINDOW, channels, heard_by, said_by
 from satform.flight.command_timeout import held_steps
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import LimitCheck
@@ -33,7 +33,6 @@ from satform_nodes.runtime.realtime_loop import fly_on_the_clock, processor_seco
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.runtime.supervisor_pipe import Report
-from satform_nodes.transport import qos
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.missing_endpoints import in_words, shortcomings
@@ -257,7 +256,7 @@ class PlantNode:
         if not self.muster.open or self.early_end:
             return
         behind = self.plant.step - self.ears.recorded_step
-        if self.recorded and not self.clocked and behind > qos.RECORDER_WINDOW:
+        if self.recorded and not self.clocked and behind > RECORDER_WINDOW:
             return
         if self._paused and not self._single_steps:
             return

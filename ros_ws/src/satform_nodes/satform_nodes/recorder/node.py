@@ -14,18 +14,19 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, RecorderProgress
 
+from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, heard_by, relative
 from satform.files.durable_file import reason_in_words
 from satform.flight.compile import compile_scenario
+from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
-from satform_nodes.bag.absence_log import Absences
 from satform_nodes.bag.definitions import described
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.runtime.diagnostics import Condition, Course, Health
 from satform_nodes.runtime.flight_loop import exit_code_of
-from satform_nodes.runtime.formation_view import FormationView, early_end_of
+from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.lifecycle import patience, plant_timeout, run, scenario_of
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
@@ -377,7 +378,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         sentence = f"{folder}: the bag cannot be written after step {step}: {reason}"
         raise NodeError(sentence, EXIT_LOST) from None
     finally:
-        end = None if recorder.ended is None else early_end_of(recorder.ended, scenario.timing.step)
+        end = None if recorder.ended is None else EarlyEnd.of_message(recorder.ended, scenario.timing.step)
         if recorder.ended is not None and recorder.ended.phase == FormationStatus.ABORTED:
             recorder.report.say("aborted", reason=recorder.ended.reason)
         if end is not None:

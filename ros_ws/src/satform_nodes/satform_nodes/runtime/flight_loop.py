@@ -10,7 +10,8 @@ from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.common.wording import listed
-from satform_nodes.runtime.formation_view import STOPPED, early_end_of
+from satform.record.early_end import EarlyEnd
+from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import patience, plant_timeout
 from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.signals import StopRequest
@@ -103,7 +104,7 @@ def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> No
     ended = first.view.ended
     if ended is not None and ended.phase == FormationStatus.ABORTED:
         first.report.say("aborted", reason=ended.reason)
-    end = None if ended is None else early_end_of(ended, first.plan.timing.step)
+    end = None if ended is None else EarlyEnd.of_message(ended, first.plan.timing.step)
     if end is not None:
         # On a host without the plant nobody else knows.
         first.report.say("end_heard", end=end.data())

@@ -10,7 +10,6 @@ from satform_msgs.msg import Command, FormationStatus
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.state import Formation
-from satform.record.early_end import EarlyEnd
 from satform_nodes.runtime.sim_time import Stamps
 
 STOPPED = "asked to stop"
@@ -112,24 +111,3 @@ class FormationView:
     def names(self, places: Sequence[int]) -> list[str]:
         """Names of satellites by their places."""
         return [self._names[place] for place in places]
-
-
-def early_end_of(status: FormationStatus, step: float) -> EarlyEnd | None:
-    """Why a flight ended before its last step, as a status of the plant has it; None where it has nothing.
-
-    Args:
-        status: of the plant.
-        step: control period, s.
-    """
-    for end in status.early_end:
-        return EarlyEnd(
-            satellite=end.satellite,
-            quantity=end.quantity,
-            step=int(end.step),
-            time=int(end.step) * step,
-            value=float(end.value),
-            limit=float(end.limit),
-            unit=end.unit,
-            cause=end.cause,
-        )
-    return None

@@ -6,8 +6,7 @@ from functools import partial
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-RECORDER_WINDOW = 256
-"""Steps by which the plant may be ahead of the recorder."""
+from satform.communication.topic_graph import LOCKSTEP_DEPTH, RECORDER_WINDOW
 
 _VOLATILE = partial(
     QoSProfile,
@@ -20,7 +19,7 @@ _VOLATILE = partial(
 _TRANSIENT_LOCAL = partial(_VOLATILE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Reliable, also for subscriptions that are matched later."""
 
-LOCKSTEP = _VOLATILE(depth=2 * RECORDER_WINDOW)
+LOCKSTEP = _VOLATILE(depth=LOCKSTEP_DEPTH)
 """Publisher of one message a step. In lockstep no message is lost: no subscription lags by more than the
 depth, because the plant waits for every satellite at each step and for the recorder within `RECORDER_WINDOW`;
 on the wall clock it waits for none. The depth is no larger than that: until a killed subscription is timed

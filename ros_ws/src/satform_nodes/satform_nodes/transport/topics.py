@@ -24,8 +24,7 @@ from visualization_msgs.msg import MarkerArray
 
 from satform.communication import topic_graph
 
-FRAME = "lvlh"
-"""The chief's rotating frame, in metres (REP 103): x radial outward, y along-track, z orbit normal."""
+FRAME = topic_graph.FRAME
 
 MARKER_FRAMES = {1.0: FRAME, 1e-3: f"{FRAME}_km"}
 """Frames of the markers by the length in them of one metre."""

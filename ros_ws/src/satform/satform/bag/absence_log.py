@@ -3,12 +3,18 @@
 """When satellites did not take part, from the plant's words: what need not be in a bag, and what happened."""
 
 from collections.abc import Iterable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
-from satform_msgs.msg import FormationStatus, ParameterChange
 
 from satform.consensus.graph import Graph
 from satform.membership.state import Adjusted, Back, Event, Lost, MembershipPlan, Plan, Rewired
+
+FormationStatus: TypeAlias = Any
+"""A message satform_msgs/msg/FormationStatus, of rclpy or decoded from a bag."""
+
+ParameterChange: TypeAlias = Any
+"""A message satform_msgs/msg/ParameterChange, of rclpy or decoded from a bag."""
 
 FOREVER = 2**62
 """A step after every flight."""
@@ -88,7 +94,7 @@ def happened(
             if not _is_planned(event, expected.get(step, [])):
                 plan.setdefault(step, []).append(event)
     for name, change in changes:
-        adjusted = Adjusted(names.index(name), change.name, tuple(change.value))
+        adjusted = Adjusted(names.index(name), change.name, tuple(change.value.tolist()))
         plan.setdefault(int(change.step), []).append(adjusted)
     return plan
 

@@ -1,12 +1,11 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a bag back to the flight: arrays, scenario and what was noted down about the run."""
+"""From a bag back to the flight: arrays, scenario and what happened in the run."""
 
 import struct
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +13,24 @@ import numpy as np
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message
-from satform_msgs.msg import Command, FormationStatus, ParameterChange
 
 from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
-from satform.communication.topic_graph import topic_name
+from satform.bag.absence_log import Absences, FormationStatus, happened
+from satform.bag.earlier_versions import RENAMED_FIELDS, renamed
+from satform.bag.errors import BagError
+from satform.bag.events import TYPES, EventError, Events, read_events
+from satform.bag.format import (
+    FILE_ATTACHMENTS,
+    ROLE,
+    RUN_METADATA,
+    SCENARIO_ATTACHMENT,
+    TIME_METADATA,
+    WALL_CLOCK,
+)
+from satform.bag.message_types import TopicMessages, decoded
+from satform.bag.records import ExpansionError, records
+from satform.bag.tables import Gaps, Table, read_table
+from satform.communication.topic_graph import CLOCK, STATUS, topic_name
 from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
@@ -35,33 +47,9 @@ from satform.record.flight_record import (
 )
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.parts import SatelliteSpec
-from satform_nodes.bag.absence_log import Absences, happened
-from satform_nodes.bag.earlier_versions import RENAMED_FIELDS, renamed
-from satform_nodes.bag.events import TYPES, EventError, Events, Told, read_events
-from satform_nodes.bag.records import ExpansionError, records
-from satform_nodes.bag.writer import (
-    FILE_ATTACHMENTS,
-    ROLE,
-    RUN_METADATA,
-    SCENARIO_ATTACHMENT,
-    TIME_METADATA,
-    WALL_CLOCK,
-)
-from satform_nodes.runtime.formation_view import early_end_of
-from satform_nodes.transport import qos, topics
-from satform_nodes.transport.cdr_codec import layout
-
-ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
-"""Kinds of topics that have a message for the state after the last step, too."""
-
-SAID_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate"})
-"""Kinds of topics on which a satellite speaks itself."""
 
 _COUNTERS = RENAMED_FIELDS["satform_msgs/msg/Propulsion"] | RENAMED_FIELDS["satform_msgs/msg/Attitude"]
 """Fields of the messages by the names of the record's counters."""
-
-Table = NDArray[Any]
-"""Messages of one topic: a structured array with a field for each number."""
 
 READ_FAILURES = (
     McapError,
@@ -76,10 +64,6 @@ READ_FAILURES = (
     struct.error,
 )
 """What reading a file that ends early or is damaged may raise."""
-
-
-class BagError(ValueError):
-    """A bag that cannot be read; the message says which, where and why."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +93,7 @@ class Bag:
     history: Events
 
 
-def read_bag(path: Path) -> Bag:
+def read_bag(path: str | Path) -> Bag:
     """Read a flight from a bag folder or from its MCAP file.
 
     A file that was cut short by a kill is read up to its last complete chunk.
@@ -123,14 +107,15 @@ def read_bag(path: Path) -> Bag:
     Raises:
         BagError: there is no such bag, or it holds no flight.
     """
-    file = find_file(path)
+    file = find_file(Path(path))
     contents = _scan(file)
     scenario = contents.scenario
     if scenario is None:
         raise BagError(
             f"{file}: holds no scenario; it was not recorded by satform, or ends before its first chunk"
         )
-    record = _record(contents, scenario, file)
+    statuses = _messages(contents, STATUS, file)
+    record = _record(contents, scenario, statuses, file)
     whole = contents.closed and (record.steps == scenario.timing.steps or record.early_end is not None)
     counts = {contents.names[role]: len(messages) for role, messages in contents.messages.items()}
     return Bag(
@@ -140,7 +125,7 @@ def read_bag(path: Path) -> Bag:
         record=record,
         messages=counts,
         complete=whole,
-        events=_events(contents, scenario, file),
+        events=_events(contents, scenario, statuses, file),
         clocked=contents.clocked,
         history=_history(contents, file),
     )
@@ -158,6 +143,14 @@ class _Contents:
     clocked: bool = False
     names: dict[str, str] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
+
+    def of(self, topic: str) -> TopicMessages:
+        """The messages of a topic, by its name in the root namespace."""
+        schema = self.definitions.get(topic)
+        messages = tuple(self.messages.get(topic, ()))
+        if schema is None:
+            return TopicMessages(topic, "", "", messages)
+        return TopicMessages(topic, schema.name, schema.data.decode(errors="replace"), messages)
 
 
 def find_file(path: Path) -> Path:
@@ -241,61 +234,73 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
         contents.clocked = record.metadata.get("kept_by") == WALL_CLOCK
 
 
-def _statuses(contents: _Contents, file: Path) -> list[FormationStatus]:
+def _messages(contents: _Contents, topic: str, file: Path) -> list[Any]:
+    """The messages of a topic as objects."""
+    if not contents.messages.get(topic):
+        return []
     try:
-        return [
-            deserialize_message(data, FormationStatus) for data in contents.messages.get(topics.STATUS, [])
-        ]
-    except RuntimeError as error:
-        raise BagError(f"{file}: {topics.STATUS} has messages of another form: {error}") from None
+        return decoded(contents.of(topic))[0]
+    except Exception as error:  # the decoder is made from the bag's text, which may be any
+        raise BagError(f"{file}: {topic} has messages of another form: {error}") from None
 
 
-def _events(contents: _Contents, scenario: Scenario, file: Path) -> Plan:
+def _events(contents: _Contents, scenario: Scenario, statuses: list[FormationStatus], file: Path) -> Plan:
     """What happened in the flight, unforeseen."""
-    changes: list[tuple[str, ParameterChange]] = []
+    changes = [
+        (satellite.name, change)
+        for satellite in scenario.satellites
+        for change in _messages(contents, topic_name("parameter_changes", satellite.name), file)
+    ]
     try:
-        for satellite in scenario.satellites:
-            topic = topics.parameter_changes(satellite.name)
-            changes += [
-                (satellite.name, deserialize_message(data, ParameterChange))
-                for data in contents.messages.get(topic, [])
-            ]
-        return happened(_statuses(contents, file), changes, scenario.membership_plan())
-    except (RuntimeError, ValueError) as error:
+        return happened(statuses, changes, scenario.membership_plan())
+    except (AttributeError, IndexError, TypeError, ValueError) as error:
         raise BagError(f"{file}: what happened in the flight cannot be read: {error}") from None
 
 
 def _history(contents: _Contents, file: Path) -> Events:
-    told = [
-        Told(topic, schema.name, schema.data.decode(errors="replace"), tuple(contents.messages[topic]))
+    topics = [
+        contents.of(topic)
         for topic, schema in contents.definitions.items()
         if schema.name in TYPES and topic in contents.messages
     ]
     try:
-        return read_events(told)
+        return read_events(topics)
     except EventError as error:
         raise BagError(f"{file}: {error}") from None
 
 
-def _record(contents: _Contents, scenario: Scenario, file: Path) -> FlightRecord:
+def _gaps(
+    contents: _Contents, scenario: Scenario, statuses: list[FormationStatus], file: Path
+) -> tuple[Gaps, EarlyEnd | None]:
+    """What steps without a message are filled from, and why the flight ended before its last step."""
+    absences = Absences([satellite.name for satellite in scenario.satellites])
+    final_commands: dict[tuple[str, int], Any] = {}
+    early_end: EarlyEnd | None = None
+    try:
+        for status in statuses:
+            absences.take(status)
+            early_end = EarlyEnd.of_message(status, scenario.timing.step) or early_end
+            for name, command in zip(status.lost, status.final_commands, strict=False):
+                if command.header.frame_id and command.step + 1 == status.step:
+                    final_commands[name, status.step] = command
+    except (AttributeError, TypeError, ValueError) as error:
+        raise BagError(f"{file}: {STATUS} has messages of another form: {error}") from None
+    held = held_steps(scenario.command_timeout, scenario.timing.step) if contents.clocked else None
+    return Gaps(absences, final_commands, len(contents.messages.get(CLOCK, [])), held), early_end
+
+
+def _record(
+    contents: _Contents, scenario: Scenario, statuses: list[FormationStatus], file: Path
+) -> FlightRecord:
     names = tuple(satellite.name for satellite in scenario.satellites)
     satellites = [scenario.satellite(index) for index in range(len(names))]
-
-    absences = Absences(names)
-    final_commands: dict[tuple[str, int], Command] = {}
-    early_end: EarlyEnd | None = None
-    for status in _statuses(contents, file):
-        absences.take(status)
-        early_end = early_end_of(status, scenario.timing.step) or early_end
-        for name, command in zip(status.lost, status.final_commands, strict=False):
-            if command.header.frame_id and command.step + 1 == status.step:
-                final_commands[name, status.step] = command
+    gaps, early_end = _gaps(contents, scenario, statuses, file)
 
     def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
         """Each satellite's table of one kind of message, or of another kind where it has none of these."""
         chosen = [kind if wanted(satellite) else instead for satellite in satellites]
         return [
-            _table(contents, (kind, index), topic_name(kind, names[index]), absences, final_commands, file)
+            read_table(contents.of(topic_name(kind, names[index])), index, gaps, str(file))
             for index, kind in enumerate(chosen)
         ]
 
@@ -349,7 +354,7 @@ def _phases(tables: list[Table], announces: Announces, rows: int) -> dict[str, N
 
 def _series(tables: list[Table], fields: tuple[str, ...], rows: int) -> NDArray[np.float64]:
     """Fields of every satellite's messages, shape (rows, N, fields)."""
-    columns = [np.stack([table[field][:rows] for field in fields], axis=-1) for table in tables]
+    columns = [np.stack([table.column(field)[:rows] for field in fields], axis=-1) for table in tables]
     return np.stack(columns, axis=1)
 
 
@@ -367,7 +372,7 @@ def _propulsion(
             continue
         for name, values in found.items():
             values[0, column] = satellite.thruster.propellant if name == "propellant" else 0.0
-            values[1:, column] = table[_COUNTERS.get(name, name)][:steps]
+            values[1:, column] = table.column(_COUNTERS.get(name, name))[:steps]
     return found
 
 
@@ -381,7 +386,7 @@ def _attitudes(
         for name in ATTITUDE_VECTORS:
             found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
         for name in ("torque_limited", "momentum_limited"):
-            found[name][:, column] = tables[column][_COUNTERS[name]][: steps + 1]
+            found[name][:, column] = tables[column].column(_COUNTERS[name])[: steps + 1]
         found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
     return found
 
@@ -393,136 +398,12 @@ def _estimates(
     filtering = [column for column, satellite in enumerate(satellites) if satellite.filter is not None]
     found = no_estimates(steps if filtering else 0, len(satellites))
     for column in filtering:
-        table = tables[column][:steps]
-        elements = [table[f"covariance[{index}]"] for index in range(36)]
+        table = tables[column]
+        elements = [table.column(f"covariance[{index}]")[:steps] for index in range(36)]
         covariance = np.stack(elements, axis=-1).reshape(-1, 6, 6)
         found["estimate_covariance"][:, column] = covariance
-        found["innovation"][:, column] = table["innovation"]
+        found["innovation"][:, column] = table.column("innovation")[:steps]
         found["rejected_measurements"][:, column] = np.where(
-            np.isnan(covariance[:, 0, 0]), np.nan, table["rejected"]
+            np.isnan(covariance[:, 0, 0]), np.nan, table.column("rejected")[:steps]
         )
     return found
-
-
-def _table(
-    contents: _Contents,
-    whose: tuple[str, int],
-    topic: str,
-    absences: Absences,
-    final_commands: Mapping[tuple[str, int], Command],
-    file: Path,
-) -> Table:
-    """All messages of a topic as one structured array, with steps 0, 1, 2, ... without a gap.
-
-    A satellite that was absent commanded nothing, and what else it would have said is not a number.
-
-    Args:
-        contents: of the bag.
-        whose: kind of the topic, and place of the satellite it is about.
-        topic: its name.
-        absences: when satellites did not take part.
-        final_commands: what lost satellites had commanded last, by name and the step in which they were lost.
-        file: for the sentences.
-    """
-    kind, satellite = whose
-    form = layout(topics.TYPES[kind], topics.FRAME)
-    messages = contents.messages.get(topic, [])
-    if any(len(message) != form.size for message in messages):
-        raise BagError(f"{file}: {topic} has messages of another form than satform's {kind} message")
-    table = np.frombuffer(b"".join(messages), dtype=form.dtype)
-    if kind in SAID_BY_SATELLITE and contents.clocked:
-        assert contents.scenario is not None  # noqa: S101 - a bag without one is refused before
-        held = held_steps(contents.scenario.command_timeout, contents.scenario.timing.step)
-        states = len(contents.messages.get(topics.CLOCK, []))
-        table = _held(table, kind, states, held, absences.spells[satellite])
-    elif kind in SAID_BY_SATELLITE:
-        name = topic.strip("/").partition("/")[0]
-        states = len(contents.messages.get(topics.CLOCK, []))
-        table = _with_silence(table, (kind, name), absences.spells[satellite], final_commands, states)
-    gaps = np.flatnonzero(table["step"] != np.arange(len(table), dtype=np.uint64))
-    if gaps.size:
-        found = int(table["step"][gaps[0]])
-        raise BagError(f"{file}: {topic} has step {found} where step {int(gaps[0])} was to follow")
-    return table
-
-
-def _held(table: Table, kind: str, states: int, held: int, spells: list[tuple[int, int]]) -> Table:
-    """A satellite's messages on the wall clock, one a step: a command is held on, all else is missed.
-
-    Args:
-        table: the messages.
-        kind: of the topic.
-        states: of the flight.
-        held: steps after its own for which a command is held; after them nothing is commanded.
-        spells: from which step to which the satellite was lost and commanded nothing.
-    """
-    rows = states if kind in ANNOUNCEMENTS else states - 1
-    present = table["step"].astype(np.int64)
-    latest = np.searchsorted(present, np.arange(max(rows, 0)), side="right") - 1
-    whole = np.zeros(len(latest), dtype=table.dtype)
-    heard = latest >= 0
-    whole[heard] = table[latest[heard]]
-    if kind == "command":
-        step = np.arange(len(latest))
-        old = step - whole["step"].astype(np.int64) > held
-        for begin, end in spells:
-            old |= (step >= begin) & (step < end)
-        whole[old] = np.zeros(1, dtype=table.dtype)
-    else:
-        missed = ~heard | (whole["step"] != np.arange(len(latest), dtype=np.uint64))
-        _blank(whole, missed)
-    whole["step"] = np.arange(len(latest))
-    return whole
-
-
-def _blank(table: Table, rows: NDArray[np.bool_]) -> None:
-    """Make the numbers of some rows not a number."""
-    for name in table.dtype.names or ():
-        if table.dtype[name].kind == "f":
-            table[name][rows] = np.nan
-
-
-def _with_silence(
-    table: Table,
-    whose: tuple[str, str],
-    spells: list[tuple[int, int]],
-    final_commands: Mapping[tuple[str, int], Command],
-    states: int,
-) -> Table:
-    """A satellite's messages with a row for each step in which it was absent.
-
-    What it says in such a step counts for nothing: a process that was held still and goes on does not
-    know yet that it has been given up. What it had said shortly before may have been lost with it on the
-    way to the recorder, and is not a number; its last command the plant has passed on.
-    """
-    kind, name = whose
-    for begin, end in spells:
-        silent_from = begin + 1 if kind in ANNOUNCEMENTS else begin
-        table = table[(table["step"] < silent_from) | (table["step"] >= end)]
-        first = max(0, begin - qos.LOCKSTEP.depth)
-        # Back at once, its last announcement is still the one for the step of its loss.
-        until = min(max(end, silent_from), states - (kind not in ANNOUNCEMENTS))
-        present = set(table["step"].tolist())
-        missing = [step for step in range(first, until) if step not in present]
-        silence = np.zeros(len(missing), dtype=table.dtype)
-        silence["step"] = missing
-        # Who is absent commands nothing.
-        _blank(silence, (silence["step"] < begin) | (kind != "command"))
-        last_word = final_commands.get((name, begin))
-        if last_word is not None and kind in ANNOUNCEMENTS and begin in missing:
-            _fill_in(silence, missing.index(begin), last_word, "announced_")
-        if last_word is not None and kind == "command" and begin - 1 in missing:
-            _fill_in(silence, missing.index(begin - 1), last_word)
-        table = np.concatenate([table, silence])
-        table = table[np.argsort(table["step"], kind="stable")]
-    return table
-
-
-def _fill_in(table: Table, row: int, command: Command, prefix: str = "") -> None:
-    """What a lost satellite had commanded and announced last, as the plant had it."""
-    for name in table.dtype.names or ():
-        try:
-            table[name][row] = reduce(getattr, f"{prefix}{name}".split("."), command)
-        except AttributeError:
-            # The command has nothing of that name to tell.
-            continue

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from satform.bag.message_types import TopicMessages, decoded
 from satform.consensus.graph import Graph
 
 STATUS_TYPE = "satform_msgs/msg/FormationStatus"
@@ -81,28 +81,11 @@ class Events:
     gain_changes: tuple[GainChange, ...]
 
 
-@dataclass(frozen=True)
-class Told:
-    """Messages of one topic that tell of events.
-
-    Attributes:
-        topic: full name.
-        type_name: one of `TYPES`.
-        definition: text of the message as the bag embeds it.
-        messages: serialised, in the order in which they were written.
-    """
-
-    topic: str
-    type_name: str
-    definition: str
-    messages: tuple[bytes, ...]
-
-
-def read_events(told: Iterable[Told]) -> Events:
+def read_events(topics: Iterable[TopicMessages]) -> Events:
     """The events that messages tell of.
 
     Args:
-        told: one entry for each topic.
+        topics: one entry for each topic of these types.
 
     Returns:
         The events; of several statuses for one step all are kept, the last being the one that holds.
@@ -112,11 +95,11 @@ def read_events(told: Iterable[Told]) -> Events:
     """
     statuses: list[Status] = []
     changes: list[GainChange] = []
-    for entry in told:
+    for entry in topics:
         if not entry.messages:
             continue
         try:
-            messages, phases = _decoded(entry)
+            messages, phases = decoded(entry)
             if entry.type_name == STATUS_TYPE:
                 statuses += [_status(message, phases) for message in messages]
             else:
@@ -128,15 +111,6 @@ def read_events(told: Iterable[Told]) -> Events:
         tuple(sorted(statuses, key=lambda status: status.step)),
         tuple(sorted(changes, key=lambda change: change.step)),
     )
-
-
-def _decoded(told: Told) -> tuple[list[Any], dict[int, str]]:
-    """The messages as objects, and the names of their definition's constants by value."""
-    types = get_types_from_msg(told.definition, told.type_name)
-    store = get_typestore(Stores.EMPTY)
-    store.register(types)
-    names = {int(value): name.lower() for name, _, value in types[told.type_name][0]}
-    return [store.deserialize_cdr(data, told.type_name) for data in told.messages], names
 
 
 def _status(message: Any, phases: dict[int, str]) -> Status:

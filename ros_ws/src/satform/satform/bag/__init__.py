@@ -1,0 +1,6 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Bags (MCAP) read without ROS, by the message definitions in them: record, scenario, events.
+
+Imports `flight` and below. The optional dependencies `satform[bags]` are needed.
+"""
