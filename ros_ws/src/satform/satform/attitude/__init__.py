@@ -2,5 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Attitude kinematics, gyrostat and wheels, pointing references and the tracking law.
 
-Imports `control` and below.
+Imports `communication` and below.
 """
