@@ -38,4 +38,4 @@ def satellites_together(scenario: Scenario, indices: Sequence[int]) -> Satellite
     """
     neighbours = [scenario.possible_graph().neighbours(index) for index in indices]
     plans = [flight_plan(scenario, index, own) for index, own in zip(indices, neighbours, strict=True)]
-    return Satellite.together(plans, max(map(len, neighbours)))
+    return Satellite.stacked(plans, max(map(len, neighbours)))

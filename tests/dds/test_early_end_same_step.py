@@ -18,7 +18,7 @@ from satform_bringup.supervisor.node_processes import processes
 from satform_tools.run import replay as replay_command
 from satform_tools.run.replay import compare
 
-UNSTABLE = "every_satellite.controller.reaching_gain=5.0"
+UNSTABLE = "satellite_defaults.controller.reaching_gain=5.0"
 
 
 def assert_ends_as_in_one_process(scenario: Scenario, bag: Bag) -> None:

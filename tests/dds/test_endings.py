@@ -134,7 +134,7 @@ def test_a_silent_plant_is_named_and_not_those_who_notice(
 ) -> None:
     # Nobody waits for the end of one that stands still: that would take ten minutes here.
     monkeypatch.setattr(supervisor, "FAREWELL", 600.0)
-    scenario = shortened("triangle", 12000.0, "tolerated_silence=3.0")
+    scenario = shortened("triangle", 12000.0, "node_timeout=3.0")
     held: list[int] = []
 
     def hold_the_plant(done: int, _all: int) -> None:

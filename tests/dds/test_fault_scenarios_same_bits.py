@@ -18,15 +18,15 @@ FLOWN: dict[str, tuple[float, tuple[str, ...]]] = {
     "lossy_links": (300.0, ()),
     "switching_graph": (700.0, ()),
     "partition": (700.0, ()),
-    "satellite_lost_and_back": (
+    "satellite_lost_and_rejoined": (
         60.0,
         (
             "checkpoint_period=10.0",
-            "faults=[{kind: satellite_lost, satellite: sat2, at: 25.0, back: 40.0}]",
+            "faults=[{kind: satellite_lost, satellite: sat2, at: 25.0, rejoin_at: 40.0}]",
         ),
     ),
-    "liar": (100.0, ("faults=[{kind: liar, satellite: sat6, at: 30.0, drift: 2.0}]",)),
-    "liar_unguarded": (100.0, ("faults=[{kind: liar, satellite: sat6, at: 30.0, drift: 2.0}]",)),
+    "byzantine": (100.0, ("faults=[{kind: byzantine, satellite: sat6, at: 30.0, drift: 2.0}]",)),
+    "byzantine_unprotected": (100.0, ("faults=[{kind: byzantine, satellite: sat6, at: 30.0, drift: 2.0}]",)),
     "realtime_triangle": (60.0, ()),
 }
 """How long each is flown, s, and its faults moved to where they happen within that time."""

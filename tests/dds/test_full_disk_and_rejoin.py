@@ -59,7 +59,7 @@ def test_a_satellite_that_is_not_lost_cannot_be_started_again_and_flies_on(
         assert client.wait_for_service(30.0)
         rclpy.spin_until_future_complete(observer, client.call_async(Trigger.Request()), timeout_sec=30.0)
 
-    scenario = shortened("triangle", 5000.0, *(["tolerated_silence=3.0"] if rate else []))
+    scenario = shortened("triangle", 5000.0, *(["node_timeout=3.0"] if rate else []))
     flight, bag = flown(scenario, tmp_path / "run", start_again_then_stop, rate=rate)
     (sentence,) = refusals
     assert sentence.startswith(f"{satellite} is not lost: another process flies it, at step ")

@@ -15,7 +15,7 @@ from flights import SCENARIOS, shortened
 from namespaces import Network, network
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
-from satform.membership.state import Lost
+from satform.membership.state import SatelliteLost
 
 ADDRESSES = {"alpha": "10.213.7.1", "beta": "10.213.7.2", "gamma": "10.213.7.3"}
 HOSTS = (
@@ -87,7 +87,7 @@ def test_a_tenth_of_all_packets_lost_does_not_change_a_bit(hosts: Network) -> No
 
 
 def test_a_cut_cable_costs_the_host_behind_it_and_the_others_fly_on(hosts: Network) -> None:
-    formation = Formation(hosts, 600.0, "tolerated_silence=2.0")
+    formation = Formation(hosts, 600.0, "node_timeout=2.0")
     formation.wait_for_steps()
     hosts.cut("gamma")
     ends = formation.ends()
@@ -97,7 +97,7 @@ def test_a_cut_cable_costs_the_host_behind_it_and_the_others_fly_on(hosts: Netwo
     bag = read_bag(hosts.folder / "beta-run" / "bag")
     assert bag.complete
     ((step, (loss,)),) = bag.events.items()
-    assert isinstance(loss, Lost)
+    assert isinstance(loss, SatelliteLost)
     assert loss.satellite == 2
     assert simulate(bag.scenario, events=bag.events).position[-1].tolist() == bag.record.position[-1].tolist()
     assert bag.record.absent[step:, 2].all()
@@ -106,7 +106,7 @@ def test_a_cut_cable_costs_the_host_behind_it_and_the_others_fly_on(hosts: Netwo
 def test_a_cable_that_is_out_for_less_than_the_tolerated_silence_does_not_change_a_bit(
     hosts: Network,
 ) -> None:
-    formation = Formation(hosts, 500.0, "tolerated_silence=30.0")
+    formation = Formation(hosts, 500.0, "node_timeout=30.0")
     formation.wait_for_steps()
     hosts.cut("gamma")
     time.sleep(2.0)  # how long the cable is out is what the test is about

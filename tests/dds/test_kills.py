@@ -220,7 +220,7 @@ def test_a_killed_process_server_is_a_lost_process_and_no_stop(tmp_path: Path) -
 
 
 def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tmp_path: Path) -> None:
-    scenario = shortened(*SCENARIO, "tolerated_silence=2.0")
+    scenario = shortened(*SCENARIO, "node_timeout=2.0")
     flight = fly(scenario, tmp_path, record=True, progress=Killer(tmp_path, 300, "plant"))
     assert flight.lost == ("plant",)
     assert "plant was ended by signal 9" in flight.reason
@@ -229,7 +229,7 @@ def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tm
 
 
 def test_a_satellite_that_stood_still_for_too_long_is_fenced_when_it_goes_on(tmp_path: Path) -> None:
-    scenario = shortened("triangle", 3000.0, "tolerated_silence=2.0")
+    scenario = shortened("triangle", 3000.0, "node_timeout=2.0")
     stopped: list[int] = []
 
     def stop_and_continue(done: int, _all: int) -> None:

@@ -12,11 +12,11 @@ from satform.scenario import Scenario
 
 LOST_AND_BACK = (
     "checkpoint_period=10.0",
-    "faults=[{kind: satellite_lost, satellite: sat2, at: 30.0, back: 60.0}]",
+    "faults=[{kind: satellite_lost, satellite: sat2, at: 30.0, rejoin_at: 60.0}]",
 )
 BAD_LINKS = (
     "links={default: {loss: 0.2, delay: 1.0, jitter: 1.5, duplication: 0.1, reordering: 0.1}, "
-    "edges: [{speaker: sat1, listener: sat2, loss: 0.5}]}"
+    "edges: [{sender: sat1, receiver: sat2, loss: 0.5}]}"
 )
 CHANGING_GRAPH = (
     "graph_schedule=[{at: 20.0, remove: [[sat1, sat2]]}, {at: 40.0, graph: {kind: line}}, "
@@ -37,7 +37,7 @@ def hexagon(*changes: str) -> Scenario:
 def test_a_satellite_that_the_scenario_kills_and_brings_back_flies_as_in_one_process(
     memory: str, group: int, tmp_path: Path
 ) -> None:
-    fault = f"faults=[{{kind: satellite_lost, satellite: sat2, at: 30.0, back: 60.0, memory: {memory}}}]"
+    fault = f"faults=[{{kind: satellite_lost, satellite: sat2, at: 30.0, rejoin_at: 60.0, memory: {memory}}}]"
     flight, bag = flown(triangle("checkpoint_period=10.0", fault), tmp_path / "run", group=group)
     assert flight.lost == ()
     assert [(loss.name, loss.step, loss.planned) for loss in flight.losses] == [("sat2", 60, True)]
@@ -59,9 +59,9 @@ def test_satellites_that_share_processes_fly_as_in_one_process(group: int, tmp_p
 
 MANY_AT_ONCE = (
     "checkpoint_period=7.0",
-    "faults=[{kind: satellite_lost, satellite: sat2, at: 20.0, back: 50.0}, "
-    "{kind: satellite_lost, satellite: sat5, at: 20.0, back: 50.0, memory: plan}, "
-    "{kind: satellite_lost, satellite: sat2, at: 51.0, back: 80.0}, "
+    "faults=[{kind: satellite_lost, satellite: sat2, at: 20.0, rejoin_at: 50.0}, "
+    "{kind: satellite_lost, satellite: sat5, at: 20.0, rejoin_at: 50.0, memory: plan}, "
+    "{kind: satellite_lost, satellite: sat2, at: 51.0, rejoin_at: 80.0}, "
     "{kind: satellite_lost, satellite: sat3, at: 50.0}]",
     "graph_schedule=[{at: 20.0, graph: {kind: line}}, {at: 50.0, graph: {kind: complete}}]",
 )

@@ -69,7 +69,7 @@ def test_own_controller_flies_as_expected_and_with_the_same_bits_both_ways(
 
 def test_own_gains_are_checked_and_described_as_ours_are(installed: Path, tmp_path: Path) -> None:
     refused = run(
-        installed, tmp_path / "never", "run", SCENARIO, "--set", "every_satellite.controller.stiffness=-1"
+        installed, tmp_path / "never", "run", SCENARIO, "--set", "satellite_defaults.controller.stiffness=-1"
     )
     assert refused.returncode == 2
     assert "stiffness" in refused.stderr

@@ -38,7 +38,7 @@ def test_each_node_has_just_the_topics_and_services_that_it_is_permitted(
         "noisy_navigation",
         50_000.0,
         "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}",
-        "every_satellite.thruster={dry_mass: 12.0}",
+        "satellite_defaults.thruster={dry_mass: 12.0}",
     )
     permitted = [access for access in accesses(scenario) if access.node != "operator"]
     file = tmp_path / "scenario.json"

@@ -42,7 +42,7 @@ def test_a_satellite_that_is_silent_on_the_wall_clock_drifts_after_its_command_s
     tmp_path: Path,
 ) -> None:
     """Held still, its last command is flown for 5 s of flight, a fifth of a second here; then it coasts."""
-    changes = ("command_timeout=5.0", "tolerated_silence=60.0", "dynamics={kind: cw}")
+    changes = ("command_timeout=5.0", "node_timeout=60.0", "dynamics={kind: cw}")
     scenario = shortened("triangle", 150.0, *changes)
     held: list[int] = []
 
@@ -125,7 +125,7 @@ def test_a_lost_satellite_that_is_started_by_hand_takes_part_again(tmp_path: Pat
             helpers.append(threading.Thread(target=rejoin, args=(there["sat1"],)))
             helpers[0].start()
 
-    flight, bag = flown(shortened("triangle", 4000.0, "tolerated_silence=60.0"), tmp_path, kill_and_rejoin)
+    flight, bag = flown(shortened("triangle", 4000.0, "node_timeout=60.0"), tmp_path, kill_and_rejoin)
     helpers[0].join(30)
     assert [loss.name for loss in flight.losses] == ["sat2"]
     assert [back.name for back in flight.returns] == ["sat2"]

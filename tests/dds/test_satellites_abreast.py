@@ -22,7 +22,7 @@ def flown_in_one_process(scenario: Scenario, out: Path) -> list[str]:
     assert flight.bag is not None
     bag = read_bag(flight.bag)
     assert bag.complete
-    return simulate(scenario, together=False).differences(bag.record)
+    return simulate(scenario, stacked=False).differences(bag.record)
 
 
 @pytest.mark.parametrize(
@@ -61,10 +61,10 @@ timing: {step: 2.0, duration: 80.0}
 dynamics: {kind: cw, perturbations: [{kind: bounded_noise, bound: 1.0e-3}]}
 graph: {kind: complete}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {period: 6000.0}
-every_satellite:
+nominal_motion: {period: 6000.0}
+satellite_defaults:
   curve: {kind: ellipse, first_axis: [0.0, 2000.0, 0.0], second_axis: [1000.0, 0.0, 0.0]}
-  parameter: angle
+  path_parameter: angle
   controller: {kind: observer, law: {kind: lqi}}
   sensor: {position_noise: 1.0, velocity_noise: 0.05}
   filter: {acceleration_density: 6.666666667e-7}
@@ -74,4 +74,4 @@ satellites: [{name: a}, {name: b, arc_length: 3000.0}, {name: c, arc_length: 600
 """
     )
     assert flown_in_one_process(scenario, tmp_path) == []
-    assert simulate(scenario).clipped[-1].min() > 0.0
+    assert simulate(scenario).saturated_steps[-1].min() > 0.0

@@ -20,7 +20,7 @@ from flights import shortened
 from flown import assert_flies_again
 from satform.bag.reader import Bag, read_bag
 from satform.flight.simulate import simulate
-from satform.membership.state import Back
+from satform.membership.state import SatelliteRejoined
 from satform.scenario import Scenario
 from satform_bringup.supervisor.node_processes import processes
 from satform_nodes.plant import services
@@ -76,7 +76,7 @@ class Operator:
         In a group it comes back without anyone to start it.
         """
         losses = ", ".join(
-            f"{{kind: satellite_lost, satellite: {satellite}, at: {at}, back: {at + 10}}}"
+            f"{{kind: satellite_lost, satellite: {satellite}, at: {at}, rejoin_at: {at + 10}}}"
             for at in range(first // 2, STEPS // 2 - 50, 100)
         )
         changes = (f"faults=[{losses}]", f"checkpoint_period={checkpoint_period}", "graph={kind: line}")
@@ -123,7 +123,7 @@ def operator(fleet: Callable[..., list], tmp_path: Path) -> Iterator[Operator]:
 
 
 def test_a_paused_flight_loses_nobody_takes_single_steps_and_keeps_its_bits(operator: Operator) -> None:
-    operator.fly(shortened("triangle", STEPS * 0.5, "tolerated_silence=0.5"))
+    operator.fly(shortened("triangle", STEPS * 0.5, "node_timeout=0.5"))
     paused = operator.pause()
     time.sleep(3.0)  # that nobody is lost for the passing of time is what the test is about
     taken = [operator.ask(services.STEP) for _ in range(3)]
@@ -194,7 +194,7 @@ def test_a_hostile_value_is_refused_with_a_reason_and_changes_nothing(operator: 
         ("controller.reaching_gain", [-1.0, 1.0, 1.0]),
         ("controller.reaching_gain", [1.0]),
         ("controller.reaching_gain", "much"),
-        ("controller.kind", "hill_pd"),
+        ("controller.kind", "feedback_linearisation"),
         ("controller.no_such_gain", 1.0),
         ("phase.offset", float("nan")),
         ("curve.first_axis", [0.0, 0.0, 0.0]),
@@ -231,6 +231,10 @@ def test_a_satellite_comes_back_from_a_checkpoint_of_before_it_got_another_neigh
     operator.ask(services.RESUME)
     bag = operator.landed()
     assert list(bag.events) == [due]
-    (first,) = [event for event in bag.scenario.membership_plan().events[due + 25] if isinstance(event, Back)]
+    (first,) = [
+        event
+        for event in bag.scenario.membership_plan().events[due + 25]
+        if isinstance(event, SatelliteRejoined)
+    ]
     assert first.checkpoint == due - 5
     assert_flies_again(bag)

@@ -74,7 +74,7 @@ def test_what_the_thrusters_gave_is_the_same_and_has_a_topic_of_its_own(tmp_path
     recorded, in_process, messages = flown("thruster_limited", tmp_path)
     assert in_process.differences(recorded) == []
     assert [messages[f"/sat{number}/propulsion"] for number in (1, 2, 3)] == [STEPS] * 3
-    assert recorded.clipped[-1].min() > 0.0
+    assert recorded.saturated_steps[-1].min() > 0.0
     assert np.all(np.diff(recorded.propellant, axis=0) <= 0.0)
 
 

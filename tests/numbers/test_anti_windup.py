@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from satform.control.anti_windup import Saturation
-from satform.control.artificial_potential import AdaptiveDistanceSpec
+from satform.control.artificial_potential import ArtificialPotentialSpec
 from satform.control.integral_action import IntegralSpec
 from satform.control.lqi import LqiSpec
 from satform.control.lqr import LqrSpec
@@ -34,8 +34,8 @@ timing: {step: 5.0, duration: 4000.0}
 dynamics: {kind: cw}
 graph: {kind: none}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {rate: 0.0}
-every_satellite:
+nominal_motion: {rate: 0.0}
+satellite_defaults:
   curve: {kind: fixed_point, position: [0.0, 0.0, 0.0]}
   position_error: [0.0, 1000.0, 0.0]
 """
@@ -59,7 +59,7 @@ def flown(law, limit, steps=800, setting=SETTING, start=1000.0):
 INTEGRATING = {
     "lqi": LqiSpec(),
     "lqi on errors": LqiSpec(command_path="error"),
-    "integral": IntegralSpec(law=LqrSpec(), gain=1e-6, limit=1.0, reach=1e6),
+    "integral": IntegralSpec(law=LqrSpec(), gain=1e-6, limit=1.0, integration_band=1e6),
 }
 
 
@@ -119,12 +119,12 @@ def test_every_integrating_law_flies_home_from_a_kilometre_with_five_newtons_on_
 satellites:
   - {{name: lqi, controller: {{kind: lqi}}}}
   - {{name: both, controller: {{kind: observer, law: {{kind: lqi}}}}}}
-  - {{name: integral, controller: {{kind: integral, reach: 1.0e+6, gain: 2.0e-7}}}}
+  - {{name: integral, controller: {{kind: integral, integration_band: 1.0e+6, gain: 2.0e-7}}}}
 """
         )
     )
     assert np.linalg.norm(record.position[-1], axis=-1).max() < 1.0
-    assert record.clipped[-1].max() < 0.5 * record.steps
+    assert record.saturated_steps[-1].max() < 0.5 * record.steps
     assert findings(record) == ()
 
 
@@ -138,15 +138,17 @@ satellites:
 """
         )
     )
-    clipped = int(record.clipped[-1, 0])
-    assert findings(record) == (f"wound_up: commands clipped at the thrust limit in {clipped} of 800 steps",)
-    assert clipped > 400
+    saturated_steps = int(record.saturated_steps[-1, 0])
+    assert findings(record) == (
+        f"wound_up: commands saturated at the thrust limit in {saturated_steps} of 800 steps",
+    )
+    assert saturated_steps > 400
 
 
 def neighbours(leakage, rate=0.01, limit=np.inf, noise=0.0, steps=2000):
     """Largest estimate of the disturbance of a satellite that holds its distance under noise."""
     setting = FlightSetting(1e-3, 0.1)
-    law = AdaptiveDistanceSpec(leakage=leakage, leakage_rate=rate).build(setting)
+    law = ArtificialPotentialSpec(leakage=leakage, leakage_rate=rate).build(setting)
     generator = np.random.default_rng(5)
     motion, apart = Motion(np.zeros(3), np.zeros(3)), np.array([100.0, 0.0, 0.0])
     memory, applied, commanded, largest = law.start(motion), None, None, []
@@ -221,10 +223,10 @@ timing: {{step: 10.0, duration: 3000.0}}
 dynamics: {dynamics}
 graph: {{kind: none}}
 consensus: {{kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}}
-circulation: {{period: 6000.0}}
-every_satellite:
+nominal_motion: {{period: 6000.0}}
+satellite_defaults:
   curve: {{kind: ellipse, first_axis: [0.0, {2 * size}, 0.0], second_axis: [{size}, 0.0, 0.0]}}
-  parameter: angle
+  path_parameter: angle
   controller: {{kind: coast}}
   sensor: {{position_noise: 1.0, velocity_noise: 0.05}}
   filter: {{acceleration_density: {density}, innovation_gate: null}}

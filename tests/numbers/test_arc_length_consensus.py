@@ -11,7 +11,7 @@ from scipy.optimize import newton
 from satform.consensus.arc_length import (
     ArcLengthConsensus,
     ArcLengthConsensusSpec,
-    Heard,
+    NeighbourPhases,
     modal_roots,
     propagate,
 )
@@ -50,7 +50,7 @@ def fly(graphs, start, steps, *, gains=SLOW, step=1.0):
     stamp = np.zeros_like(weight)
     for number in range(steps + 1):
         places[number], rates[number] = place, rate
-        heard = Heard(place[formation, index], rate[formation, index], stamp, weight)
+        heard = NeighbourPhases(place[formation, index], rate[formation, index], stamp, weight)
         place, rate = propagate(place, rate, consensus.acceleration(place, rate, NOMINAL, heard, 0.0), step)
     return places, rates
 
@@ -77,7 +77,7 @@ def fly_delayed(graphs, delays, steps, *, neighbour_values="hold", own_delayed=F
         )
         stamp = (number - delays)[:, None, None] * ones
         by_listener = formation[:, None, None], index
-        heard = Heard(old_place[by_listener], old_rate[by_listener], stamp, weight)
+        heard = NeighbourPhases(old_place[by_listener], old_rate[by_listener], stamp, weight)
         if own_delayed:
             # This nominal rate leaves the pull on the own rate undelayed.
             change = consensus.acceleration(old_place, old_rate, old_rate - (rate - NOMINAL), heard, 0.0)
@@ -261,13 +261,13 @@ def lossy(loss, every, neighbour_values, steps, *, seeds=range(5)):
     consensus = law(SLOW, neighbour_values)
     place, rate = np.tile(THREE, (len(cases), 1)), np.full((len(cases), 3), NOMINAL)
     weight = np.ones((len(cases), 3, 2))
-    heard = Heard(place[:, index], rate[:, index], np.zeros_like(weight), weight)
+    heard = NeighbourPhases(place[:, index], rate[:, index], np.zeros_like(weight), weight)
     places, rates = np.empty((steps + 1, len(cases), 3)), np.empty((steps + 1, len(cases), 3))
     for number in range(steps + 1):
         places[number], rates[number] = place, rate
         if number % every == 0 and number > 0:
             here = arrived[number // every]
-            heard = Heard(
+            heard = NeighbourPhases(
                 np.where(here, place[:, index], heard.arc_length),
                 np.where(here, rate[:, index], heard.rate),
                 np.where(here, float(number), heard.stamp),
@@ -311,7 +311,7 @@ def test_satellites_that_announce_their_place_less_an_offset_end_up_apart_by_it(
     place, rate = THREE, np.full(3, NOMINAL)
     for _ in range(1500):
         phase = place - offset
-        heard = Heard(phase[index[0]], rate[index[0]], np.zeros((3, 2)), weight[0])
+        heard = NeighbourPhases(phase[index[0]], rate[index[0]], np.zeros((3, 2)), weight[0])
         place, rate = propagate(place, rate, law(MID).acceleration(phase, rate, NOMINAL, heard, 0.0), 1.0)
     assert np.diff(place) == pytest.approx([40e3, -50e3], abs=0.1)
 
@@ -323,13 +323,13 @@ def test_propagation_is_that_of_a_double_integrator():
 
 
 def test_a_satellite_that_hears_nobody_returns_to_the_nominal_rate():
-    nothing = Heard(*(np.zeros(0) for _ in range(4)))
+    nothing = NeighbourPhases(*(np.zeros(0) for _ in range(4)))
     change = law().acceleration(np.float64(7.0), np.float64(NOMINAL + 2.0), NOMINAL, nothing, 0.0)
     assert change == pytest.approx(-2e-3, rel=1e-12)
 
 
 def test_extrapolation_carries_a_neighbour_on_by_the_age_of_its_stamp():
-    heard = Heard(*(np.array([value]) for value in (1000.0, 50.0, 20.0, 1.0)))
+    heard = NeighbourPhases(*(np.array([value]) for value in (1000.0, 50.0, 20.0, 1.0)))
     gains = (1e-3, 1e-2, 1e-9)
     change = law(gains, "extrapolate").acceleration(np.float64(1500.0), np.float64(50.0), 50.0, heard, 30.0)
     assert change == pytest.approx(0.0, abs=1e-12)
@@ -353,10 +353,10 @@ def test_one_satellite_and_many_get_the_same_bits_whatever_the_padding():
     values = generator.normal(100.0, 30.0, (4, 12, 9))
     known = generator.integers(0, 10, 12)
     values[3] = np.arange(9) < known[:, None]
-    together = stack(laws).acceleration(place, rate, np.full(12, 80.0), Heard(*values), 7.0)
-    for i, alone in enumerate(laws):
-        heard = Heard(*values[:, i, : known[i]])
-        assert alone.acceleration(place[i], rate[i], np.float64(80.0), heard, 7.0) == together[i]
+    stacked = stack(laws).acceleration(place, rate, np.full(12, 80.0), NeighbourPhases(*values), 7.0)
+    for i, single in enumerate(laws):
+        heard = NeighbourPhases(*values[:, i, : known[i]])
+        assert single.acceleration(place[i], rate[i], np.float64(80.0), heard, 7.0) == stacked[i]
 
 
 @pytest.mark.parametrize("field", ["tracking_gain", "coupling_gain", "rate_gain"])

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from satform.control.artificial_potential import (
     Adaptation,
-    AdaptiveDistanceSpec,
+    ArtificialPotentialSpec,
     RelativeNeighbour,
     fuzzy_basis,
 )
@@ -35,7 +35,7 @@ CROSSING = [[0.0, 0.0, 0.0], [300.0, 0.0, 0.0], [150.0, 8.0, 0.0]]
 
 
 def spec(**changes):
-    return AdaptiveDistanceSpec(common_velocity=tuple(COMMON_VELOCITY), **changes)
+    return ArtificialPotentialSpec(common_velocity=tuple(COMMON_VELOCITY), **changes)
 
 
 def unknown_acceleration(time, velocity):
@@ -216,16 +216,16 @@ def test_one_satellite_and_a_stack_of_them_command_the_same_bits():
     random = np.random.default_rng(8)
     velocity, place, closing = random.standard_normal((3, 2, 3)) * [[[1.0]], [[60.0]], [[1.0]]]
     learnt = Adaptation(random.standard_normal((2, 3, 7)), random.standard_normal((2, 3)))
-    together = stack(laws).act(Motion(place, velocity), RelativeNeighbour(place, closing), learnt, STEP)
+    stacked = stack(laws).act(Motion(place, velocity), RelativeNeighbour(place, closing), learnt, STEP)
     for index, law in enumerate(laws):
-        alone = law.act(
+        single = law.act(
             Motion(place[index], velocity[index]),
             RelativeNeighbour(place[index], closing[index]),
             Adaptation(learnt.weights[index], learnt.disturbance[index]),
             STEP,
         )
-        assert np.array_equal(alone.acceleration, together.acceleration[index])
-        assert np.array_equal(alone.memory.weights, together.memory.weights[index])
+        assert np.array_equal(single.acceleration, stacked.acceleration[index])
+        assert np.array_equal(single.memory.weights, stacked.memory.weights[index])
 
 
 def test_a_safe_distance_beyond_the_distance_is_refused_in_words():

@@ -122,15 +122,15 @@ def test_each_satellite_flies_alone_as_in_company():
     dynamics = model("B", 10, 10.0)
     position, velocity = 1e3 * generator.normal(size=(50, 3)), generator.normal(size=(50, 3))
     command = 1e-4 * generator.normal(size=(50, 3))
-    together = dynamics.start(position, velocity)
+    stacked = dynamics.start(position, velocity)
     for step in range(3):
-        together = dynamics.advance(together, command, step)
+        stacked = dynamics.advance(stacked, command, step)
     for row in (0, 17, 49):
         one = slice(row, row + 1)
-        alone = dynamics.start(position[one], velocity[one])
+        single = dynamics.start(position[one], velocity[one])
         for step in range(3):
-            alone = dynamics.advance(alone, command[one], step)
-        assert alone.motion.tobytes() == together.motion[one].tobytes()
+            single = dynamics.advance(single, command[one], step)
+        assert single.motion.tobytes() == stacked.motion[one].tobytes()
 
 
 def propagated(name, degree, period, perturbations=()):
@@ -232,13 +232,13 @@ def test_about_a_propagated_chief_too_each_satellite_flies_alone_as_in_company()
     dynamics = propagated("B", 4, 10.0)
     position, velocity = 1e3 * generator.normal(size=(20, 3)), generator.normal(size=(20, 3))
     command = 1e-4 * generator.normal(size=(20, 3))
-    together = dynamics.start(position, velocity)
+    stacked = dynamics.start(position, velocity)
     for step in range(3):
-        together = dynamics.advance(together, command, step)
+        stacked = dynamics.advance(stacked, command, step)
     for row in (0, 7, 19):
         one = slice(row, row + 1)
-        alone = dynamics.start(position[one], velocity[one])
+        single = dynamics.start(position[one], velocity[one])
         for step in range(3):
-            alone = dynamics.advance(alone, command[one], step)
-        for found, expected in zip(dynamics.lvlh(alone), dynamics.lvlh(together), strict=True):
+            single = dynamics.advance(single, command[one], step)
+        for found, expected in zip(dynamics.lvlh(single), dynamics.lvlh(stacked), strict=True):
             assert found.tobytes() == expected[one].tobytes()

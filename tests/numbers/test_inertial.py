@@ -272,12 +272,12 @@ def test_each_satellite_flies_alone_as_in_company(integrator, count):
     dynamics = model(10, integrator=integrator)
     position, velocity = 1e3 * generator.normal(size=(count, 3)), generator.normal(size=(count, 3))
     command = 1e-4 * generator.normal(size=(count, 3))
-    together = dynamics.lvlh(fly(dynamics, dynamics.start(position, velocity), 3, command))
+    stacked = dynamics.lvlh(fly(dynamics, dynamics.start(position, velocity), 3, command))
     for row in (0, count // 2, count - 1):
         one = slice(row, row + 1)
-        alone = dynamics.lvlh(fly(dynamics, dynamics.start(position[one], velocity[one]), 3, command[one]))
-        assert alone[0].tobytes() == together[0][one].tobytes()
-        assert alone[1].tobytes() == together[1][one].tobytes()
+        single = dynamics.lvlh(fly(dynamics, dynamics.start(position[one], velocity[one]), 3, command[one]))
+        assert single[0].tobytes() == stacked[0][one].tobytes()
+        assert single[1].tobytes() == stacked[1][one].tobytes()
 
 
 BODY = forces.Body(mass=150.0, drag_area=2.0, drag_coefficient=2.2, radiation_area=3.0, reflectivity=1.5)

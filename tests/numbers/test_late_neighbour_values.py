@@ -9,13 +9,13 @@ import pytest
 
 from flights import satellite_of, shortened
 from satform.attitude.gyrostat import direction_cosines
-from satform.communication.neighbour_buffer import Told
-from satform.consensus.arc_length import Heard
+from satform.communication.neighbour_buffer import Received
+from satform.consensus.arc_length import NeighbourPhases
 from satform.consensus.graph import CompleteSpec
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
-from satform.membership.state import Plan, Rewired
+from satform.membership.state import Plan, TopologyChanged
 from satform.record.flight_record import FlightRecord
 
 STEADY = (
@@ -55,8 +55,10 @@ def test_a_late_phase_is_extrapolated_by_its_stamp_and_rate() -> None:
     phase, rate = np.array([0.0, 5000.0, 0.0]), np.array([0.0, 80.0, 0.0])
     known = np.ones(3)
     place = int(target.place)
-    early = Heard(np.roll(phase, place - 1), np.roll(rate, place - 1), np.full(3, 100.0), known)
-    later = Heard(np.roll(phase + 20.0 * rate, place - 1), np.roll(rate, place - 1), np.full(3, 120.0), known)
+    early = NeighbourPhases(np.roll(phase, place - 1), np.roll(rate, place - 1), np.full(3, 100.0), known)
+    later = NeighbourPhases(
+        np.roll(phase + 20.0 * rate, place - 1), np.roll(rate, place - 1), np.full(3, 120.0), known
+    )
     old, is_known = target.reference(early, 120.0, 60.0)
     new, _ = target.reference(later, 120.0, 60.0)
     assert is_known
@@ -64,7 +66,7 @@ def test_a_late_phase_is_extrapolated_by_its_stamp_and_rate() -> None:
     assert old.velocity == pytest.approx(new.velocity, abs=1e-12)
 
 
-SILENT = ("links={default: {loss: 1.0}}", "consensus.drop_after=5.0")
+SILENT = ("links={default: {loss: 1.0}}", "consensus.neighbour_timeout=5.0")
 
 
 def test_before_the_first_message_the_flight_plan_says_where_the_target_is() -> None:
@@ -85,13 +87,13 @@ def test_a_target_of_which_nothing_counts_leaves_the_satellite_at_rest_with_its_
 
 def test_a_silent_target_gives_the_same_bits_to_satellites_flown_together_and_one_by_one() -> None:
     scenario = shortened("formation_pointing", 20.0, *STEADY, *SILENT)
-    assert simulate(scenario, together=True).digest() == simulate(scenario, together=False).digest()
+    assert simulate(scenario, stacked=True).digest() == simulate(scenario, stacked=False).digest()
 
 
 def test_a_satellite_without_a_word_of_the_one_it_follows_coasts_and_learns_nothing() -> None:
     satellite = satellite_of(shortened("directed_triangle", 1.0), 1)
     own = satellite.plan.start
-    nothing = Told(np.zeros((1, 6)), np.zeros(1), np.zeros(1), np.ones(1), complete=False)
+    nothing = Received(np.zeros((1, 6)), np.zeros(1), np.zeros(1), np.ones(1), complete=False)
     for _ in range(50):
         decision = satellite.act(own, nothing)
         assert not np.any(decision.acceleration)
@@ -105,12 +107,12 @@ CYCLE = "graph={kind: matrix, rows: [[0, 1, 0], [0, 0, 1], [1, 0, 0]]}"
 """Each receives the one that it points at, and nobody else."""
 
 
-@pytest.mark.parametrize("together", [True, False], ids=["stacked", "one by one"])
-def test_who_is_pointed_at_does_not_change_with_those_who_are_heard_besides(together: bool) -> None:
+@pytest.mark.parametrize("stacked", [True, False], ids=["stacked", "one by one"])
+def test_who_is_pointed_at_does_not_change_with_those_who_are_heard_besides(stacked: bool) -> None:
     scenario = shortened("formation_pointing", 60.0, *STEADY, CYCLE)
-    more: Plan = {20: [Rewired(CompleteSpec().build(3), "a service call")]}
+    more: Plan = {20: [TopologyChanged(CompleteSpec().build(3), "a service call")]}
     # sat1 comes before sat3, at which sat2 points, in the list of those whom sat2 may hear.
-    found = simulate(scenario, together=together, events=more).pointing_error
+    found = simulate(scenario, stacked=stacked, events=more).pointing_error
     assert found == pytest.approx(simulate(scenario).pointing_error, abs=2e-6)
 
 
@@ -126,7 +128,7 @@ def test_a_satellite_in_flight_finds_its_target_in_a_longer_list_of_neighbours()
 
 def test_a_flight_over_lossy_links_meets_new_neighbours_stacked_as_it_does_one_by_one() -> None:
     scenario = shortened("ring_six", 15.0, "links={default: {loss: 0.3}}")
-    more: Plan = {10: [Rewired(CompleteSpec().build(6), "a service call")]}
+    more: Plan = {10: [TopologyChanged(CompleteSpec().build(6), "a service call")]}
     stacked = simulate(scenario, events=more)
-    assert stacked.digest() == simulate(scenario, together=False, events=more).digest()
+    assert stacked.digest() == simulate(scenario, stacked=False, events=more).digest()
     assert stacked.digest() != simulate(scenario).digest()

@@ -35,7 +35,7 @@ def triangles(
     for number, own in enumerate(links):
         hears[3 * number : 3 * number + 3, 3 * number : 3 * number + 3] = graphs[number]
         edges += [
-            {"speaker": names[number][speaker], "listener": names[number][listener], **own}
+            {"sender": names[number][speaker], "receiver": names[number][listener], **own}
             for listener, speaker in np.argwhere(np.array(graphs[number]))
         ]
     data = {
@@ -52,10 +52,10 @@ def triangles(
             "coupling_gain": 1e-6,
             "rate_gain": 1e-3,
             "neighbour_values": neighbour_values,
-            "drop_after": 1e6,
+            "neighbour_timeout": 1e6,
         },
-        "circulation": {"rate": NOMINAL},
-        "every_satellite": {
+        "nominal_motion": {"rate": NOMINAL},
+        "satellite_defaults": {
             # Agreement on the arc length does not depend on the curve; that of a point is soon computed.
             "curve": {"kind": "fixed_point", "position": [0.0, 100e3, 0.0]},
             "controller": {"kind": "coast"},

@@ -181,7 +181,7 @@ def test_boundary_layer_takes_the_chatter_out_of_the_command() -> None:
 
 
 def test_constant_speed_costs_five_times_the_delta_v_of_the_free_motion() -> None:
-    constant_speed = ("timing.step=1.0", "satellites.0.parameter=arc_length", "expect=[]")
+    constant_speed = ("timing.step=1.0", "satellites.0.path_parameter=arc_length", "expect=[]")
     record = simulate(shipped("trajectory_tracking_natural", *constant_speed))
     control = record.control[:, 0]
     assert control.sum() * record.step == pytest.approx(1307.8, rel=0.01)
@@ -214,7 +214,7 @@ def test_gains_read_in_kilometres_reach_at_once_and_chatter_for_ever(laps_of_100
 
 @pytest.mark.slow
 def test_a_lap_of_100_s_does_not_bear_the_start_of_the_hold() -> None:
-    changes = (DISTURBED, ON_REFERENCE, "satellites.0.feed_forward=start")
+    changes = (DISTURBED, ON_REFERENCE, "satellites.0.feedforward_sample=start")
     record = simulate(shortened("trajectory_tracking_printed", 600.0, *changes))
     assert largest_error(record, 0.2) == pytest.approx(34.0, rel=0.1)
     assert largest_sliding_variable(record, 0.2) == pytest.approx(5.36, rel=0.1)
@@ -222,7 +222,7 @@ def test_a_lap_of_100_s_does_not_bear_the_start_of_the_hold() -> None:
 
 @pytest.mark.slow
 def test_the_sign_makes_the_triangle_chatter() -> None:
-    changes = ("every_satellite.controller.boundary_layer=0.0", "expect=[]")
+    changes = ("satellite_defaults.controller.boundary_layer=0.0", "expect=[]")
     record = simulate(shipped("triangle", *changes))
     largest = record.tracking_error[final(record, 0.2)].max(axis=0)
     assert largest == pytest.approx([1.91, 1.89, 1.76], rel=0.25)

@@ -38,8 +38,10 @@ def run_in_process(out: Path, *words: str) -> int:
 def test_a_run_that_gives_what_it_promises_ends_with_0_and_keeps_the_flight(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    promise = "expect=[{kind: arc_length_spread, at: 10.0, value: 64990.5, absolute: 1.0, source: a test}]"
-    code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", promise)
+    agreement_guarantee = (
+        "expect=[{kind: arc_length_spread, at: 10.0, value: 64990.5, absolute: 1.0, source: a test}]"
+    )
+    code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", agreement_guarantee)
     printed = capsys.readouterr().out
     assert code == 0
     assert "arc-length spread at 10 s" in printed
@@ -55,8 +57,8 @@ def test_a_run_that_gives_what_it_promises_ends_with_0_and_keeps_the_flight(
 def test_a_run_that_misses_a_promise_ends_with_1_and_says_which(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    promise = "expect=[{kind: arc_length_spread, at: 10.0, below: 5.0, source: a test}]"
-    code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", promise)
+    agreement_guarantee = "expect=[{kind: arc_length_spread, at: 10.0, below: 5.0, source: a test}]"
+    code = run_in_process(tmp_path / "run", "--set", "timing.duration=20.0", "--set", agreement_guarantee)
     assert code == 1
     assert "MISSED: 1 of 1" in capsys.readouterr().out
 
@@ -76,7 +78,7 @@ def test_a_shorter_run_is_judged_by_what_lies_within_it_and_says_what_does_not(
         "distance to the chief first reaches its reference",
         "distance to the chief settles to 5 %",
     ]
-    assert len(result["expectations_left_out"]) == 6
+    assert len(result["omitted_expectations"]) == 6
     assert cli.main(["report", str(tmp_path / "run")]) == 0
     assert (
         "As expected: 2 of 2 met; 6 expectations need a longer flight: not judged" in capsys.readouterr().out
@@ -93,10 +95,10 @@ def test_a_run_too_short_for_every_expectation_is_flown_and_not_judged(
     assert f"{said}.\n" in capsys.readouterr().out
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert (result["judged"], result["expectations"]) == (False, [])
-    assert len(result["expectations_left_out"]) == 8
+    assert len(result["omitted_expectations"]) == 8
     assert cli.main(["report", str(tmp_path / "run"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert (told["judged"], told["expectations_left_out"]) == (False, result["expectations_left_out"])
+    assert (told["judged"], told["omitted_expectations"]) == (False, result["omitted_expectations"])
     assert said in (tmp_path / "run" / "report" / "report.html").read_text()
 
 
@@ -501,32 +503,32 @@ def test_check_warns_of_more_liars_than_the_graph_bears(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = (SCENARIOS / "ring_six.yaml").read_text()
-    law = "kind: resilient_arc_length\n  tolerated_liars: "
+    law = "kind: resilient_arc_length\n  tolerated_byzantine: "
     for liars, warned in ((0, 0), (1, 1)):
         file = tmp_path / "ring.yaml"
         file.write_text(text.replace("kind: arc_length\n", f"{law}{liars}\n", 1))
         assert cli.main(["check", str(file)]) == 0
-        assert capsys.readouterr().out.count("consensus.tolerated_liars: nothing is promised") == warned
+        assert capsys.readouterr().out.count("consensus.tolerated_byzantine: nothing is promised") == warned
 
 
 def test_check_warns_of_a_later_graph_that_bears_fewer_liars(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = (SCENARIOS / "complete_six.yaml").read_text()
-    text = text.replace("kind: arc_length\n", "kind: resilient_arc_length\n  tolerated_liars: 1\n", 1)
+    text = text.replace("kind: arc_length\n", "kind: resilient_arc_length\n  tolerated_byzantine: 1\n", 1)
     for later, warned in (("complete", 0), ("ring", 1)):
         file = tmp_path / "complete.yaml"
         file.write_text(f"{text}\ngraph_schedule:\n  - {{at: 60.0, graph: {{kind: {later}}}}}\n")
         assert cli.main(["check", str(file)]) == 0
         printed = capsys.readouterr().out
-        assert printed.count("consensus.tolerated_liars: from 60 s on: nothing is promised") == warned
-        assert printed.count("consensus.tolerated_liars") == warned
+        assert printed.count("consensus.tolerated_byzantine: from 60 s on: nothing is promised") == warned
+        assert printed.count("consensus.tolerated_byzantine") == warned
 
 
 def test_show_tells_what_is_planned_to_go_wrong(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["show", "satellite_lost_and_back"]) == 0
+    assert cli.main(["show", "satellite_lost_and_rejoined"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    assert "fault: satellite_lost of sat2, at 3100, back 4900, memory checkpoint" in printed
+    assert "fault: satellite_lost of sat2, at 3100, rejoin_at 4900, memory checkpoint" in printed
     assert "checkpoints: every 500 s" in printed
     # Of two satellites that hear each other the Laplacian has the eigenvalues 0 and 2, of three 0, 3 and 3.
     assert "3100 sat2 is killed by the scenario 2 2 2" in printed
@@ -537,7 +539,7 @@ def test_show_tells_links_with_what_they_take_from_the_default(capsys: pytest.Ca
     assert cli.main(["show", "lossy_links", "--json"]) == 0
     links = json.loads(capsys.readouterr().out)["links"]
     (own,) = links["edges"]
-    assert (own["speaker"], own["listener"], own["loss"], own["delay"]) == ("sat3", "sat1", 0.5, 20.0)
+    assert (own["sender"], own["receiver"], own["loss"], own["delay"]) == ("sat3", "sat1", 0.5, 20.0)
     assert cli.main(["show", "lossy_links"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "links: loss 0.3, delay 20, jitter 10" in printed

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_simulate import formation
 
+from formations import formation
 from satform.evaluation.tracking import arc_length_spread
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
@@ -34,7 +34,7 @@ def flown(**fault: Any) -> tuple[Scenario, FlightRecord]:
 
 
 def test_the_summary_of_a_lost_satellite_is_of_the_steps_in_which_it_flew() -> None:
-    _, record = flown(back=17.0, memory="plan")
+    _, record = flown(rejoin_at=17.0, memory="plan")
     first, lost, _ = summarise(record).satellites
     assert (first.absent, lost.absent) == (0, 24)
     # The last fifth is from 16 s on; it is back from 17 s on.
@@ -52,7 +52,7 @@ def test_of_a_satellite_that_never_comes_back_nothing_is_said_of_the_end() -> No
 
 
 def test_every_picture_of_a_flight_with_a_loss_is_drawn_without_complaint(tmp_path: Path) -> None:
-    scenario, record = flown(back=12.0, memory="plan")
+    scenario, record = flown(rejoin_at=12.0, memory="plan")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         files = draw(scenario, record, tmp_path)
@@ -85,7 +85,7 @@ def test_the_prediction_follows_a_graph_that_changes() -> None:
     [
         {"links": {"default": {"loss": 0.1}}},
         {"faults": [LOST]},
-        {"faults": [{"kind": "liar", "satellite": "sat1", "at": 1.0}]},
+        {"faults": [{"kind": "byzantine", "satellite": "sat1", "at": 1.0}]},
         {"faults": [{"kind": "clock_offset", "satellite": "sat1", "at": 1.0, "offset": 1.0}]},
     ],
 )

@@ -352,7 +352,7 @@ def test_the_figures_of_a_flight_are_those_of_its_arrays() -> None:
     arrays["position"][:, 1] = [30.0, 40.0, 0.0]
     arrays["reference_position"] = arrays["position"][:-1] + np.array([0.0, 3.0, 4.0])
     arrays["acceleration"][:, 0, 1] = 0.1 * np.arange(10)
-    arrays["given_acceleration"] = arrays["acceleration"]
+    arrays["applied_acceleration"] = arrays["acceleration"]
     arrays["sliding_variable"] = -arrays["acceleration"]
     arrays["arc_length"][:, 1] = 7.0
     arrays["delta_v"][:] = np.nan

@@ -400,10 +400,10 @@ def test_one_satellite_and_a_stack_of_them_get_the_same_bits():
     reference = reference_at(np.array([0.0, 10.0]))
     external = random.standard_normal((2, 3)) * 1e-3
     fleet = stack(laws)
-    together = fleet.wheel_torque(AttitudeState(mrp, momentum, wheels), reference, external)
+    stacked = fleet.wheel_torque(AttitudeState(mrp, momentum, wheels), reference, external)
     for index, law in enumerate(laws):
         alone_at = reference_at(10.0 * index)
         assert np.array_equal(alone_at.mrp, reference.mrp[index])
         assert np.array_equal(alone_at.angular_acceleration, reference.angular_acceleration[index])
         own = AttitudeState(mrp[index], momentum[index], wheels[index])
-        assert np.array_equal(law.wheel_torque(own, alone_at, external[index]), together[index])
+        assert np.array_equal(law.wheel_torque(own, alone_at, external[index]), stacked[index])

@@ -15,7 +15,7 @@ from satform.attitude.satellite_pointing import SatellitePointingSpec, inertial_
 from satform.attitude.tracking import AttitudeTrackingSpec
 from satform.attitude.wheels import Turning, Wheels
 from satform.common.spec import specs
-from satform.communication.neighbour_buffer import Told
+from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
 from satform.dynamics.linear import multiply
 from satform.evaluation.attitude import AttitudeSettling, PointingError, WheelMomentum, WheelSaturation
@@ -61,20 +61,20 @@ def test_a_wheel_s_momentum_grows_by_the_torque_that_it_is_given() -> None:
 
 
 def test_a_torque_beyond_the_limit_is_cut_and_counted() -> None:
-    given, torque_limited, momentum_limited = LIMITED.given(
+    given, torque_saturated_steps, momentum_saturated_steps = LIMITED.given(
         np.array([[0.1, -0.7, 0.3]]), np.zeros((1, 3)), 0.05
     )
     assert given.tolist() == [[0.1, -0.2, 0.2]]
-    assert torque_limited.tolist() == [True]
-    assert momentum_limited.tolist() == [False]
+    assert torque_saturated_steps.tolist() == [True]
+    assert momentum_saturated_steps.tolist() == [False]
 
 
 def test_a_full_wheel_takes_no_more_but_gives_back() -> None:
     full = np.array([[5.0, -5.0, 4.999]])
-    given, _, momentum_limited = LIMITED.given(np.array([[0.1, 0.1, 0.1]]), full, 0.05)
+    given, _, momentum_saturated_steps = LIMITED.given(np.array([[0.1, 0.1, 0.1]]), full, 0.05)
     assert given == pytest.approx(np.array([[0.0, 0.1, 0.02]]), abs=1e-12)
-    assert momentum_limited.tolist() == [True]
-    given, _, momentum_limited = LIMITED.given(np.array([[-0.1, -0.1, 0.0]]), full, 0.05)
+    assert momentum_saturated_steps.tolist() == [True]
+    given, _, momentum_saturated_steps = LIMITED.given(np.array([[-0.1, -0.1, 0.0]]), full, 0.05)
     assert given == pytest.approx(np.array([[-0.1, 0.0, 0.0]]), abs=1e-12)
 
 
@@ -142,7 +142,7 @@ def test_the_wanted_attitude_has_the_boresight_on_the_other_satellite_and_the_pa
 
 def test_satellites_with_attitude_fly_with_the_same_bits_together_and_one_by_one() -> None:
     scenario = shortened("formation_pointing", 20.0)
-    assert simulate(scenario).differences(simulate(scenario, together=False)) == []
+    assert simulate(scenario).differences(simulate(scenario, stacked=False)) == []
 
 
 def test_a_satellite_without_attitude_flies_beside_one_that_has_one() -> None:
@@ -160,7 +160,7 @@ def test_the_limits_of_the_wheels_hold_all_through_a_flight() -> None:
     moved = np.diff(record.wheel_momentum[:, 0], axis=0) / record.step
     assert np.abs(moved).max() <= 0.25 * (1.0 + 1e-9)
     assert np.abs(record.wheel_torque).max() > 3.0
-    assert record.torque_limited[-1, 0] == np.count_nonzero(
+    assert record.torque_saturated_steps[-1, 0] == np.count_nonzero(
         (np.abs(record.wheel_torque[:, 0]) > 0.25).any(axis=1)
     )
 
@@ -212,7 +212,7 @@ def test_gains_of_the_attitude_change_in_flight_from_the_next_step_on() -> None:
     assert told is not None
     own = Attitude(told.mrp[0], told.angular_velocity[0], told.wheel_momentum[0])
     motion = Motion(plant.motion().position[0], plant.motion().velocity[0])
-    nobody = Told.whole(np.zeros((0, 2)), np.zeros(0))
+    nobody = Received.whole(np.zeros((0, 2)), np.zeros(0))
     first = satellite.act(motion, nobody, None, own).wheel_torque
     again = satellite_of(scenario, 0)
     again.use_attitude_controller(AttitudeTrackingSpec(attitude_gain=28.0))

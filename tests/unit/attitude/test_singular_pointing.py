@@ -19,7 +19,7 @@ from satform.attitude.gyrostat import direction_cosines
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.attitude.yaw_steering import SUN_CONE, square_direction
 from satform.common.spec import Vector
-from satform.control.artificial_potential import AdaptiveDistanceSpec
+from satform.control.artificial_potential import ArtificialPotentialSpec
 from satform.control.protocol import FlightSetting, RelativeNeighbour
 from satform.evaluation.passes import PassLightAngle
 from satform.flight.simulate import simulate
@@ -165,8 +165,8 @@ timing: {{step: 0.5, duration: 20.0}}
 dynamics: {{kind: cw}}
 graph: {{kind: complete}}
 consensus: {{kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}}
-circulation: {{rate: 0.0}}
-every_satellite: {{controller: {{kind: coast}}}}
+nominal_motion: {{rate: 0.0}}
+satellite_defaults: {{controller: {{kind: coast}}}}
 satellites:
   - name: a
     curve: {{kind: fixed_point, position: [0.0, 0.0, 0.0]}}
@@ -233,7 +233,7 @@ def test_a_curve_that_bends_without_bound_or_has_no_plane_is_refused(
 
 
 def test_a_law_on_the_distance_is_bounded_and_continuous_up_to_its_neighbour_s_place() -> None:
-    law = AdaptiveDistanceSpec().build(FlightSetting(1e-3, 0.02))
+    law = ArtificialPotentialSpec().build(FlightSetting(1e-3, 0.02))
     away = np.concatenate(([0.0], np.geomspace(1e-12, 12.0, 20_000)))
     place = away[:, None] * np.array([0.6, 0.0, 0.8])
     closing = np.broadcast_to(np.array([1.0, -2.0, 0.5]), place.shape)
@@ -249,7 +249,7 @@ def test_a_law_on_the_distance_is_bounded_and_continuous_up_to_its_neighbour_s_p
 @pytest.mark.parametrize("field", ["width", "boundary", "speed_limit", "safe_distance"])
 def test_a_law_on_the_distance_of_no_size_is_refused(field: str) -> None:
     with pytest.raises(ValueError, match=f"{field} is 1e-300; it has to be at least 1e-09"):
-        AdaptiveDistanceSpec.model_validate({field: 1e-300})
+        ArtificialPotentialSpec.model_validate({field: 1e-300})
 
 
 def test_two_satellites_at_one_place_have_no_light_angle() -> None:

@@ -195,8 +195,8 @@ def test_a_lost_process_ends_the_launch_and_one_that_is_done_does_not(
 def test_a_satellite_that_the_scenario_kills_is_started_again_when_the_scenario_brings_it_back(
     launch_file: Any, tmp_path: Path
 ) -> None:
-    nodes = launched(launch_file, scenario="satellite_lost_and_back", out=str(tmp_path))
-    (lost,) = {fault.satellite for fault in shipped("satellite_lost_and_back").faults}
+    nodes = launched(launch_file, scenario="satellite_lost_and_rejoined", out=str(tmp_path))
+    (lost,) = {fault.satellite for fault in shipped("satellite_lost_and_rejoined").faults}
     killed = types.SimpleNamespace(returncode=-9, process_name="any")
     for node in nodes:
         told = node["on_exit"](killed, Context())
@@ -247,7 +247,7 @@ def test_the_launch_counts_the_expectations_that_a_shorter_flight_is_not_judged_
     nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set="timing.duration=1.0")
     scenario = load_scenario(tmp_path / "scenario.json")
     left_out = len(shipped("triangle").expect)
-    assert (len(scenario.expect), len(scenario.expectations_left_out)) == (0, left_out)
+    assert (len(scenario.expect), len(scenario.omitted_expectations)) == (0, left_out)
     flown = types.SimpleNamespace(record=simulate(scenario), complete=True)
     monkeypatch.setattr(bag_reader, "read_bag", lambda _folder: flown)
     assert ended(nodes, "recorder") == [
@@ -258,7 +258,7 @@ def test_the_launch_counts_the_expectations_that_a_shorter_flight_is_not_judged_
 def test_the_launch_says_why_a_flight_ended_early(
     launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    changes = "every_satellite.controller.reaching_gain=5.0 timing.duration=100.0 expect=[]"
+    changes = "satellite_defaults.controller.reaching_gain=5.0 timing.duration=100.0 expect=[]"
     nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set=changes)
     scenario = load_scenario(tmp_path / "scenario.json")
     flown = types.SimpleNamespace(record=simulate(scenario), complete=True)

@@ -25,8 +25,8 @@ dynamics:
   perturbations: [{kind: harmonic, amplitude: 1.0e-6, phase: PHASE, phase_step: STEP}]
 graph: {kind: none}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {rate: 0.0}
-every_satellite:
+nominal_motion: {rate: 0.0}
+satellite_defaults:
   controller: {kind: lqr}
 satellites: [{name: sat1, curve: {kind: fixed_point, position: [0.0, 10.0, 0.0]}}]
 """

@@ -163,7 +163,7 @@ from satform.scenario import Scenario, load_scenario
 from satform.flight.simulate import simulate
 
 scenario = load_scenario(sys.argv[1])
-record, one_by_one = simulate(scenario), simulate(scenario, together=False)
+record, one_by_one = simulate(scenario), simulate(scenario, stacked=False)
 json.dump({
     "time": record.time.tolist(),
     "position": record.position.tolist(),
@@ -185,8 +185,8 @@ timing: {step: 0.5, duration: 20.0}
 dynamics: {kind: cw, perturbations: [{kind: ramp, slope: 6.0e-3}]}
 graph: {kind: complete}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {rate: 3.0}
-every_satellite:
+nominal_motion: {rate: 3.0}
+satellite_defaults:
   curve: {kind: polar_circle, radius: 50.0}
 satellites:
   - {name: sat1, rate: 0.0, controller: {kind: steady_push, push: [0.02, 0.0, -0.04]}}

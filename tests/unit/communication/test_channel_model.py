@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from satform.communication.channel_model import Links, LinksSpec
-from satform.communication.neighbour_buffer import Inbox, Told
+from satform.communication.channel_model import ChannelModel, LinksSpec
+from satform.communication.neighbour_buffer import NeighbourBuffer, Received
 
 STEP = 0.5
 NAMES = ("a", "b", "c", "d")
 
 
-def links(edges: list[tuple[int, int]], seed: int = 3, **default: Any) -> Links:
-    """Links of one listener, or of several that hear one each, with edges as speaker and listener."""
+def links(edges: list[tuple[int, int]], seed: int = 3, **default: Any) -> ChannelModel:
+    """Links of one receiver, or of several that hear one each, with edges as sender and receiver."""
     spec = LinksSpec.model_validate({"default": default})
-    return Links(spec, edges, NAMES, (STEP, seed), (len(edges),))
+    return ChannelModel(spec, edges, NAMES, (STEP, seed), (len(edges),))
 
 
-def said(step: int, count: int = 1) -> Told:
+def said(step: int, count: int = 1) -> Received:
     """Everybody says the number of the step."""
-    return Told.whole(np.full((count, 2), float(step)), np.full(count, step * STEP))
+    return Received.whole(np.full((count, 2), float(step)), np.full(count, step * STEP))
 
 
-def heard(line: Links, steps: int, count: int = 1) -> np.ndarray:
+def heard(line: ChannelModel, steps: int, count: int = 1) -> np.ndarray:
     """For each step and link the step of the message that arrives, or -1."""
     found = np.full((steps, count), -1)
     for step in range(steps):
@@ -38,9 +38,9 @@ def heard(line: Links, steps: int, count: int = 1) -> np.ndarray:
     return found
 
 
-def known(line: Links, steps: int, count: int = 1) -> np.ndarray:
+def known(line: ChannelModel, steps: int, count: int = 1) -> np.ndarray:
     """For each step and link the step of the newest message that is known, or -1."""
-    inbox, found = Inbox.empty((count,), 2), np.full((steps, count), -1)
+    inbox, found = NeighbourBuffer.empty((count,), 2), np.full((steps, count), -1)
     for step in range(steps):
         inbox = inbox.after(line.carry(step, said(step, count)))
         found[step] = np.where(inbox.known > 0.0, inbox.values[:, 0], -1.0)
@@ -125,7 +125,7 @@ def test_an_outage_loses_exactly_what_is_said_within_it() -> None:
 
 def test_an_outage_s_ends_may_be_off_the_grid_by_a_rounding() -> None:
     tenths = LinksSpec.model_validate({"default": {"outages": [{"begin": 0.1 * 3, "end": 0.7}]}})
-    line = Links(tenths, [(0, 1)], NAMES, (0.1, 3), (1,))
+    line = ChannelModel(tenths, [(0, 1)], NAMES, (0.1, 3), (1,))
     gone = [step for step in range(12) if line.carry(step, said(step)).fresh[0] == 0.0]
     assert gone == [3, 4, 5, 6]
 
@@ -165,13 +165,13 @@ def test_what_happens_to_a_message_depends_on_seed_and_edge_alone() -> None:
 def test_satellites_that_fly_as_one_have_the_links_of_satellites_that_fly_alone() -> None:
     rows = [[(1, 0), (2, 0)], [(0, 1), (2, 1)]]
     spec = LinksSpec.model_validate({"default": {"loss": 0.4, "delay": 1.0, "jitter": 2.0}})
-    stacked = Links(spec, [edge for row in rows for edge in row], NAMES, (STEP, 9), (2, 2))
-    alone = [Links(spec, row, NAMES, (STEP, 9), (2,)) for row in rows]
+    stacked = ChannelModel(spec, [edge for row in rows for edge in row], NAMES, (STEP, 9), (2, 2))
+    alone = [ChannelModel(spec, row, NAMES, (STEP, 9), (2,)) for row in rows]
     for step in range(600):
         values = np.arange(8.0).reshape(2, 2, 2) + step
-        whole = stacked.carry(step, Told.whole(values, np.full((2, 2), step * STEP)))
+        whole = stacked.carry(step, Received.whole(values, np.full((2, 2), step * STEP)))
         for row, own in enumerate(alone):
-            single = own.carry(step, Told.whole(values[row], np.full(2, step * STEP)))
+            single = own.carry(step, Received.whole(values[row], np.full(2, step * STEP)))
             assert np.array_equal(whole.fresh[row], single.fresh)
             fresh = single.fresh > 0.0
             assert np.array_equal(whole.values[row][fresh], single.values[fresh])
@@ -203,7 +203,7 @@ def test_edges_lose_independently_of_each_other() -> None:
 
 def test_a_link_of_its_own_takes_from_the_default_what_it_leaves_out() -> None:
     spec = LinksSpec.model_validate(
-        {"default": {"loss": 0.1, "delay": 2.0}, "edges": [{"speaker": "a", "listener": "b", "loss": 0.0}]}
+        {"default": {"loss": 0.1, "delay": 2.0}, "edges": [{"sender": "a", "receiver": "b", "loss": 0.0}]}
     )
     assert (spec.of("a", "b").loss, spec.of("a", "b").delay) == (0.0, 2.0)
     assert spec.of("b", "a").loss == 0.1
@@ -214,7 +214,7 @@ def test_nothing_passes_over_an_edge_that_the_graph_does_not_have_at_present() -
     cut = np.zeros(1)
     for step in range(20):
         linked = cut if 5 <= step < 10 else None
-        told = line.carry(step, Told.whole(np.full((1, 2), float(step)), np.zeros(1), linked))
+        told = line.carry(step, Received.whole(np.full((1, 2), float(step)), np.zeros(1), linked))
         # Neither what was sent before arrives in these steps, nor what is sent in them afterwards.
         heard_now = int(told.values[0, 0]) if told.fresh[0] else -1
         expected = step - 2 if (2 <= step < 5 or step >= 12) else -1
@@ -223,7 +223,7 @@ def test_nothing_passes_over_an_edge_that_the_graph_does_not_have_at_present() -
 
 def test_delay_and_jitter_together_are_bounded_with_what_the_default_adds() -> None:
     spec = LinksSpec.model_validate(
-        {"default": {"delay": 4000.0}, "edges": [{"speaker": "a", "listener": "b", "jitter": 2000.0}]}
+        {"default": {"delay": 4000.0}, "edges": [{"sender": "a", "receiver": "b", "jitter": 2000.0}]}
     )
     (place, sentence), *others = spec.complaints(NAMES, STEP)
     assert not others

@@ -16,9 +16,9 @@ from satform.communication.topic_graph import (
     RECORDER,
     Channel,
     channels,
-    heard_by,
-    said_by,
+    published_by,
     satellite_channels,
+    subscribed_by,
 )
 from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
@@ -49,7 +49,9 @@ def test_whoever_is_to_be_heard_later_is_listened_to_from_the_start() -> None:
 def test_sensors_thrusters_and_attitudes_add_topics_of_the_plant() -> None:
     plain = set(by_topic(shipped("triangle")))
     thruster = {f"/sat{number}/propulsion" for number in (1, 2, 3)}
-    assert set(by_topic(shipped("triangle", "every_satellite.thruster={dry_mass: 12.0}"))) - plain == thruster
+    assert (
+        set(by_topic(shipped("triangle", "satellite_defaults.thruster={dry_mass: 12.0}"))) - plain == thruster
+    )
     noisy = by_topic(shipped("noisy_navigation"))
     assert noisy["/raw/truth"].speakers == (PLANT,)
     assert noisy["/raw/truth"].listeners == (RECORDER,)
@@ -64,13 +66,15 @@ def test_sensors_thrusters_and_attitudes_add_topics_of_the_plant() -> None:
 @pytest.mark.parametrize("name", ["triangle", "noisy_navigation", "formation_pointing"])
 def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) -> None:
     table = channels(topic_plan(shipped(name)))
-    unheard = {channel.topic for channel in table} - {channel.topic for channel in heard_by(RECORDER, table)}
+    unheard = {channel.topic for channel in table} - {
+        channel.topic for channel in subscribed_by(RECORDER, table)
+    }
     assert unheard == {"/formation/node_ready", "/formation/recorder_progress"}
     assert all(RECORDER not in channel.listeners_in(recorded=False) for channel in table)
 
 
 def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() -> None:
-    with_thruster = shipped("triangle", "every_satellite.thruster={dry_mass: 12.0}")
+    with_thruster = shipped("triangle", "satellite_defaults.thruster={dry_mass: 12.0}")
     scenarios = [with_thruster, *(shipped(path.stem) for path in SCENARIOS.glob("*.yaml"))]
     found = {
         channel.kind
@@ -84,7 +88,7 @@ def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() 
 def test_nobody_speaks_in_another_satellites_name() -> None:
     table = channels(topic_plan(shipped("noisy_navigation")))
     for name in ("raw", "late"):
-        own = [channel.topic for channel in said_by(name, table)]
+        own = [channel.topic for channel in published_by(name, table)]
         assert {topic.split("/")[1] for topic in own} == {name, "formation", "diagnostics"}
 
 
@@ -104,7 +108,7 @@ def described() -> dict[str, tuple[str, str]]:
 
 @pytest.mark.parametrize("name", ["formation_pointing", "noisy_navigation"])
 def test_the_readme_names_publisher_and_subscribers_of_each_topic(name: str) -> None:
-    scenario = shipped(name, "every_satellite.thruster={dry_mass: 12.0}")
+    scenario = shipped(name, "satellite_defaults.thruster={dry_mass: 12.0}")
     names = {satellite.name for satellite in scenario.satellites}
     for topic, channel in by_topic(scenario).items():
         own = topic.split("/")[1]

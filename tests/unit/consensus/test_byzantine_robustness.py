@@ -11,7 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from satform.consensus.byzantine_robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
+from satform.consensus.byzantine_robustness import (
+    MAXIMUM_SATELLITES,
+    agreement_guarantee,
+    lower_bound,
+    robustness,
+)
 from satform.consensus.graph import (
     CompleteSpec,
     Graph,
@@ -90,7 +95,7 @@ def test_every_graph_obeys_the_general_facts_of_robustness(count, density, direc
     if found.r >= 2:
         assert found.r <= int(graph.adjacency.sum(axis=1).min())
     # (2F + 1)-robust graphs are (F + 1, F + 1)-robust.
-    assert found.local_liars <= found.total_liars or found.r == 0
+    assert found.local_byzantine <= found.total_byzantine or found.r == 0
 
 
 @pytest.mark.parametrize(("links", "count"), [(2, 9), (3, 10), (4, 11)])
@@ -130,14 +135,14 @@ def test_a_wheel_is_2_robust_and_bears_a_liar_where_it_is_2_2_robust():
     found = robustness(wheel)
     assert (found.r, found.s) == by_definition(wheel)
     assert found.r == 2
-    assert found.total_liars == (1 if found.s[1] >= 2 else 0)
+    assert found.total_byzantine == (1 if found.s[1] >= 2 else 0)
 
 
 def test_all_hearing_all_bears_every_second_but_one_as_liars_in_the_whole_formation():
     # Theorem 2 of the paper and the bound of a third for Byzantine agreement do not contradict each other:
     # here each liar tells everybody the same.
     for count in range(2, 12):
-        assert robustness(CompleteSpec().build(count)).total_liars == math.ceil(count / 2) - 1
+        assert robustness(CompleteSpec().build(count)).total_byzantine == math.ceil(count / 2) - 1
 
 
 def test_the_lower_bound_is_exact_where_everybody_hears_everybody():
@@ -164,7 +169,7 @@ def test_a_graph_too_large_to_look_through_is_refused_with_the_reason_and_a_lowe
     ],
 )
 def test_a_promise_says_which_liars_the_graph_bears(graph, liars, local, total):
-    found = promise(graph, liars)
+    found = agreement_guarantee(graph, liars)
     assert (found.local, found.total) == (local, total)
     assert found.exact == (len(graph) <= MAXIMUM_SATELLITES)
     assert found.sentence
@@ -172,4 +177,4 @@ def test_a_promise_says_which_liars_the_graph_bears(graph, liars, local, total):
 
 def test_a_negative_number_of_liars_is_refused():
     with pytest.raises(ValueError, match="cannot be negative"):
-        promise(RingSpec().build(3), -1)
+        agreement_guarantee(RingSpec().build(3), -1)

@@ -7,8 +7,8 @@ import pytest
 
 from flights import satellite_of, shortened
 from satform.communication.messages import WIDTH, heard, numbers
-from satform.communication.neighbour_buffer import Told
-from satform.consensus.motion_sharing import HeardMotion, MotionAnnouncement, MotionSharing
+from satform.communication.neighbour_buffer import Received
+from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
 from satform.control.protocol import Motion
 from satform.flight.simulate import simulate
 from satform.scenario import ScenarioError
@@ -17,7 +17,7 @@ TRIANGLE = "directed_triangle"
 
 
 def test_a_neighbour_is_carried_on_at_the_velocity_it_was_heard_with() -> None:
-    said = HeardMotion(
+    said = NeighbourMotion(
         np.array([10.0, 0.0, 5.0]), np.array([2.0, -1.0, 0.0]), np.asarray(3.0), np.asarray(1.0)
     )
     seen = MotionSharing().seen(Motion(np.array([1.0, 1.0, 1.0]), np.array([0.5, 0.0, 0.0])), said, 3.5)
@@ -28,11 +28,11 @@ def test_a_neighbour_is_carried_on_at_the_velocity_it_was_heard_with() -> None:
 def test_an_announcement_arrives_as_it_was_said() -> None:
     random = np.random.default_rng(1)
     position, velocity = random.standard_normal((2, 3))
-    said = MotionAnnouncement(np.asarray(4.0), position, velocity)
+    said = MotionMessage(np.asarray(4.0), position, velocity)
     values = numbers(said)
     assert values.shape == (WIDTH["motion"],)
     arrived = heard("motion", values[None], np.array([4.0]), np.ones(1))
-    assert isinstance(arrived, HeardMotion)
+    assert isinstance(arrived, NeighbourMotion)
     assert np.array_equal(arrived.position, position)
     assert np.array_equal(arrived.velocity, velocity)
 
@@ -40,12 +40,12 @@ def test_an_announcement_arrives_as_it_was_said() -> None:
 def test_a_satellite_tells_the_motion_that_it_was_told_a_step_before() -> None:
     satellite = satellite_of(shortened(TRIANGLE, 1.0), 1)
     first = satellite.announce()
-    assert isinstance(first, MotionAnnouncement)
+    assert isinstance(first, MotionMessage)
     assert first.position.tolist() == [45.0, 5.0, 4.0]
     motion = Motion(np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0]))
-    satellite.act(motion, Told.whole(np.zeros((1, 6)), np.zeros(1)))
+    satellite.act(motion, Received.whole(np.zeros((1, 6)), np.zeros(1)))
     second = satellite.announce()
-    assert isinstance(second, MotionAnnouncement)
+    assert isinstance(second, MotionMessage)
     assert second.time == 0.0
     assert np.array_equal(second.position, motion.position)
     assert np.array_equal(second.velocity, motion.velocity)
@@ -61,13 +61,13 @@ def test_only_the_one_that_is_heard_matters() -> None:
 
 def test_satellites_that_share_their_motion_fly_with_the_same_bits_together_and_one_by_one() -> None:
     scenario = shortened(TRIANGLE, 4.0)
-    assert simulate(scenario).differences(simulate(scenario, together=False)) == []
+    assert simulate(scenario).differences(simulate(scenario, stacked=False)) == []
 
 
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ("every_satellite.controller={kind: lqr}", "controller that follows a reference"),
+        ("satellite_defaults.controller={kind: lqr}", "controller that follows a reference"),
         ("graph={kind: ring}", "hears 2 others"),
         ("graph={kind: none}", "hears 0 others"),
         (

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from flights import shortened
-from satform.consensus.arc_length import ArcLengthConsensusSpec, Heard, propagate
+from satform.consensus.arc_length import ArcLengthConsensusSpec, NeighbourPhases, propagate
 from satform.consensus.byzantine_robustness import robustness
 from satform.consensus.graph import CompleteSpec, Graph, RingSpec
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec, dropped
@@ -27,13 +27,13 @@ def resilient(liars, tracking=0.2, rate=0.1, share=1.0, **others):
         tracking_gain=tracking,
         coupling_gain=share * tracking * rate,
         rate_gain=rate,
-        tolerated_liars=liars,
+        tolerated_byzantine=liars,
         **others,
     )
 
 
 def plain(spec):
-    return ArcLengthConsensusSpec(**spec.model_dump(exclude={"kind", "tolerated_liars"}))
+    return ArcLengthConsensusSpec(**spec.model_dump(exclude={"kind", "tolerated_byzantine"}))
 
 
 def attached(count, links, generator):
@@ -69,7 +69,7 @@ def flown(spec, graph, phase, rate, liars, lie, steps):
         said = phase[index], rate[index]
         for listener, slot in zip(*np.nonzero(lying[index] & (weight > 0)), strict=True):
             said[0][listener, slot], said[1][listener, slot] = lie(step, listener, phase, rate)
-        heard = Heard(*said, np.full_like(weight, step), weight)
+        heard = NeighbourPhases(*said, np.full_like(weight, step), weight)
         change = law.acceleration(phase, rate, np.full(len(graph), NOMINAL), heard, float(step))
         phase, rate = propagate(phase, rate, np.where(lying, 0.0, change), 1.0)
     return states
@@ -188,7 +188,9 @@ def test_extrapolated_values_no_older_than_the_look_ahead_stay_within_the_interv
     generator = np.random.default_rng(8)
     for age in (0.0, 0.5 * ahead, ahead):
         place, late = generator.normal(0.0, 1e3), generator.normal(0.0, 30.0)
-        said = Heard(*(np.array([value]) for value in (place - NOMINAL * age, NOMINAL + late, -age, 1.0)))
+        said = NeighbourPhases(
+            *(np.array([value]) for value in (place - NOMINAL * age, NOMINAL + late, -age, 1.0))
+        )
         pull = spec.build().pulls(np.float64(0.0), np.float64(NOMINAL), said, 0.0)[0]
         reached = -pull / spec.coupling_gain - (ahead + age) * late
         assert reached == pytest.approx(place, abs=1e-6)
@@ -216,7 +218,7 @@ def test_without_tolerated_liars_the_law_has_the_bits_of_the_plain_one():
     values[3] = np.arange(5) < generator.integers(1, 6, 12)[:, None]
     place, rate = generator.normal(0.0, 1e5, 12), generator.normal(80.0, 5.0, 12)
     laws = [stack([one.build()] * 12) for one in (spec, plain(spec))]
-    found = [law.acceleration(place, rate, np.full(12, 80.0), Heard(*values), 7.0) for law in laws]
+    found = [law.acceleration(place, rate, np.full(12, 80.0), NeighbourPhases(*values), 7.0) for law in laws]
     assert found[0].tobytes() == found[1].tobytes()
 
 
@@ -229,16 +231,16 @@ def test_one_satellite_and_many_get_the_same_bits_whatever_the_padding_and_ties(
     values[3] = np.arange(7) < known[:, None]
     place, rate = generator.choice(ORDINARY, 6), generator.choice(ORDINARY, 6)
     law = resilient(liars).build()
-    together = stack([law] * 6).acceleration(place, rate, np.zeros(6), Heard(*values), 0.0)
-    assert np.all(np.isfinite(together))
+    stacked = stack([law] * 6).acceleration(place, rate, np.zeros(6), NeighbourPhases(*values), 0.0)
+    assert np.all(np.isfinite(stacked))
     for i in range(6):
-        heard = Heard(*values[:, i, : known[i]])
-        alone = law.acceleration(place[i], rate[i], np.float64(0.0), heard, 0.0)
-        assert np.float64(alone) == together[i]
+        heard = NeighbourPhases(*values[:, i, : known[i]])
+        single = law.acceleration(place[i], rate[i], np.float64(0.0), heard, 0.0)
+        assert np.float64(single) == stacked[i]
 
 
 def test_who_is_not_heard_does_not_count_among_the_ignored():
-    heard = Heard(*np.array([[5.0, 9.0, 1e9], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, 0.0]]))
+    heard = NeighbourPhases(*np.array([[5.0, 9.0, 1e9], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 1.0, 0.0]]))
     change = resilient(1).build().acceleration(np.float64(0.0), np.float64(0.0), 0.0, heard, 0.0)
     # 9 m ahead is ignored as the furthest; 5 m ahead remains.
     assert change == pytest.approx(0.02 * 5.0, rel=1e-12)
@@ -247,9 +249,9 @@ def test_who_is_not_heard_does_not_count_among_the_ignored():
 def test_a_formation_flies_the_resilient_law_with_the_bits_of_the_plain_one_where_nobody_is_ignored():
     scenario = shortened("complete_six", 60.0)
     gains = scenario.consensus.model_dump(exclude={"kind"})
-    other = replace_consensus(scenario, ResilientArcLengthConsensusSpec(**gains, tolerated_liars=0))
+    other = replace_consensus(scenario, ResilientArcLengthConsensusSpec(**gains, tolerated_byzantine=0))
     assert np.array_equal(simulate(other).position, simulate(scenario).position)
-    wary = replace_consensus(scenario, ResilientArcLengthConsensusSpec(**gains, tolerated_liars=1))
+    wary = replace_consensus(scenario, ResilientArcLengthConsensusSpec(**gains, tolerated_byzantine=1))
     assert not np.array_equal(simulate(wary).arc_length, simulate(scenario).arc_length)
 
 
@@ -259,5 +261,5 @@ def replace_consensus(scenario, law):
 
 @pytest.mark.parametrize("liars", [-1, 1.5, 10_001])
 def test_the_number_of_liars_is_a_small_whole_number(liars):
-    with pytest.raises(ValidationError, match="tolerated_liars"):
+    with pytest.raises(ValidationError, match="tolerated_byzantine"):
         resilient(liars)

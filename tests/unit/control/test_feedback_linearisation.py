@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
 from satform.numeric.stacking import stack
@@ -23,7 +23,7 @@ NOWHERE = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
 def test_error_decays_as_the_critically_damped_oscillator_in_closed_form():
-    law = HillPdSpec(natural_frequency=(0.01, 0.01, 0.01)).build(SETTING)
+    law = FeedbackLinearisationSpec(natural_frequency=(0.01, 0.01, 0.01)).build(SETTING)
     start = np.array([100.0, -40.0, 20.0, 0.0, 0.0, 0.0])
 
     def rate(_time, state):
@@ -38,7 +38,7 @@ def test_error_decays_as_the_critically_damped_oscillator_in_closed_form():
 
 
 def test_satellite_on_a_free_orbit_that_is_its_reference_gets_no_command():
-    law = HillPdSpec().build(SETTING)
+    law = FeedbackLinearisationSpec().build(SETTING)
     position, velocity = np.array([100.0, 0.0, 50.0]), np.array([0.0, -200.0 * MEAN_MOTION, 0.0])
     acceleration = -(MEAN_MOTION**2) * position
     action = law.act(Motion(position, velocity), Reference(position, velocity, acceleration), None, STEP)
@@ -53,7 +53,7 @@ def test_satellite_on_a_free_orbit_that_is_its_reference_gets_no_command():
 )
 def test_sampled_loop_decays_for_every_gain_that_is_accepted(frequency, damping, mean_motion):
     setting = FlightSetting(mean_motion, 1.0)
-    law = HillPdSpec(natural_frequency=frequency, damping_ratio=damping).build(setting)
+    law = FeedbackLinearisationSpec(natural_frequency=frequency, damping_ratio=damping).build(setting)
     plant = cw.HeldInputStep.over(mean_motion, 1.0)
     columns = []
     for unit in np.eye(6):
@@ -63,16 +63,16 @@ def test_sampled_loop_decays_for_every_gain_that_is_accepted(frequency, damping,
 
 
 def test_a_frequency_beyond_what_the_step_allows_is_refused_in_words():
-    with pytest.raises(ValueError, match="hill_pd: with the command held for 1 s"):
-        HillPdSpec(natural_frequency=(3.0, 3.0, 3.0)).build(SETTING)
+    with pytest.raises(ValueError, match="feedback_linearisation: with the command held for 1 s"):
+        FeedbackLinearisationSpec(natural_frequency=(3.0, 3.0, 3.0)).build(SETTING)
 
 
 def test_one_law_and_a_stack_of_them_command_the_same_bits():
-    laws = [HillPdSpec(natural_frequency=f).build(SETTING) for f in (0.01, 0.02)]
+    laws = [FeedbackLinearisationSpec(natural_frequency=f).build(SETTING) for f in (0.01, 0.02)]
     position, velocity, target = np.random.default_rng(0).standard_normal((3, 2, 3)) * 100.0
     reference = Reference(target, velocity * 0.3, target * 1e-6)
-    together = stack(laws).act(Motion(position, velocity), reference, None, STEP).acceleration
+    stacked = stack(laws).act(Motion(position, velocity), reference, None, STEP).acceleration
     for index, law in enumerate(laws):
         own = Reference(target[index], velocity[index] * 0.3, target[index] * 1e-6)
-        alone = law.act(Motion(position[index], velocity[index]), own, None, STEP).acceleration
-        assert np.array_equal(alone, together[index])
+        single = law.act(Motion(position[index], velocity[index]), own, None, STEP).acceleration
+        assert np.array_equal(single, stacked[index])

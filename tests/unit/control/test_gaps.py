@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flights import satellite_of
-from satform.communication.neighbour_buffer import Told
+from satform.communication.neighbour_buffer import Received
 from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion, require_protocol
@@ -23,7 +23,7 @@ from satform.planning.impulsive_guidance import TimedBurnsSpec
 from satform.record.flight_record import FlightRecord
 from satform.scenario import parse_scenario
 
-NOBODY = Told.whole(np.zeros((0, 2)), np.zeros(0))
+NOBODY = Received.whole(np.zeros((0, 2)), np.zeros(0))
 SETTING = FlightSetting(2.0 * math.pi / 6000.0, 1.0)
 
 ALONE = """
@@ -35,14 +35,14 @@ timing: {step: 1.0, duration: 4000.0}
 dynamics: {kind: cw}
 graph: {kind: none}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {rate: 0.0}
+nominal_motion: {rate: 0.0}
 """
 BURNS = """
-every_satellite:
+satellite_defaults:
   curve: {kind: fixed_point, position: [0.0, -100.0e3, 0.0]}
 satellites:
   - name: tour
-    controller: {kind: impulse, waypoints: [{position: [0.0, -50000.0, 0.0], duration: 1800.0}]}
+    controller: {kind: impulsive_guidance, waypoints: [{position: [0.0, -50000.0, 0.0], duration: 1800.0}]}
   - name: burns
     controller:
       kind: timed_burns
@@ -53,8 +53,8 @@ satellites:
 """
 LOSSES = """
 faults:
-  - {kind: satellite_lost, satellite: tour, at: 1000.0, back: 1500.0, memory: MEMORY}
-  - {kind: satellite_lost, satellite: burns, at: 1000.0, back: 1500.0, memory: MEMORY}
+  - {kind: satellite_lost, satellite: tour, at: 1000.0, rejoin_at: 1500.0, memory: MEMORY}
+  - {kind: satellite_lost, satellite: burns, at: 1000.0, rejoin_at: 1500.0, memory: MEMORY}
 """
 
 
@@ -110,7 +110,7 @@ def registered() -> list[tuple[str, Any]]:
             (
                 entry.name,
                 spec(waypoints=[{"position": (0.0, 1e3, 0.0), "duration": 1e3}])
-                if entry.name == "impulse"
+                if entry.name == "impulsive_guidance"
                 else spec(),
             )
         )
@@ -189,9 +189,9 @@ def test_after_a_gap_under_an_unknown_push_the_observer_commands_no_more_than_th
             f"""{text}
 checkpoint_period: 100.0
 faults:
-  - {{kind: satellite_lost, satellite: a, at: 1050.0, back: 2050.0}}
-  - {{kind: satellite_lost, satellite: b, at: 1050.0, back: 2050.0}}
-every_satellite:
+  - {{kind: satellite_lost, satellite: a, at: 1050.0, rejoin_at: 2050.0}}
+  - {{kind: satellite_lost, satellite: b, at: 1050.0, rejoin_at: 2050.0}}
+satellite_defaults:
   curve: {{kind: fixed_point, position: [0.0, 100.0, 0.0]}}
 satellites:
   - {{name: a, controller: {law}}}
@@ -207,7 +207,7 @@ def test_a_filter_is_propagated_over_a_gap_and_does_not_begin_again() -> None:
     scenario = parse_scenario(
         ALONE.replace("mean_motion: 7.292115865e-5", "period: 6000.0")
         + """
-every_satellite:
+satellite_defaults:
   curve: {kind: fixed_point, position: [0.0, 100.0, 0.0]}
   sensor: {position_noise: 1.0, velocity_noise: 0.01}
   filter: {acceleration_density: 1.0e-12}
@@ -253,14 +253,14 @@ def test_a_filter_from_an_old_checkpoint_does_not_trust_what_it_commanded_since_
             ALONE.replace("mean_motion: 7.292115865e-5", "period: 6000.0").replace("4000.0", "600.0")
             + """
 checkpoint_period: 100.0
-faults: [{kind: satellite_lost, satellite: a, at: 120.0, back: 220.0}]
-every_satellite:
+faults: [{kind: satellite_lost, satellite: a, at: 120.0, rejoin_at: 220.0}]
+satellite_defaults:
   curve: {kind: fixed_point, position: [0.0, 100.0, 0.0]}
   sensor: {position_noise: 1.0, velocity_noise: 0.01}
   filter: {acceleration_density: 1.0e-8}
   thruster: {dry_mass: 50.0, maximum_thrust: 0.5}
 satellites:
-  - {name: a, position_error: [0.0, -200.0, 0.0], controller: {kind: hill_pd}}
+  - {name: a, position_error: [0.0, -200.0, 0.0], controller: {kind: feedback_linearisation}}
 """
         )
     )

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.linalg import expm
 
-from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.integral_action import IntegralSpec
 from satform.control.lqr import LqrSpec, design_lqr
 from satform.control.observer import ObserverSpec
@@ -36,8 +36,8 @@ NOWHERE = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
 BESIDE = {
     "lqr": (LqrSpec(), GEO, 1e-7),
     "lqr on positions": (ObserverSpec(law=LqrSpec()), GEO, 1e-7),
-    "hill_pd": (HillPdSpec(natural_frequency=0.01), LEO, 2e-7),
-    "hill_pd on positions": (ObserverSpec(law=HillPdSpec()), LEO, 2e-7),
+    "feedback_linearisation": (FeedbackLinearisationSpec(natural_frequency=0.01), LEO, 2e-7),
+    "hill_pd on positions": (ObserverSpec(law=FeedbackLinearisationSpec()), LEO, 2e-7),
     "sliding_mode": (LAYERED, LEO, 6e-7),
 }
 
@@ -79,12 +79,14 @@ def test_sliding_mode_in_its_boundary_layer_and_hill_pd_leave_without_it_what_th
     disturbance = np.array([1e-4, -5e-5, 2e-5])
     layered, _, _ = fly(LAYERED.build(LEO), LEO, NOWHERE, disturbance, 4000.0)
     assert layered == pytest.approx(5000.0 * disturbance, rel=1e-3)
-    spring, _, _ = fly(HillPdSpec(natural_frequency=0.01).build(LEO), LEO, NOWHERE, disturbance, 4000.0)
+    spring, _, _ = fly(
+        FeedbackLinearisationSpec(natural_frequency=0.01).build(LEO), LEO, NOWHERE, disturbance, 4000.0
+    )
     assert spring == pytest.approx(disturbance / 0.01**2, rel=1e-3)
 
 
 def test_a_disturbance_beyond_the_limit_leaves_the_offset_of_what_exceeds_it():
-    spec = IntegralSpec(law=HillPdSpec(natural_frequency=0.01), gain=2e-7, limit=6e-5)
+    spec = IntegralSpec(law=FeedbackLinearisationSpec(natural_frequency=0.01), gain=2e-7, limit=6e-5)
     push = np.array([1e-4, -1e-4, 3e-5])
     place, _, memory = fly(spec.build(LEO), LEO, NOWHERE, push, 8000.0)
     assert memory.acceleration == pytest.approx([-6e-5, 6e-5, -3e-5], abs=1e-10)
@@ -92,7 +94,9 @@ def test_a_disturbance_beyond_the_limit_leaves_the_offset_of_what_exceeds_it():
 
 
 def test_at_its_limit_nothing_winds_up():
-    law = IntegralSpec(law=HillPdSpec(natural_frequency=0.01), gain=2e-7, limit=1e-5).build(LEO)
+    law = IntegralSpec(law=FeedbackLinearisationSpec(natural_frequency=0.01), gain=2e-7, limit=1e-5).build(
+        LEO
+    )
     long, _, stuck = fly(law, LEO, NOWHERE, np.array([1e-3, 0.0, 0.0]), 8000.0)
     _, _, sooner = fly(law, LEO, NOWHERE, np.array([1e-3, 0.0, 0.0]), 4000.0)
     assert stuck.acceleration[0] == sooner.acceleration[0] == -1e-5
@@ -100,7 +104,9 @@ def test_at_its_limit_nothing_winds_up():
 
 
 def test_on_the_way_from_afar_an_axis_out_of_reach_is_not_integrated():
-    law = IntegralSpec(law=HillPdSpec(natural_frequency=0.01), gain=2e-7, reach=(10.0, 10.0, 30.0)).build(LEO)
+    law = IntegralSpec(
+        law=FeedbackLinearisationSpec(natural_frequency=0.01), gain=2e-7, integration_band=(10.0, 10.0, 30.0)
+    ).build(LEO)
     start = law.start(Motion(np.zeros(3), np.zeros(3)))
     far = Motion(np.array([11.0, -9.0, 20.0]), np.zeros(3))
     grown = law.act(far, NOWHERE, start, STEP).memory.acceleration
@@ -113,13 +119,14 @@ def test_a_gain_is_refused_from_the_product_of_stiffness_and_damping_on(frequenc
     # Routh: s^3 + damping s^2 + stiffness s + gain is stable up to gain = damping stiffness.
     largest = 2.0 * damping_ratio * frequency * frequency**2
     spec = IntegralSpec(
-        law=HillPdSpec(natural_frequency=frequency, damping_ratio=damping_ratio), gain=share * largest
+        law=FeedbackLinearisationSpec(natural_frequency=frequency, damping_ratio=damping_ratio),
+        gain=share * largest,
     )
     setting = FlightSetting(LEO.mean_motion, 1e-3 / frequency)
     if share < 1.0:
         spec.build(setting)
     else:
-        with pytest.raises(ValueError, match=r"integral beside hill_pd: .* does not decay"):
+        with pytest.raises(ValueError, match=r"integral beside feedback_linearisation: .* does not decay"):
             spec.build(setting)
 
 
@@ -155,13 +162,13 @@ def test_element_control_takes_integral_action_across_the_orbital_plane_and_refu
 
 
 def test_an_axis_without_gain_is_left_to_the_law_alone():
-    spec = IntegralSpec(law=HillPdSpec(natural_frequency=0.01), gain=(2e-7, 0.0, 2e-7))
+    spec = IntegralSpec(law=FeedbackLinearisationSpec(natural_frequency=0.01), gain=(2e-7, 0.0, 2e-7))
     place, _, memory = fly(spec.build(LEO), LEO, NOWHERE, np.full(3, 1e-4), 8000.0)
     assert place == pytest.approx([0.0, 1.0, 0.0], abs=1e-3)
     assert memory.acceleration[1] == 0.0
 
 
-@pytest.mark.parametrize(("field", "lowest"), [("gain", -1e-9), ("limit", 0.0), ("reach", 0.0)])
+@pytest.mark.parametrize(("field", "lowest"), [("gain", -1e-9), ("limit", 0.0), ("integration_band", 0.0)])
 def test_a_negative_gain_and_a_limit_or_reach_of_nothing_are_refused(field, lowest):
     with pytest.raises(ValidationError, match=field):
         IntegralSpec(**{field: (1.0, lowest, 1.0)})

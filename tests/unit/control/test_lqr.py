@@ -282,15 +282,15 @@ def test_one_regulator_and_a_stack_of_them_command_the_same_bits():
     laws = [LqrSpec(feedforward=True).build(FlightSetting(n, STEP)) for n in (7e-5, 1e-3, 1.1e-3)]
     random = np.random.default_rng(1)
     position, velocity, target, drift, push = random.standard_normal((5, 3, 3)) * 1e3
-    together = stack(laws).act(Motion(position, velocity), Reference(target, drift, push), None, FIRST)
+    stacked = stack(laws).act(Motion(position, velocity), Reference(target, drift, push), None, FIRST)
     for index, law in enumerate(laws):
-        alone = law.act(
+        single = law.act(
             Motion(position[index], velocity[index]),
             Reference(target[index], drift[index], push[index]),
             None,
             FIRST,
         )
-        assert np.array_equal(alone.acceleration, together.acceleration[index])
+        assert np.array_equal(single.acceleration, stacked.acceleration[index])
 
 
 def test_integral_action_has_the_reference_gains():

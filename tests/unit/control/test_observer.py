@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.linalg import expm
 
-from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.lqi import LqiSpec
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec, continuous_observer_gain
@@ -78,7 +78,7 @@ def test_flown_estimation_error_shrinks_at_the_reference_rate():
 
 def test_error_of_the_estimate_does_not_depend_on_what_is_commanded():
     errors = []
-    for law in (LqrSpec(), LqiSpec(), HillPdSpec()):
+    for law in (LqrSpec(), LqiSpec(), FeedbackLinearisationSpec()):
         spec = ObserverSpec(law=law, initial_position_error=(10.0, -20.0, 30.0))
         flown, estimated = fly(spec.build(SETTING), START, 100)
         errors.append(estimated - flown)

@@ -155,8 +155,8 @@ def test_one_law_and_a_stack_of_them_command_the_same_bits():
     laws = [ElementControlSpec(gain=g, feedforward=True).build(SETTING) for g in (0.1, 0.3)]
     position, velocity, target = np.random.default_rng(0).standard_normal((3, 2, 3)) * 100.0
     reference = Reference(target, velocity * 0.3, target * 1e-6)
-    together = stack(laws).act(Motion(position, velocity), reference, None, STEP).acceleration
+    stacked = stack(laws).act(Motion(position, velocity), reference, None, STEP).acceleration
     for index, law in enumerate(laws):
         own = Reference(target[index], velocity[index] * 0.3, target[index] * 1e-6)
-        alone = law.act(Motion(position[index], velocity[index]), own, None, STEP).acceleration
-        assert np.array_equal(alone, together[index])
+        single = law.act(Motion(position[index], velocity[index]), own, None, STEP).acceleration
+        assert np.array_equal(single, stacked[index])

@@ -11,8 +11,8 @@ import pytest
 
 from flights import shipped, shortened
 from satform.attitude.tracking import AttitudeTrackingSpec, attitude_transition
-from satform.control.artificial_potential import AdaptiveDistanceSpec
-from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.artificial_potential import ArtificialPotentialSpec
+from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.protocol import ControllerSpec, ControlStep, FlightSetting, Motion, RelativeNeighbour
 from satform.control.sampled_stability import closed_loop, spectral_radius
 from satform.control.sliding_mode import SlidingModeSpec
@@ -45,7 +45,7 @@ def onset(grows: Callable[[float], bool], low: float, high: float) -> float:
     return 0.5 * (low + high)
 
 
-def alone(step: float, steps: int, controller: str, *extra: str) -> Scenario:
+def single(step: float, steps: int, controller: str, *extra: str) -> Scenario:
     """One satellite a hundredth of a millimetre off the place at which it is to stay."""
     return parse_scenario(
         f"""
@@ -57,7 +57,7 @@ timing: {{step: {step}, duration: {step * steps}}}
 dynamics: {{kind: cw}}
 graph: {{kind: none}}
 consensus: {{kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}}
-circulation: {{rate: 0.0}}
+nominal_motion: {{rate: 0.0}}
 satellites:
   - name: a
     curve: {{kind: fixed_point, position: [0.0, 0.0, 0.0]}}
@@ -87,7 +87,7 @@ def layer(step: float) -> float:
 
 def test_a_boundary_layer_diverges_from_the_step_at_which_its_slope_over_a_step_is_two() -> None:
     def diverges(step: float) -> bool:
-        surface = np.abs(simulate(alone(step, 80, SLIDING)).sliding_variable)
+        surface = np.abs(simulate(single(step, 80, SLIDING)).sliding_variable)
         return bool(surface[-10:].max() > 2.0 * surface[0].max())
 
     flown = onset(diverges, 1.0, 3.0)
@@ -95,7 +95,7 @@ def test_a_boundary_layer_diverges_from_the_step_at_which_its_slope_over_a_step_
     assert flown == pytest.approx(2.0 / 1.1, rel=0.02)
     assert layer(0.99 * flown) < 1.0 < layer(1.01 * flown)
     for step in (0.5, 1.9, 2.0, 4.0):
-        assert radius(alone(step, 1, SLIDING), "tracking") == pytest.approx(layer(step), rel=1e-5)
+        assert radius(single(step, 1, SLIDING), "tracking") == pytest.approx(layer(step), rel=1e-5)
 
 
 def test_check_warns_of_the_boundary_layer_that_is_dead() -> None:
@@ -106,10 +106,10 @@ def test_check_warns_of_the_boundary_layer_that_is_dead() -> None:
 
 
 def test_a_regulator_on_late_measurements_diverges_from_the_latency_at_which_its_loop_does() -> None:
-    law = "{kind: hill_pd, natural_frequency: 0.05, damping_ratio: 1.0}"
+    law = "{kind: feedback_linearisation, natural_frequency: 0.05, damping_ratio: 1.0}"
 
     def late(latency: float) -> Scenario:
-        return alone(1.0, 400, law, f"sensor: {{latency: {latency}}}")
+        return single(1.0, 400, law, f"sensor: {{latency: {latency}}}")
 
     radii = {latency: radius(late(latency), "tracking") for latency in range(1, 20)}
     first = min(latency for latency, value in radii.items() if value >= 1.0)
@@ -123,7 +123,7 @@ def test_a_regulator_on_late_measurements_diverges_from_the_latency_at_which_its
 
 
 def test_rare_measurements_count_a_period_and_not_a_step() -> None:
-    law = HillPdSpec(natural_frequency=(0.05,) * 3).build(FlightSetting(MOTION, 1.0))
+    law = FeedbackLinearisationSpec(natural_frequency=(0.05,) * 3).build(FlightSetting(MOTION, 1.0))
     every = closed_loop(law, FlightSetting(MOTION, 1.0))
     rare = closed_loop(law, FlightSetting(MOTION, 1.0), update=4)
     assert every is not None
@@ -181,7 +181,7 @@ def test_a_filter_s_radius_is_that_of_its_own_covariance_once_it_is_steady() -> 
 @pytest.mark.parametrize("slope", [0.01, 0.9, 2.4])
 def test_a_law_on_the_distance_grows_in_flight_as_its_loop_does(slope: float) -> None:
     setting = FlightSetting(MOTION, 0.5)
-    spec = AdaptiveDistanceSpec(slope=slope, barrier=False, weight_rate=0.0, disturbance_rate=0.0)
+    spec = ArtificialPotentialSpec(slope=slope, barrier=False, weight_rate=0.0, disturbance_rate=0.0)
     law, place, velocity = spec.build(setting), np.array([100.0 + 1e-4, 0.0, 0.0]), np.zeros(3)
     memory, sizes = law.start(Motion(place, velocity)), []
     for number in range(120):
@@ -214,7 +214,7 @@ class Own(ControllerSpec):
 
 
 def test_a_law_of_one_s_own_says_what_its_loop_is_or_that_it_is_not_analysed() -> None:
-    scenario = alone(1.0, 1, SLIDING)
+    scenario = single(1.0, 1, SLIDING)
     for factor, found in ((1.7, 1.7), (0.0, None)):
         own = scenario.satellites[0].model_copy(update={"controller": Own(factor=factor)})
         loop = sampled_loops(scenario.model_copy(update={"satellites": (own,)}))[0]
@@ -227,7 +227,7 @@ def test_laws_without_feedback_and_switching_laws_are_said_not_to_be_analysed() 
         ("{kind: coast}", "coast, which commands nothing"),
         ("{kind: sliding_mode}", "sliding_mode, which is not linear close to its reference"),
     ):
-        loop = sampled_loops(alone(1.0, 1, law))[0]
+        loop = sampled_loops(single(1.0, 1, law))[0]
         assert (loop.radius, loop.words) == (None, words)
 
 
@@ -243,11 +243,11 @@ def test_a_consensus_on_projected_arc_lengths_is_said_not_to_be_analysed() -> No
 
 def test_an_axis_without_integral_gain_is_no_part_of_the_loop() -> None:
     law = "{kind: integral, law: {kind: relative_elements}, gain: [0.0, 0.0, 1.0e-10]}"
-    assert radius(alone(10.0, 1, law), "tracking") < 1.0
+    assert radius(single(10.0, 1, law), "tracking") < 1.0
 
 
 def test_a_scenario_can_expect_its_loops_to_decay() -> None:
-    scenario = alone(2.0, 2, SLIDING)
+    scenario = single(2.0, 2, SLIDING)
     record = simulate(scenario)
     expectations = (SpectralRadius(below=1.0), SpectralRadius(loop="consensus", below=1.0))
     tracking, consensus = judge(expectations, record, lambda: sampled_loops(scenario))

@@ -199,17 +199,17 @@ def test_cancelling_the_centre_of_the_disturbance_lets_a_small_gain_suffice():
 def test_a_lagging_feed_forward_is_warned_of_only_where_it_defeats_the_switching_gain():
     spec = SlidingModeSpec()
     assert "lags by up to 1.825 m/s^2" in sampling_warnings(spec, 0.01, 365.0, "start")[0]
-    assert sampling_warnings(spec, 0.01, 365.0, "middle") == []
+    assert sampling_warnings(spec, 0.01, 365.0, "midpoint") == []
     assert sampling_warnings(spec, 0.1, 1.69e-3, "start") == []
-    assert "from 2 on" in sampling_warnings(spec, 20.0, 0.0, "middle")[0]
+    assert "from 2 on" in sampling_warnings(spec, 20.0, 0.0, "midpoint")[0]
 
 
 def test_one_satellite_and_many_get_the_same_bits():
     specs = [SlidingModeSpec(switching_gain=0.1 + 0.01 * i, boundary_layer=0.01 * (i % 3)) for i in range(9)]
     controllers = [spec.build(FlightSetting(MEAN_MOTION * (1.0 + i), 0.1)) for i, spec in enumerate(specs)]
     cases = [random_case(seed) for seed in range(9)]
-    together = stack(controllers).act(stack([c[0] for c in cases]), stack([c[1] for c in cases]), None, STEP)
+    stacked = stack(controllers).act(stack([c[0] for c in cases]), stack([c[1] for c in cases]), None, STEP)
     for i, controller in enumerate(controllers):
-        alone = controller.act(*cases[i], None, STEP)
-        assert np.array_equal(alone.acceleration, together.acceleration[i])
-        assert np.array_equal(alone.sliding_variable, together.sliding_variable[i])
+        single = controller.act(*cases[i], None, STEP)
+        assert np.array_equal(single.acceleration, stacked.acceleration[i])
+        assert np.array_equal(single.sliding_variable, stacked.sliding_variable[i])

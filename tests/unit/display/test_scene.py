@@ -104,7 +104,7 @@ def test_a_flight_shorter_than_a_lap_has_as_many_pictures_as_a_lap() -> None:
 
 
 def test_a_lap_by_rate_is_the_perimeter_over_the_speed() -> None:
-    scenario = shipped("triangle", "circulation={rate: 100.0}", "timing.duration=1e6")
+    scenario = shipped("triangle", "nominal_motion={rate: 100.0}", "timing.duration=1e6")
     # Perimeter of an ellipse with semi-axes of 100 and 50 km (Ramanujan), flown at 100 m/s.
     seconds = 484_422.4 / 100.0
     assert picture_interval(scene_plan(scenario), 100) == pytest.approx(seconds / 100 / 0.5, abs=1.0)

@@ -177,10 +177,10 @@ def test_one_satellite_and_many_get_the_same_bits():
     command = np.random.default_rng(1).normal(size=(17, 3))
     disturbance = np.random.default_rng(2).normal(size=(3, 17, 3))
     step = DisturbedStep.over(MEAN_MOTION, 0.5)
-    together = step.advance(position, velocity, command, disturbance)
+    stacked = step.advance(position, velocity, command, disturbance)
     for i in range(17):
-        alone = step.advance(
+        single = step.advance(
             position[i : i + 1], velocity[i : i + 1], command[i : i + 1], disturbance[:, i : i + 1]
         )
-        assert np.array_equal(alone[0][0], together[0][i])
-        assert np.array_equal(alone[1][0], together[1][i])
+        assert np.array_equal(single[0][0], stacked[0][i])
+        assert np.array_equal(single[1][0], stacked[1][i])

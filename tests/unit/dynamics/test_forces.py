@@ -122,12 +122,12 @@ def test_each_satellite_has_the_same_force_alone_as_in_company():
             forces.SolarPressure(EPOCH),
         )
     )
-    together = model.acceleration(100.0, position, velocity, (BODY,) * 20)
+    stacked = model.acceleration(100.0, position, velocity, (BODY,) * 20)
     for row in range(20):
         one = slice(row, row + 1)
         assert (
             model.acceleration(100.0, position[one], velocity[one], (BODY,)).tobytes()
-            == together[one].tobytes()
+            == stacked[one].tobytes()
         )
 
 

@@ -93,14 +93,14 @@ def test_a_satellite_has_the_same_bits_alone_as_among_a_thousand(name):
     many = eccentric_start(0.1, 1000) + 0.1 * generator.normal(size=(2, 1000, 3))
     method = integrators.FixedStep(integrators.TABLEAUS[name](), 0.1)
     step = integrators.exponential_step(integrators.TABLEAUS[name](), MEAN_MOTION, 30.0)
-    together, _ = method.advance(kepler_by_components, 0.0, many, np.zeros_like(many), 0.3)
+    stacked, _ = method.advance(kepler_by_components, 0.0, many, np.zeros_like(many), 0.3)
     held = generator.normal(size=(1000, 3))
     flat = generator.normal(size=(1000, 6))
     exponential = step.advance(flat, held, lambda offset, state: offset * state[:, :3])
     for row in (0, 1, 500, 999):
         one = slice(row, row + 1)
-        alone, _ = method.advance(kepler_by_components, 0.0, many[:, one], np.zeros((2, 1, 3)), 0.3)
-        assert alone.tobytes() == together[:, one].tobytes()
+        single, _ = method.advance(kepler_by_components, 0.0, many[:, one], np.zeros((2, 1, 3)), 0.3)
+        assert single.tobytes() == stacked[:, one].tobytes()
         apart = step.advance(flat[one], held[one], lambda offset, state: offset * state[:, :3])
         assert apart.tobytes() == exponential[one].tobytes()
 

@@ -169,12 +169,12 @@ def test_each_satellite_flies_alone_as_in_company():
     command = 1e-4 * generator.normal(size=(20, 3))
     push = tuple(1e-6 * generator.normal(size=3))
     dynamics = build(0.9, 10.0, count=20, perturbations=({"kind": "constant", "acceleration": push},))
-    together = fly(dynamics, position, velocity, 3, command)
-    alone = build(0.9, 10.0, perturbations=({"kind": "constant", "acceleration": push},))
+    stacked = fly(dynamics, position, velocity, 3, command)
+    single = build(0.9, 10.0, perturbations=({"kind": "constant", "acceleration": push},))
     for row in (0, 7, 19):
         one = slice(row, row + 1)
         assert (
-            fly(alone, position[one], velocity[one], 3, command[one]).tobytes() == together[:, one].tobytes()
+            fly(single, position[one], velocity[one], 3, command[one]).tobytes() == stacked[:, one].tobytes()
         )
 
 

@@ -226,11 +226,11 @@ def test_a_satellites_estimate_has_the_same_bits_alone_as_in_company():
             estimate, _ = filter_.update(estimate, now)
         return estimate
 
-    together = run(slice(None))
+    stacked = run(slice(None))
     for index in range(30):
-        alone = run(index)
-        assert alone.state.tobytes() == together.state[index].tobytes()
-        assert alone.covariance.tobytes() == together.covariance[index].tobytes()
+        single = run(index)
+        assert single.state.tobytes() == stacked.state[index].tobytes()
+        assert single.covariance.tobytes() == stacked.covariance[index].tobytes()
 
 
 def test_a_filter_that_would_believe_in_perfect_measurements_is_refused():
@@ -285,7 +285,7 @@ def test_an_outlier_is_rejected_by_the_gate_and_without_it_pulls_the_estimate_aw
 
 
 def test_a_filter_that_rejects_measurement_after_measurement_starts_anew_from_the_last():
-    memories = estimated(dict.fromkeys(range(40, 60), 500.0), most_rejected=4)
+    memories = estimated(dict.fromkeys(range(40, 60), 500.0), max_consecutive_rejections=4)
     assert np.abs(memories[42].state[1]) < 1e-9
     assert memories[43].state[1] == pytest.approx(500.0)
     assert memories[43].covariance[1, 1] == pytest.approx(1.0)

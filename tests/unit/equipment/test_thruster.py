@@ -28,8 +28,8 @@ def test_an_ideal_thruster_gives_every_command_to_the_last_bit():
         thruster = stacking.stack([ThrusterSpec(dry_mass=97.3, arrangement=arrangement).build(0.7)] * 100)
         given, propulsion = thruster.fire(thruster.start(), command, np.zeros((100, 4)))
         assert given.tobytes() == command.tobytes()
-        assert not propulsion.clipped.any()
-        assert not propulsion.withheld.any()
+        assert not propulsion.saturated_steps.any()
+        assert not propulsion.below_minimum_impulse_steps.any()
 
 
 @pytest.mark.parametrize("arrangement", ["per_axis", "single"])
@@ -55,12 +55,12 @@ def test_a_command_above_the_limit_is_clipped_and_counted():
     command = [0.03, -0.04, 0.0]
     given, propulsion = fire(ThrusterSpec(dry_mass=100.0, maximum_thrust=3.5), command, steps=4)
     np.testing.assert_allclose(given, [0.03, -0.035, 0.0], rtol=1e-14)
-    assert propulsion.clipped == 4
+    assert propulsion.saturated_steps == 4
     given, propulsion = fire(ThrusterSpec(dry_mass=100.0, maximum_thrust=2.5, arrangement="single"), command)
     np.testing.assert_allclose(given, [0.015, -0.02, 0.0], rtol=1e-14)
-    assert propulsion.clipped == 1
+    assert propulsion.saturated_steps == 1
     _, propulsion = fire(ThrusterSpec(dry_mass=100.0, maximum_thrust=5.0), command)
-    assert propulsion.clipped == 0
+    assert propulsion.saturated_steps == 0
 
 
 def test_the_lighter_the_tank_the_more_the_largest_thrust_accelerates():
@@ -74,10 +74,10 @@ def test_an_impulse_below_the_smallest_is_withheld_and_counted():
     spec = ThrusterSpec(dry_mass=100.0, minimum_impulse=0.5)
     given, propulsion = fire(spec, [0.0099, 0.01, -0.02], steps=3)
     assert given.tolist() == [0.0, 0.01, -0.02]
-    assert propulsion.withheld == 3
-    assert propulsion.clipped == 0
+    assert propulsion.below_minimum_impulse_steps == 3
+    assert propulsion.saturated_steps == 0
     _, propulsion = fire(spec, [0.0, 0.0, 0.0])
-    assert propulsion.withheld == 0
+    assert propulsion.below_minimum_impulse_steps == 0
 
 
 def test_a_shortest_pulse_is_a_smallest_impulse_at_full_thrust():
@@ -91,10 +91,10 @@ def test_impulses_are_whole_multiples_of_the_quantum_and_within_the_limit():
     given, propulsion = fire(spec, [0.0059, -0.0061, 0.02])
     # 0.5 s on 100 kg: the quantum is 0.004 m/s^2, and the limit of 0.011 holds two of them.
     np.testing.assert_allclose(given, [0.004, -0.008, 0.008], rtol=1e-13)
-    assert propulsion.clipped == 1
+    assert propulsion.saturated_steps == 1
     given, propulsion = fire(spec, [0.0019, 0.0, 0.0])
     assert given.tolist() == [0.0, 0.0, 0.0]
-    assert propulsion.withheld == 1
+    assert propulsion.below_minimum_impulse_steps == 1
 
 
 def test_an_empty_tank_gives_its_last_and_then_nothing_and_says_so():
@@ -108,7 +108,8 @@ def test_an_empty_tank_gives_its_last_and_then_nothing_and_says_so():
     assert gained == pytest.approx(220.0 * STANDARD_GRAVITY * math.log(80.1 / 80.0), rel=1e-12)
     assert propulsion.delta_v == pytest.approx(gained, rel=1e-12)
     assert given.tolist() == [0.0, 0.0, 0.0]
-    assert propulsion.starved == 5  # 2.696 m/s are in the tank: five whole half-metres, then part of one
+    # 2.696 m/s are in the tank: five whole half-metres, then part of one.
+    assert propulsion.propellant_depleted_steps == 5
 
 
 def test_errors_of_size_and_direction_have_the_spread_that_was_asked_for():
@@ -161,13 +162,19 @@ def test_a_satellites_thrust_has_the_same_bits_alone_as_in_company():
         for step in range(5):
             alone, propulsion = thruster.fire(propulsion, command[step, index], errors[step, index])
         assert alone.tobytes() == given[index].tobytes()
-        for field in ("propellant", "delta_v", "clipped", "withheld", "starved"):
+        for field in (
+            "propellant",
+            "delta_v",
+            "saturated_steps",
+            "below_minimum_impulse_steps",
+            "propellant_depleted_steps",
+        ):
             assert (
                 np.asarray(getattr(propulsion, field)).tobytes() == getattr(company, field)[index].tobytes()
             )
-    assert company.starved.any()
-    assert company.clipped.any()
-    assert company.withheld.any()
+    assert company.propellant_depleted_steps.any()
+    assert company.saturated_steps.any()
+    assert company.below_minimum_impulse_steps.any()
 
 
 def test_random_numbers_depend_on_satellite_and_step_and_not_on_company_or_order():
@@ -227,7 +234,7 @@ def test_a_stuck_thruster_spends_what_it_applies_and_stops_with_the_empty_tank()
     assert float(propulsion.delta_v) == pytest.approx(capacity, rel=1e-9)
     assert float(propulsion.propellant) == pytest.approx(0.0, abs=1e-15)
     assert not applied[-1].any()
-    assert float(propulsion.starved) > 0.0
+    assert float(propulsion.propellant_depleted_steps) > 0.0
 
 
 def test_a_stuck_thruster_keeps_its_thrust_and_not_its_acceleration():

@@ -95,8 +95,8 @@ def test_offset_and_ripple_of_a_sinusoid_about_a_mean() -> None:
     assert Offset(axis="z", below=0.0).measure(still) == pytest.approx(-3.0, abs=1e-9)
     assert Ripple(axis="z", below=1.0).measure(still) == pytest.approx(0.5, rel=1e-4)
     assert Ripple(axis="z", below=1.0, satellites=("b",)).measure(still) == 0.0
-    assert Range(statistic="largest", below=9.0).measure(still) == pytest.approx(3.5, rel=1e-4)
-    assert Range(statistic="smallest", below=9.0, satellites=("b",)).measure(still) == 2.0
+    assert Range(statistic="maximum", below=9.0).measure(still) == pytest.approx(3.5, rel=1e-4)
+    assert Range(statistic="minimum", below=9.0, satellites=("b",)).measure(still) == 2.0
 
 
 @pytest.fixture(scope="module")

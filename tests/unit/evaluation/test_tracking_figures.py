@@ -57,7 +57,7 @@ def flight() -> FlightRecord:
         "position": along([8, 4], [4, 6], [2, 1], [1, 2], [5, 9]) + np.array([[0.0] * 3, [100.0, 0.0, 0.0]]),
         "reference_position": reference,
         "acceleration": acceleration,
-        "given_acceleration": acceleration,
+        "applied_acceleration": acceleration,
         "arc_length": np.array([[0.0, 100.0], [20.0, 90.0], [45.0, 55.0], [51.0, 50.0], [60.5, 60.0]]),
         "rate": np.array([[10.0, 10.0], [40.0, -5.0], [30.0, 12.0], [21.0, 18.0], [20.5, 19.75]]),
         "sliding_variable": np.array(
@@ -99,9 +99,9 @@ CASES: list[tuple[Expectation, float]] = [
     (ReachingTime(below=0, axis="z", level=0.5, satellites=("sat2",)), 0.0),
     (ReachingTime(below=0, axis="y", level=0.01), math.nan),
     (Control(below=0), 2.75),
-    (Control(below=0, statistic="largest"), 6.0),
+    (Control(below=0, statistic="maximum"), 6.0),
     (Control(below=0, satellites=("sat1",), after=1.0), 1.5),
-    (Control(below=0, statistic="largest", before=1.0), 4.0),
+    (Control(below=0, statistic="maximum", before=1.0), 4.0),
     (Control(below=0, after=1.6), math.nan),
     (DeltaV(below=0), 6.0),
     (DeltaV(below=0, satellites=("sat1",)), 5.0),
@@ -147,10 +147,10 @@ def pair(statistic: str, **other: Any) -> Distance:
 def test_distances_are_those_between_the_two_satellites() -> None:
     # Apart by 100 m along x and by the difference of the errors along (0.6, 0, 0.8).
     expected = [math.hypot(100 + 0.6 * more, 0.8 * more) for more in (-4, 2, -1, 1, 4)]
-    assert pair("smallest").measure(flight()) == pytest.approx(min(expected), rel=1e-14)
-    assert pair("largest").measure(flight()) == pytest.approx(max(expected), rel=1e-14)
-    assert pair("largest", before=1.0).measure(flight()) == pytest.approx(max(expected[:3]), rel=1e-14)
-    assert math.isnan(pair("largest", after=1.6, before=1.9).measure(flight()))
+    assert pair("minimum").measure(flight()) == pytest.approx(min(expected), rel=1e-14)
+    assert pair("maximum").measure(flight()) == pytest.approx(max(expected), rel=1e-14)
+    assert pair("maximum", before=1.0).measure(flight()) == pytest.approx(max(expected[:3]), rel=1e-14)
+    assert math.isnan(pair("maximum", after=1.6, before=1.9).measure(flight()))
 
 
 def test_the_spread_is_between_the_outermost_at_every_state() -> None:
@@ -164,7 +164,7 @@ def test_a_stretch_of_states_includes_both_of_its_ends_in_spite_of_rounding() ->
     assert TrackingError(below=0, after=0.2, before=0.3).measure(tenths) == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize(("statistic", "figure"), [("mean", 2.5), ("largest", 3.0)])
+@pytest.mark.parametrize(("statistic", "figure"), [("mean", 2.5), ("maximum", 3.0)])
 def test_a_command_that_is_held_from_the_end_of_a_stretch_on_is_not_part_of_it(
     statistic: str, figure: float
 ) -> None:
@@ -179,7 +179,7 @@ def test_one_metre_per_second_squared_for_ten_seconds_is_ten_metres_per_second()
     """Of a flight of 15 s, so that the command goes on after the stretch."""
     full = flight()
     steady = {name: np.repeat(getattr(full, name)[:1], 15, axis=0) for name in QUANTITIES}
-    steady["acceleration"] = steady["given_acceleration"] = along(*[[1, 1]] * 15, direction=(0.0, 1.0, 0.0))
+    steady["acceleration"] = steady["applied_acceleration"] = along(*[[1, 1]] * 15, direction=(0.0, 1.0, 0.0))
     longer = {
         name: np.repeat(getattr(full, name)[:1], 16, axis=0)
         for name in QUANTITIES
@@ -202,7 +202,7 @@ def test_one_metre_per_second_squared_for_ten_seconds_is_ten_metres_per_second()
         TrackingError(below=10, before=1.5),
         TrackingError(below=10, after=1.5),
         DeltaV(below=10, before=1.5),
-        pair("largest", before=1.5),
+        pair("maximum", before=1.5),
     ],
     ids=lambda expectation: expectation.describe(),
 )
@@ -273,9 +273,9 @@ def test_bounds_include_themselves_and_both_have_to_hold() -> None:
         (TrackingError(below=1, after=0.5), 1.5),
         (TrackingError(above=1), 2.0),
         (TrackingError(value=1, relative=0.1), 2.0),
-        (Control(below=1, statistic="largest"), 1.0),
-        (Control(above=1, statistic="smallest"), 1.0),
-        (Control(above=1, statistic="largest"), 2.0),
+        (Control(below=1, statistic="maximum"), 1.0),
+        (Control(above=1, statistic="minimum"), 1.0),
+        (Control(above=1, statistic="maximum"), 2.0),
         (DeltaV(below=1), 2.0),
         (DeltaV(value=0, absolute=0), 1.0),
     ],
@@ -323,7 +323,7 @@ def lost(place: int, steps: slice) -> FlightRecord:
     "expectation",
     [
         Control(below=10, after=1.0, satellites=("sat2",)),
-        Control(below=10, after=1.0, statistic="largest", satellites=("sat1", "sat2")),
+        Control(below=10, after=1.0, statistic="maximum", satellites=("sat1", "sat2")),
         DeltaV(below=10, after=1.0, satellites=("sat2",)),
         TrackingError(below=10, after=1.0, satellites=("sat1", "sat2")),
         SlidingVariable(below=10, after=1.0, satellites=("sat1", "sat2")),
@@ -387,7 +387,7 @@ def test_an_expectation_that_says_nothing_definite_is_refused(fields: dict, sent
     ("expectation", "sentence"),
     [
         (TrackingError(below=1, satellites=("sat1", "sat9")), "no satellite sat9; there are sat1, sat2"),
-        (pair("smallest", after=2.0), "after 2 s is not earlier than the stretch's end at 2 s"),
+        (pair("minimum", after=2.0), "after 2 s is not earlier than the stretch's end at 2 s"),
         (Control(below=1, before=2.5), "before 2.5 s is later than the flight's end at 2 s"),
         (Control(below=1, after=1.0, before=0.5), "after 1 s is not earlier than the stretch's end at 0.5 s"),
         (ArcLengthSpread(below=1, at=2.001), "at 2.001 s is later than the flight's end at 2 s"),
@@ -397,7 +397,7 @@ def test_an_expectation_that_says_nothing_definite_is_refused(fields: dict, sent
         (TrackingErrorAt(below=1, at=0.2), "at 0.2 s the figure is what the scenario itself says"),
         (ArcLengthSpread(below=1, satellites=("sat1",)), "a spread is of two satellites or more; found sat1"),
         (
-            Distance(below=1, satellites=("sat1", "sat1"), statistic="smallest"),
+            Distance(below=1, satellites=("sat1", "sat1"), statistic="minimum"),
             "a distance is between two different satellites; found sat1 twice",
         ),
     ],
@@ -417,7 +417,7 @@ def test_two_things_wrong_are_two_complaints() -> None:
 
 @pytest.mark.parametrize(
     "expectation",
-    [case for case, _ in CASES if getattr(case, "at", None) != 0.0] + [pair("smallest")],
+    [case for case, _ in CASES if getattr(case, "at", None) != 0.0] + [pair("minimum")],
     ids=lambda case: case.describe(),
 )
 def test_what_can_be_measured_is_not_complained_about(expectation: Expectation) -> None:

@@ -10,23 +10,25 @@ import pytest
 
 from flights import satellite_of, satellites_together, shortened
 from satform.common.spec import specs
-from satform.communication.neighbour_buffer import Told
+from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
 from satform.flight.satellite import Satellite
 from satform.scenario import Scenario
 
-NOBODY = Told.whole(np.zeros((0, 2)), np.zeros(0))
+NOBODY = Received.whole(np.zeros((0, 2)), np.zeros(0))
 MEMORIES = {
     "lqi": "{kind: lqi}",
     "lqr": "{kind: lqr}",
-    "hill_pd": "{kind: hill_pd}",
+    "feedback_linearisation": "{kind: feedback_linearisation}",
     "sliding_mode": "{kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}",
     "relative_elements": "{kind: relative_elements}",
     "coast": "{kind: coast}",
-    "integral": "{kind: integral, law: {kind: observer, law: {kind: lqr}}, gain: 1.0e-6, reach: 5.0e3}",
+    "integral": "{kind: integral, law: {kind: observer, law: {kind: lqr}}, gain: 1.0e-6,"
+    " integration_band: 5.0e3}",
     "observer": "{kind: observer, law: {kind: lqi}, initial_position_error: [5.0, -3.0, 1.0]}",
-    "impulse": "{kind: impulse, waypoints: [{position: [0, -8e4, 0], duration: 20.0, arrival: pass},"
+    "impulsive_guidance": "{kind: impulsive_guidance, waypoints: ["
+    "{position: [0, -8e4, 0], duration: 20.0, arrival: pass},"
     " {position: [0, -5e4, 0], duration: 13.0}]}",
     "timed_burns": "{kind: timed_burns, burns: [{time: 10.0, velocity_change: [0, 1, 0]},"
     " {time: 24.0, velocity_change: [1, 0, 0]}]}",
@@ -41,7 +43,7 @@ def with_filter() -> Scenario:
     return shortened(
         "trajectory_tracking",
         60.0,
-        "every_satellite={sensor: {position_noise: 1.0, velocity_noise: 0.01, update_period: 4.0,"
+        "satellite_defaults={sensor: {position_noise: 1.0, velocity_noise: 0.01, update_period: 4.0,"
         " latency: 1.0},"
         " filter: {acceleration_density: 1.0e-3}}",
     )
@@ -75,7 +77,7 @@ def test_every_controller_of_this_project_is_tried() -> None:
     ours = {
         kind for kind, spec in specs("satform.controllers").items() if spec.__module__.startswith("satform.")
     }
-    assert ours == {*MEMORIES, "adaptive_distance"}
+    assert ours == {*MEMORIES, "artificial_potential"}
 
 
 def test_what_was_learnt_of_unknown_forces_is_restored_too() -> None:
@@ -83,7 +85,7 @@ def test_what_was_learnt_of_unknown_forces_is_restored_too() -> None:
     whole, restarted = satellite_of(scenario, 0), satellite_of(scenario, 0)
 
     def follow(satellite: Satellite, chosen: list[Motion]) -> list[np.ndarray]:
-        said = Told.whole(np.array([[50.0, 20.0, 0.0, 0.0, 0.0, 0.0]]), np.zeros(1))
+        said = Received.whole(np.array([[50.0, 20.0, 0.0, 0.0, 0.0, 0.0]]), np.zeros(1))
         return [satellite.act(motion, said).acceleration for motion in chosen]
 
     follow(whole, motions[:12])
@@ -116,11 +118,11 @@ def test_the_filter_s_memory_is_restored_too() -> None:
 
 
 def test_several_satellites_flown_as_one_are_restored_together() -> None:
-    scenario = shortened("triangle", 20.0, "every_satellite.controller={kind: lqi}")
+    scenario = shortened("triangle", 20.0, "satellite_defaults.controller={kind: lqi}")
     together, again = satellites_together(scenario, range(3)), satellites_together(scenario, range(3))
     random = np.random.default_rng(2)
     motions = [Motion(*(1e4 * random.standard_normal((2, 3, 3)))) for _ in range(20)]
-    alone = Told.whole(np.zeros((3, 2, 2)), np.zeros((3, 2)), np.zeros((3, 2)))
+    alone = Received.whole(np.zeros((3, 2, 2)), np.zeros((3, 2)), np.zeros((3, 2)))
     for motion in motions[:10]:
         together.act(motion, alone)
     restore(again, save(together))
@@ -137,7 +139,7 @@ def test_a_checkpoint_of_another_kind_of_satellite_is_refused_in_words() -> None
     with pytest.raises(ValueError, match=r"it holds memory\.integral"):
         restore(lqr, save(lqi))
     several = satellites_together(
-        shortened("triangle", 20.0, "every_satellite.controller={kind: lqi}"), range(3)
+        shortened("triangle", 20.0, "satellite_defaults.controller={kind: lqi}"), range(3)
     )
     with pytest.raises(ValueError, match="of shape"):
         restore(several, save(lqi))
@@ -166,7 +168,7 @@ def test_a_pickled_object_is_never_opened(tmp_path: Path) -> None:
 def test_a_satellite_that_leaves_a_stack_flies_on_with_the_same_bits(kind: str, step: int) -> None:
     scenario = with_filter() if kind == "filter" else scenario_with(MEMORIES[kind])
     others, motions = moments(80)[40:], moments(40)
-    nobody = Told.whole(np.zeros((2, 0, 2)), np.zeros((2, 0)))
+    nobody = Received.whole(np.zeros((2, 0, 2)), np.zeros((2, 0)))
     together = satellites_together(scenario, [0, 0])
     for own, other in zip(motions[:step], others[:step], strict=True):
         position, velocity = (own.position, other.position), (own.velocity, other.velocity)
@@ -174,7 +176,7 @@ def test_a_satellite_that_leaves_a_stack_flies_on_with_the_same_bits(kind: str, 
 
     single = satellite_of(scenario, 0)
     flown(single, motions[:step])
-    leaver = together.alone(0, single.plan, 0)
+    leaver = together.single(0, single.plan, 0)
 
     restore(satellite_of(scenario, 0), save(leaver))
     np.testing.assert_array_equal(flown(leaver, motions[step:]), flown(single, motions[step:]))

@@ -29,7 +29,7 @@ from satform_tools.run import folders
 
 EARTH_RADIUS = 6378137.0
 GRAVITATIONAL_PARAMETER = 3.986004418e14
-UNSTABLE = "every_satellite.controller.reaching_gain=5.0"
+UNSTABLE = "satellite_defaults.controller.reaching_gain=5.0"
 """With steps of 0.5 s a reaching gain is unstable above 4 1/s: a step overshoots by more than the error."""
 
 
@@ -60,7 +60,7 @@ def test_a_flight_ends_at_the_first_step_beyond_a_limit(
     step, satellite = first_beyond(getattr(free, series), bound)
     assert step >= 8
     scenario = shortened("triangle", 10.0, UNSTABLE, *none, f"limits.{limit}={bound}")
-    record = simulate(scenario, together=together)
+    record = simulate(scenario, stacked=together)
     end = record.early_end
     assert end is not None
     assert (end.step, end.time, end.satellite) == (step, 0.5 * step, f"sat{satellite + 1}")
@@ -82,10 +82,10 @@ def test_a_satellite_that_falls_ends_the_flight_when_it_hits_the_ground() -> Non
         3000.0,
         f"timing.step={step}",
         "dynamics={kind: inertial, gravity: {degree: 0, order: 0}}",
-        "every_satellite.controller={kind: coast}",
+        "satellite_defaults.controller={kind: coast}",
         "satellites=[{name: faller, curve: {kind: fixed_point, position: [0, 0, 0]}, "
         f"velocity_error: [0, -{slower}, 0]}}]",
-        "circulation={rate: 0.0}",
+        "nominal_motion={rate: 0.0}",
     )
     rate = 2.0 * math.pi / 6000.0
     radius = (GRAVITATIONAL_PARAMETER / rate**2) ** (1.0 / 3.0)
@@ -109,7 +109,9 @@ def test_a_satellite_that_falls_ends_the_flight_when_it_hits_the_ground() -> Non
 
 def test_a_satellite_in_the_middle_of_the_earth_does_not_fly_at_all() -> None:
     at_the_centre = "satellites.0.position_error=[-7136635, 0, 0]"
-    record = simulate(shortened("triangle", 10.0, "every_satellite.controller={kind: coast}", at_the_centre))
+    record = simulate(
+        shortened("triangle", 10.0, "satellite_defaults.controller={kind: coast}", at_the_centre)
+    )
     assert record.steps == 0
     assert record.early_end is not None
     assert (record.early_end.quantity, record.early_end.step) == ("altitude", 0)
@@ -235,7 +237,7 @@ def test_of_several_violations_in_one_step_the_first_satellites_counts() -> None
 
 EXPECT = (
     "expect=[{kind: control, below: 1e9, source: a test}, "
-    "{kind: distance, satellites: [sat1, sat2], statistic: smallest, above: 1.0, before: 3.0, "
+    "{kind: distance, satellites: [sat1, sat2], statistic: minimum, above: 1.0, before: 3.0, "
     "source: a test}, "
     "{kind: arc_length_spread, at: 3.5, below: 1e9, source: a test}, "
     "{kind: arc_length_spread, at: 5.0, below: 1e9, source: a test}]"

@@ -10,7 +10,7 @@ import pytest
 from flights import satellite_of, satellites_together, shipped, shortened
 from satform.control.protocol import Motion
 from satform.dynamics.cw import propagate
-from satform.evaluation.equipment import ClippedCommands, PropellantUsed
+from satform.evaluation.equipment import PropellantUsed, SaturatedSteps
 from satform.evaluation.tracking import DeltaV
 from satform.flight.compile import plant_plan
 from satform.flight.plant import Plant
@@ -24,7 +24,7 @@ NO_FORCE = np.zeros((3, 3))
 
 def equipped(**equipment: str):
     """The triangle, without disturbance, whose satellites all have the given equipment."""
-    changes = [f"every_satellite.{name}={text}" for name, text in equipment.items()]
+    changes = [f"satellite_defaults.{name}={text}" for name, text in equipment.items()]
     return shipped("triangle", "dynamics.perturbations=[]", "expect=[]", *changes)
 
 
@@ -91,7 +91,7 @@ def test_the_plant_moves_by_what_the_thrusters_give_and_not_by_what_was_commande
     # The turning frame deflects by mean motion times acceleration times t^3 / 3, a micrometre.
     np.testing.assert_allclose(pushed, 0.5 * given * 0.25, rtol=1e-3, atol=1e-6)
     np.testing.assert_array_equal(plant.given, given)
-    assert plant.thrusters.propulsion.clipped.tolist() == [1.0, 0.0, 0.0]
+    assert plant.thrusters.propulsion.saturated_steps.tolist() == [1.0, 0.0, 0.0]
 
 
 @pytest.fixture(scope="module")
@@ -110,33 +110,33 @@ def test_propellant_follows_the_rocket_equation(limited):
 def test_an_empty_tank_gives_nothing_more_and_every_refusal_is_counted(limited):
     empty = int(np.argmax(limited.propellant[:, 2] == 0.0))
     assert 0 < empty < limited.steps
-    assert not limited.given_acceleration[empty:, 2].any()
+    assert not limited.applied_acceleration[empty:, 2].any()
     wanted = np.abs(limited.acceleration[empty:, 2]).max(axis=1) * 12.0 * 2.0 > 2.5e-4
-    refused = np.diff(limited.starved[empty:, 2])
+    refused = np.diff(limited.propellant_depleted_steps[empty:, 2])
     assert wanted.sum() > 100
     assert np.all(refused[wanted] == 1.0)
 
 
 def test_no_thrust_is_above_the_limit_however_much_is_wanted(limited):
     mass = 12.0 + limited.propellant[:-1]
-    thrust = limited.given_acceleration * mass[..., None]
+    thrust = limited.applied_acceleration * mass[..., None]
     over = np.abs(limited.acceleration * mass[..., None]).max(axis=2) > 0.01
-    np.testing.assert_array_equal(np.diff(limited.clipped, axis=0) == 1.0, over)
+    np.testing.assert_array_equal(np.diff(limited.saturated_steps, axis=0) == 1.0, over)
     # Size and direction are inexact by 2 % and 10 mrad.
     assert np.abs(thrust).max() < 0.01 * (1.0 + 5.0 * 0.02 + 5.0 * 0.02)
 
 
 def test_delta_v_is_what_the_thruster_pairs_spend_and_propellant_belongs_to_it(limited):
     spent = DeltaV(below=1.0, satellites=("sat1",)).measure(limited)
-    axes = np.abs(limited.given_acceleration[:, 0]).sum() * 2.0
+    axes = np.abs(limited.applied_acceleration[:, 0]).sum() * 2.0
     assert spent == pytest.approx(axes, rel=1e-12)
     used = PropellantUsed(below=1.0, satellites=("sat1",)).measure(limited)
     assert used == pytest.approx(12.1 * -math.expm1(-axes / (60.0 * 9.80665)), rel=1e-9)
 
 
 def test_counts_of_a_stretch_are_those_of_its_steps(limited):
-    early = ClippedCommands(below=1e9, satellites=("sat1",), before=40.0).measure(limited)
-    late = ClippedCommands(below=1e9, satellites=("sat1",), after=40.0).measure(limited)
+    early = SaturatedSteps(below=1e9, satellites=("sat1",), before=40.0).measure(limited)
+    late = SaturatedSteps(below=1e9, satellites=("sat1",), after=40.0).measure(limited)
     over = np.abs(limited.acceleration[:, 0]).max(axis=1) * (12.0 + limited.propellant[:-1, 0]) > 0.01
     assert (early, late) == (over[:20].sum(), over[20:].sum())
 
@@ -144,7 +144,7 @@ def test_counts_of_a_stretch_are_those_of_its_steps(limited):
 def test_a_filtering_satellite_flies_by_its_estimate_and_the_others_by_what_they_are_told():
     flown = simulate(shortened("noisy_navigation", 2000.0))
     told = flown.measured_position[:-1] - flown.reference_position
-    np.testing.assert_array_equal(flown.believed_position_error[:, 0], told[:, 0])
+    np.testing.assert_array_equal(flown.estimated_position_error[:, 0], told[:, 0])
     settled = slice(300, None)
     assert np.sqrt(np.mean(flown.navigation_error[settled, 1] ** 2)) > 1.5
     assert np.sqrt(np.mean(flown.estimation_error[settled, 1] ** 2)) < 0.6
@@ -161,32 +161,32 @@ def test_an_estimator_starts_from_its_first_measurement():
 
 def simulate_heard(scenario):
     from satform.communication.messages import numbers
-    from satform.communication.neighbour_buffer import Told
+    from satform.communication.neighbour_buffer import Received
 
     others = [satellite_of(scenario, index).announce() for index in (0, 2)]
-    return Told.whole(np.array([numbers(one) for one in others]), np.array([one.time for one in others]))
+    return Received.whole(np.array([numbers(one) for one in others]), np.array([one.time for one in others]))
 
 
 @pytest.mark.parametrize("name", [*TRUTHS, *EQUIPPED])
 def test_flown_together_or_one_by_one_every_satellite_has_the_same_bits(name):
     step = shipped(name).timing.step
     scenario = shortened(name, 60 * step)
-    assert simulate(scenario, together=True).differences(simulate(scenario, together=False)) == []
+    assert simulate(scenario, stacked=True).differences(simulate(scenario, stacked=False)) == []
 
 
 def test_satellites_that_are_stacked_with_sensor_filter_and_thruster_have_the_bits_of_each_alone():
     scenario = shortened(
         "triangle",
         60.0,
-        "every_satellite.sensor={position_noise: 2.0, velocity_noise: 0.02, update_period: 2.0,"
+        "satellite_defaults.sensor={position_noise: 2.0, velocity_noise: 0.02, update_period: 2.0,"
         " latency: 1.0}",
-        "every_satellite.filter={acceleration_density: 1.0e-4}",
-        "every_satellite.thruster={dry_mass: 50.0, propellant: 2.0, maximum_thrust: 100.0, arrangement:"
+        "satellite_defaults.filter={acceleration_density: 1.0e-4}",
+        "satellite_defaults.thruster={dry_mass: 50.0, propellant: 2.0, maximum_thrust: 100.0, arrangement:"
         " single, specific_impulse: 220.0, magnitude_error: 0.01, pointing_error: 0.02}",
         "satellites.1.thruster={dry_mass: 30.0, propellant: 0.2, specific_impulse: 220.0}",
     )
     satellites_together(scenario, range(3))
-    assert simulate(scenario, together=True).differences(simulate(scenario, together=False)) == []
+    assert simulate(scenario, stacked=True).differences(simulate(scenario, stacked=False)) == []
 
 
 def test_filters_that_are_told_at_different_times_do_not_fly_as_one():
@@ -202,8 +202,8 @@ def problems_of(*changes: str) -> list[str]:
 
 
 def test_a_filter_without_a_sensor_is_refused():
-    (problem,) = problems_of("every_satellite.filter={acceleration_density: 1.0e-6}")
-    assert "every_satellite.filter" in problem
+    (problem,) = problems_of("satellite_defaults.filter={acceleration_density: 1.0e-6}")
+    assert "satellite_defaults.filter" in problem
     assert "needs a sensor" in problem
 
 

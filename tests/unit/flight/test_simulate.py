@@ -8,13 +8,13 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from flights import SCENARIOS, satellites_together, shipped, shortened
+from formations import CIRCLE, RADIUS, RATE, formation
 from satform.flight.compile import plant_plan
 from satform.flight.plant import Plant
 from satform.flight.simulate import simulate
@@ -24,35 +24,8 @@ from satform.scenario import Scenario
 Array = NDArray[np.float64]
 
 STEPS = 40
-RADIUS = 1000.0
-RATE = 2.0
-GAINS = {"tracking_gain": 0.05, "coupling_gain": 2.5e-3, "rate_gain": 0.05}
-
-CIRCLE = {"kind": "circle", "radius": RADIUS, "normal": [0.0, 0.0, 1.0], "direction": [1.0, 0.0, 0.0]}
 ELLIPSE = {"kind": "ellipse", "first_axis": [0.0, 1000.0, 0.0], "second_axis": [500.0, 0.0, 0.0]}
 POINT = {"kind": "fixed_point", "position": [0.0, -2000.0, 100.0]}
-
-
-def formation(satellites: list[dict[str, Any]], duration: float, **other: Any) -> Scenario:
-    """Satellites on a circle of the orbital plane, counter-clockwise from the radial direction."""
-    data: dict[str, Any] = {
-        "name": "test",
-        "title": "A test",
-        "text": "Flown by a test.",
-        "orbit": {"period": 6000.0},
-        "timing": {"step": 0.5, "duration": duration},
-        "dynamics": {"kind": "cw"},
-        "graph": {"kind": "complete"},
-        "consensus": {"kind": "arc_length", **GAINS, **other.pop("consensus", {})},
-        "circulation": {"rate": RATE},
-        "every_satellite": {
-            "curve": CIRCLE,
-            "controller": {"kind": "sliding_mode", "boundary_layer": 0.1, **other.pop("controller", {})},
-        },
-        "satellites": [{"name": f"sat{i + 1}", **fields} for i, fields in enumerate(satellites)],
-        **other,
-    }
-    return Scenario.model_validate(data)
 
 
 def digest(record: FlightRecord) -> str:
@@ -68,15 +41,15 @@ def angle(position: Array) -> Array:
 def test_satellites_flown_together_have_the_bits_of_satellites_flown_one_by_one(file: Path) -> None:
     scenario = shortened(file.stem, STEPS * shipped(file.stem).timing.step)
     assert scenario.timing.steps == STEPS
-    assert simulate(scenario, together=True).differences(simulate(scenario, together=False)) == []
+    assert simulate(scenario, stacked=True).differences(simulate(scenario, stacked=False)) == []
 
 
 MIXED = [
     {"curve": CIRCLE, "arc_length": 100.0},
     {"curve": ELLIPSE, "scale": 0.8, "position_error": [3.0, -2.0, 1.0]},
     {"curve": POINT},
-    {"curve": {**ELLIPSE, "centre": [0.0, 0.0, 500.0]}, "parameter": "angle", "phase_offset": -40.0},
-    {"curve": {**CIRCLE, "radius": 800.0}, "feed_forward": "start", "rate": 1.0},
+    {"curve": {**ELLIPSE, "centre": [0.0, 0.0, 500.0]}, "path_parameter": "angle", "phase_offset": -40.0},
+    {"curve": {**CIRCLE, "radius": 800.0}, "feedforward_sample": "start", "rate": 1.0},
 ]
 
 
@@ -92,7 +65,7 @@ def test_mixed_kinds_of_curves_fly_in_one_formation_with_the_same_bits(graph: st
     with pytest.raises(ValueError, match="cannot stack"):
         satellites_together(scenario, range(len(MIXED)))
     record = simulate(scenario)
-    assert record.differences(simulate(scenario, together=False)) == []
+    assert record.differences(simulate(scenario, stacked=False)) == []
     assert all(
         np.isfinite(getattr(record, name)).all() for name in ("position", "acceleration", "arc_length")
     )
@@ -112,16 +85,16 @@ def test_satellites_with_unequal_numbers_of_neighbours_have_the_same_bits_padded
         consensus={"arc_length_source": source, "neighbour_values": neighbour_values},
     )
     satellites_together(scenario, range(4))
-    assert simulate(scenario).differences(simulate(scenario, together=False)) == []
+    assert simulate(scenario).differences(simulate(scenario, stacked=False)) == []
 
 
 def test_the_numbers_of_a_satellite_do_not_depend_on_who_flies_beside_it_unheard() -> None:
     satellites = [{"arc_length": 300.0 * i, "position_error": [5.0, 1.0 * i, -2.0]} for i in range(3)]
     noise = {"kind": "cw", "perturbations": [{"kind": "bounded_noise", "bound": 0.01}]}
     many = simulate(formation(satellites, STEPS * 0.5, graph={"kind": "none"}, dynamics=noise))
-    alone = simulate(formation(satellites[:1], STEPS * 0.5, graph={"kind": "none"}, dynamics=noise))
+    single = simulate(formation(satellites[:1], STEPS * 0.5, graph={"kind": "none"}, dynamics=noise))
     for name in QUANTITIES:
-        assert getattr(many, name)[:, :1].tobytes() == getattr(alone, name).tobytes(), name
+        assert getattr(many, name)[:, :1].tobytes() == getattr(single, name).tobytes(), name
 
 
 def test_the_record_holds_every_state_and_every_decision() -> None:
@@ -148,14 +121,16 @@ def test_satellites_begin_where_the_scenario_says() -> None:
 
 
 def test_a_period_is_flown_as_a_lap_in_that_time() -> None:
-    record = simulate(formation([{}], 400.0, circulation={"period": 400.0}))
+    record = simulate(formation([{}], 400.0, nominal_motion={"period": 400.0}))
     turned = angle(record.reference_position[:, 0])
     assert turned[-1] + (turned[-1] - turned[-2]) == pytest.approx(2.0 * math.pi, rel=1e-9)
 
 
 def test_the_plant_moves_freely_without_commands() -> None:
     # Twice as long along-track as radially, once round in one orbit: a free relative motion.
-    free = formation([{"curve": ELLIPSE, "parameter": "angle"}], 6000.0, circulation={"period": 6000.0})
+    free = formation(
+        [{"curve": ELLIPSE, "path_parameter": "angle"}], 6000.0, nominal_motion={"period": 6000.0}
+    )
     plant = Plant(plant_plan(free))
     for step in range(12_000):
         if step % 1000 == 0:

@@ -9,13 +9,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from satform_msgs.msg import Command, FormationStatus
-from test_simulate import formation
 
+from formations import formation
 from satform.bag.absence_log import happened
 from satform.consensus.graph import LineSpec
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
-from satform.membership.state import Adjusted, Back, Event, Formation, Lost, Plan, Rewired
+from satform.membership.state import (
+    Event,
+    Formation,
+    ParameterChanged,
+    Plan,
+    SatelliteLost,
+    SatelliteRejoined,
+    TopologyChanged,
+)
 from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.runtime.formation_view import FormationView
@@ -25,12 +33,12 @@ BEFORE, STEP = 10, 20
 
 LINE = LineSpec(kind="line").build(4)
 EVENTS: dict[str, Event] = {
-    "sat2 lost": Lost(1, "tested"),
-    "sat2 back": Back(1, 8),
-    "sat3 lost": Lost(2, "tested"),
-    "sat3 back": Back(2, None),
-    "graph": Rewired(LINE, "tested"),
-    "gain": Adjusted(0, "controller.proportional_gain", (0.05,)),
+    "sat2 lost": SatelliteLost(1, "tested"),
+    "sat2 back": SatelliteRejoined(1, 8),
+    "sat3 lost": SatelliteLost(2, "tested"),
+    "sat3 back": SatelliteRejoined(2, None),
+    "graph": TopologyChanged(LINE, "tested"),
+    "gain": ParameterChanged(0, "controller.proportional_gain", (0.05,)),
 }
 PAIRS = list(itertools.permutations(EVENTS, 2))
 UNRELATED = [pair for pair in itertools.combinations(EVENTS, 2) if pair[0].split()[0] != pair[1].split()[0]]
@@ -45,7 +53,7 @@ def four() -> Scenario:
 def flown(*events: Event, lost_before: Sequence[int] = ()) -> FlightRecord:
     plan: Plan = {STEP: list(events)}
     if lost_before:
-        plan[BEFORE] = [Lost(satellite, "tested") for satellite in lost_before]
+        plan[BEFORE] = [SatelliteLost(satellite, "tested") for satellite in lost_before]
     return simulate(four(), events=plan)
 
 
@@ -71,7 +79,7 @@ def test_what_concerns_different_things_may_come_in_either_order(
 
 def test_one_who_is_lost_and_rejoins_is_used_by_its_last_announcement_and_then_by_the_new_ones() -> None:
     whole, lost = flown(), flown(EVENTS["sat2 lost"])
-    both = flown(EVENTS["sat2 lost"], Back(1, None))
+    both = flown(EVENTS["sat2 lost"], SatelliteRejoined(1, None))
     others = [0, 2, 3]
     # At the step itself its neighbours act as if nothing had happened.
     for record in (whole, lost):
@@ -104,7 +112,7 @@ def test_a_rejoined_satellite_is_used_from_the_step_after_its_return_on() -> Non
     assert not np.array_equal(back.rate[STEP + 2, others], stays.rate[STEP + 2, others])
 
 
-class Told:
+class Received:
     """What the plant publishes of a formation, and what a satellite and the reader of a bag make of it."""
 
     def __init__(self) -> None:
@@ -117,7 +125,9 @@ class Told:
         self.statuses: list[FormationStatus] = []
 
     def happen(self, step: int, event: Event) -> None:
-        spoke = isinstance(event, Lost) and self.formation.speaks(event.satellite, step)
+        spoke = isinstance(event, SatelliteLost) and self.formation.is_used_by_neighbours(
+            event.satellite, step
+        )
         if not self.formation.apply([event], step, self.names):
             return
         listeners, speakers = np.nonzero(self.formation.graph.adjacency)
@@ -132,11 +142,11 @@ class Told:
         )
         seconds, half = divmod(step, 2)
         status.header.stamp.sec, status.header.stamp.nanosec = seconds, half * 500_000_000
-        if isinstance(event, Lost):
+        if isinstance(event, SatelliteLost):
             last = Command(step=step - 1 if spoke else 0)
             last.header.frame_id = "lvlh" if spoke else ""
             status.lost, status.final_commands = [self.names[event.satellite]], [last]
-        if isinstance(event, Back):
+        if isinstance(event, SatelliteRejoined):
             status.rejoined = [self.names[event.satellite]]
             status.rejoin_checkpoints = [-1 if event.checkpoint is None else event.checkpoint]
         assert self.view.take(status)
@@ -149,20 +159,20 @@ class Told:
 def test_satellites_and_readers_of_a_bag_take_every_pair_as_the_flight_in_one_process_does(
     names: tuple[str, ...], before: tuple[int, ...], step: int
 ) -> None:
-    told = Told()
+    told = Received()
     if step > BEFORE:
         for satellite in before:
-            told.happen(BEFORE, Lost(satellite, "tested"))
-    changing = [EVENTS[name] for name in names if not isinstance(EVENTS[name], Adjusted)]
+            told.happen(BEFORE, SatelliteLost(satellite, "tested"))
+    changing = [EVENTS[name] for name in names if not isinstance(EVENTS[name], ParameterChanged)]
     for event in changing:
         told.happen(step, event)
     for now in (step, step + 1):
         for satellite in range(4):
-            expected = told.formation.speaks(satellite, now)
-            assert told.view.speaks(satellite, now) == expected, (satellite, now)
+            expected = told.formation.is_used_by_neighbours(satellite, now)
+            assert told.view.is_used_by_neighbours(satellite, now) == expected, (satellite, now)
     again = Formation.of(four().membership_plan())
     for at, events in sorted(happened(told.statuses, [], four()).items()):
         again.apply(events, at, told.names)
-    assert (again.lost_at, again.back_at) == (told.formation.lost_at, told.formation.back_at)
+    assert (again.lost_at, again.rejoined_at) == (told.formation.lost_at, told.formation.rejoined_at)
     assert np.array_equal(again.alive, told.formation.alive)
     assert np.array_equal(again.graph.adjacency, told.formation.graph.adjacency)

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from test_simulate import formation
 
 from flights import satellite_of
-from satform.communication.neighbour_buffer import Told
-from satform.communication.receiver import Ears
+from formations import formation
+from satform.communication.neighbour_buffer import Received
+from satform.communication.receiver import ReceiverModel
 from satform.consensus.graph import LineSpec
 from satform.control.protocol import Motion
 from satform.equipment.thruster import ThrusterSpec
@@ -19,10 +19,10 @@ from satform.flight.compile import link_plan
 from satform.flight.plant import Thrusters
 from satform.flight.simulate import simulate
 from satform.membership.faults import (
+    ByzantineSpec,
     ClockOffsetSpec,
     FaultSchedule,
     FrozenSensorSpec,
-    LiarSpec,
     SatelliteLostSpec,
     StuckThrusterSpec,
     WeakThrusterSpec,
@@ -102,9 +102,11 @@ def test_a_wrong_clock_is_ahead_by_its_offset_while_the_fault_lasts() -> None:
 
 
 def test_a_liar_adds_to_what_it_says_and_more_and_more_when_it_drifts() -> None:
-    broken = faults(LiarSpec(satellite="sat2", at=1.0, until=3.0, arc_length=100.0, drift=2.0, rate=-1.0))
-    assert broken.lies(1)
-    assert not broken.lies(0)
+    broken = faults(
+        ByzantineSpec(satellite="sat2", at=1.0, until=3.0, arc_length=100.0, drift=2.0, rate=-1.0)
+    )
+    assert broken.is_byzantine(1)
+    assert not broken.is_byzantine(0)
     for step in range(8):
         found = broken.said(1, np.array([10.0, 5.0]), step)
         lie = [100.0 + 2.0 * (step - 2) * STEP, -1.0] if 2 <= step < 6 else [0.0, 0.0]
@@ -115,7 +117,7 @@ def test_a_liar_adds_to_what_it_says_and_more_and_more_when_it_drifts() -> None:
     ("spec", "fields", "sentence"),
     [
         (SatelliteLostSpec, {"at": 0.0}, "a satellite that never flies is left out instead"),
-        (SatelliteLostSpec, {"at": 5.0, "back": 4.0}, "back 4 s is earlier than at 5 s"),
+        (SatelliteLostSpec, {"at": 5.0, "rejoin_at": 4.0}, "rejoin_at 4 s is earlier than at 5 s"),
         (WeakThrusterSpec, {"at": 5.0, "until": 5.0, "factor": 0.5}, "until 5 s is not later than at 5 s"),
         (WeakThrusterSpec, {"at": 5.0, "factor": -0.5}, "greater than or equal to 0"),
         (ClockOffsetSpec, {"at": 5.0, "offset": 1e7}, "less than or equal to 1000000"),
@@ -138,7 +140,7 @@ def two(neighbour_values: str = "extrapolate", **other: Any) -> Scenario:
 
 def perceived(scenario: Scenario, listener: int, values: tuple[float, float], step: int) -> float:
     """Phase that a satellite takes its neighbour to have, from the pull that it feels."""
-    ears = Ears(link_plan(scenario), np.asarray(listener), [[1 - listener]])
+    ears = ReceiverModel(link_plan(scenario), np.asarray(listener), [[1 - listener]])
     satellite = satellite_of(scenario, listener)
     satellite.join(step)
     formation_now = Formation.of(scenario.membership_plan())
@@ -183,9 +185,9 @@ def test_a_word_of_a_clock_that_is_far_behind_counts_as_too_old_whatever_the_lin
 
 
 def test_a_lie_is_heard_by_the_neighbours_and_is_on_record_but_changes_nothing_in_the_liar() -> None:
-    lie = [{"kind": "liar", "satellite": "sat1", "at": 2.0, "arc_length": 300.0}]
-    alone = {"kind": "matrix", "rows": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}
-    honest, lied = (simulate(formation([{}, {}, {}], 10.0, graph=alone, faults=told)) for told in ([], lie))
+    lie = [{"kind": "byzantine", "satellite": "sat1", "at": 2.0, "arc_length": 300.0}]
+    single = {"kind": "matrix", "rows": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}
+    honest, lied = (simulate(formation([{}, {}, {}], 10.0, graph=single, faults=told)) for told in ([], lie))
     assert np.array_equal(lied.position[:, 0], honest.position[:, 0])
     assert (lied.arc_length - honest.arc_length)[:, 0].tolist() == [0.0] * 4 + [300.0] * 17
     assert np.array_equal(lied.arc_length[:5, 1], honest.arc_length[:5, 1])
@@ -211,4 +213,4 @@ def test_line_graph_of_two_is_what_the_tests_above_take_it_for() -> None:
 
 
 def test_post_from_a_wrong_clock_is_never_called_complete() -> None:
-    assert not Told.whole(np.zeros((1, 2)), np.zeros(1)).shifted(np.array([5.0])).complete
+    assert not Received.whole(np.zeros((1, 2)), np.zeros(1)).shifted(np.array([5.0])).complete

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_simulate import RATE, formation
 
 from flights import SCENARIOS, satellite_of, shipped, shortened
+from formations import RATE, formation
 from satform.evaluation.presence import RejoinTime, StepsAbsent
 from satform.evaluation.tracking import ArcLengthRate, ArcLengthSpread, SettlingTime, TrackingError
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
-from satform.membership.state import Adjusted, Back, Lost, Plan
+from satform.membership.state import ParameterChanged, Plan, SatelliteLost, SatelliteRejoined
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
@@ -50,7 +50,7 @@ def test_a_lost_satellite_drifts_on_without_commands_and_decides_nothing() -> No
 def test_the_word_of_a_lost_satellite_counts_until_it_is_dropped() -> None:
     rates = {}
     for bound in (3.0, 60.0):
-        law = {"neighbour_values": "extrapolate", "drop_after": bound}
+        law = {"neighbour_values": "extrapolate", "neighbour_timeout": bound}
         rates[bound] = simulate(three(faults=[LOST], consensus=law)).rate[:, [0, 2]]
     # The last word is of 5 s, so that at 8 s it is as old as it may be.
     assert np.array_equal(rates[3.0][:18], rates[60.0][:18])
@@ -58,19 +58,19 @@ def test_the_word_of_a_lost_satellite_counts_until_it_is_dropped() -> None:
 
 
 def test_a_formation_without_its_lost_member_agrees_as_one_that_never_had_it() -> None:
-    law = {"drop_after": 0.5}
+    law = {"neighbour_timeout": 0.5}
     without = {"kind": "matrix", "rows": [[0, 0, 1], [0, 0, 0], [1, 0, 0]]}
     first = {"kind": "satellite_lost", "satellite": "sat2", "at": 1e-3}
     lost = simulate(three(faults=[first], consensus=law))
-    alone = simulate(three(graph=without, graph_schedule=[], consensus=law))
+    single = simulate(three(graph=without, graph_schedule=[], consensus=law))
     # Both start together a step or two later, and end in the same agreement of the other two.
     assert np.ptp(lost.arc_length[-1, [0, 2]]) == pytest.approx(
-        np.ptp(alone.arc_length[-1, [0, 2]]), rel=0.05
+        np.ptp(single.arc_length[-1, [0, 2]]), rel=0.05
     )
 
 
 def test_with_its_plan_alone_a_satellite_comes_back_where_its_plan_has_it() -> None:
-    back = simulate(three(faults=[{**LOST, "back": 10.0, "memory": "plan"}]))
+    back = simulate(three(faults=[{**LOST, "rejoin_at": 10.0, "memory": "plan"}]))
     assert back.arc_length[20, 1] == pytest.approx(100.0 + RATE * 10.0, rel=1e-12)
     assert back.rate[20, 1] == RATE
     assert back.absent[:, 1].tolist() == [10 <= step < 20 for step in range(40)]
@@ -78,14 +78,14 @@ def test_with_its_plan_alone_a_satellite_comes_back_where_its_plan_has_it() -> N
 
 def test_with_its_checkpoint_it_comes_back_where_its_last_rate_has_carried_it() -> None:
     whole = simulate(three())
-    back = simulate(three(faults=[{**LOST, "back": 10.0}], checkpoint_period=2.0))
+    back = simulate(three(faults=[{**LOST, "rejoin_at": 10.0}], checkpoint_period=2.0))
     # The last checkpoint before 5 s is that of 4 s.
     expected = whole.arc_length[8, 1] + 6.0 * whole.rate[8, 1]
     assert back.arc_length[20, 1] == pytest.approx(expected, rel=1e-12)
 
 
 def test_before_the_first_checkpoint_the_plan_is_all_there_is() -> None:
-    fault = {**LOST, "back": 10.0}
+    fault = {**LOST, "rejoin_at": 10.0}
     early, plan = (
         simulate(three(faults=[{**fault, "memory": memory}], checkpoint_period=7.0))
         for memory in ("checkpoint", "plan")
@@ -94,7 +94,7 @@ def test_before_the_first_checkpoint_the_plan_is_all_there_is() -> None:
 
 
 def test_a_satellite_may_be_lost_twice() -> None:
-    twice = [{**LOST, "back": 10.0}, {**LOST, "at": 12.0, "back": 15.0}]
+    twice = [{**LOST, "rejoin_at": 10.0}, {**LOST, "at": 12.0, "rejoin_at": 15.0}]
     record = simulate(three(faults=twice, checkpoint_period=2.0))
     assert np.flatnonzero(record.absent[:, 1]).tolist() == [*range(10, 20), *range(24, 30)]
 
@@ -104,8 +104,8 @@ def undisturbed(scenario: Scenario, at: int) -> list[str]:
     count = len(scenario.satellites)
     events: Plan = {
         at: [
-            *(Lost(place, "tested") for place in range(count)),
-            *(Back(place, at) for place in range(count)),
+            *(SatelliteLost(place, "tested") for place in range(count)),
+            *(SatelliteRejoined(place, at) for place in range(count)),
         ]
     }
     return simulate(scenario, events=events).differences(simulate(scenario))
@@ -124,7 +124,7 @@ def test_a_return_at_the_checkpoint_s_own_step_changes_no_bit_of_any_shipped_sce
 
 MORE = {
     "lqi": {"kind": "lqi"},
-    "hill_pd": {"kind": "hill_pd"},
+    "feedback_linearisation": {"kind": "feedback_linearisation"},
     "relative_elements": {"kind": "relative_elements"},
     "coast": {"kind": "coast"},
     "observer": {"kind": "observer", "law": {"kind": "lqi"}, "initial_position_error": [5.0, -3.0, 1.0]},
@@ -145,7 +145,7 @@ def test_links_and_a_changing_graph_give_the_same_bits_one_by_one_and_as_one(gra
         seed=7,
         links={
             "default": {"loss": 0.3, "delay": 1.0, "jitter": 1.0, "duplication": 0.2, "reordering": 0.2},
-            "edges": [{"speaker": "sat1", "listener": "sat2", "delay": 3.0}],
+            "edges": [{"sender": "sat1", "receiver": "sat2", "delay": 3.0}],
         },
         graph_schedule=[
             {"at": 5.0, "graph": {"kind": "line"}},
@@ -156,7 +156,7 @@ def test_links_and_a_changing_graph_give_the_same_bits_one_by_one_and_as_one(gra
         faults=[{"kind": "clock_offset", "satellite": "sat1", "at": 3.0, "offset": 2.0}],
         consensus={"neighbour_values": "extrapolate"},
     )
-    assert simulate(scenario, together=True).differences(simulate(scenario, together=False)) == []
+    assert simulate(scenario, stacked=True).differences(simulate(scenario, stacked=False)) == []
 
 
 def test_links_that_do_nothing_change_no_bit() -> None:
@@ -164,13 +164,13 @@ def test_links_that_do_nothing_change_no_bit() -> None:
 
 
 def test_events_that_happened_give_the_bits_of_events_that_were_planned() -> None:
-    fault = {**LOST, "back": 10.0, "memory": "plan"}
-    happened = {10: [Lost(1, "its process ended")], 20: [Back(1, None)]}
+    fault = {**LOST, "rejoin_at": 10.0, "memory": "plan"}
+    happened = {10: [SatelliteLost(1, "its process ended")], 20: [SatelliteRejoined(1, None)]}
     assert simulate(three(faults=[fault])).differences(simulate(three(), events=happened)) == []
 
 
 def test_a_return_of_one_who_flies_changes_no_bit() -> None:
-    events: Plan = {10: [Back(1, None)]}
+    events: Plan = {10: [SatelliteRejoined(1, None)]}
     assert simulate(three(), events=events).differences(simulate(three())) == []
 
 
@@ -198,14 +198,14 @@ def test_joining_at_the_step_that_comes_next_changes_nothing() -> None:
 
 
 def adjusted(name: str, *value: float, **other: Any) -> FlightRecord:
-    return simulate(three(**other), events={10: [Adjusted(1, name, value)]})
+    return simulate(three(**other), events={10: [ParameterChanged(1, name, value)]})
 
 
 def test_an_orbit_changed_in_flight_is_flown_from_that_step_on_and_a_lap_stays_a_lap() -> None:
     period = 40.0
     smaller = simulate(
-        formation([{}], 60.0, circulation={"period": period}),
-        events={10: [Adjusted(0, "curve.radius", (250.0,))]},
+        formation([{}], 60.0, nominal_motion={"period": period}),
+        events={10: [ParameterChanged(0, "curve.radius", (250.0,))]},
     )
     angle = np.arctan2(smaller.reference_position[:, 0, 1], smaller.reference_position[:, 0, 0])
     radius = np.linalg.norm(smaller.reference_position[:, 0], axis=-1)
@@ -219,7 +219,9 @@ def test_an_orbit_changed_in_flight_is_flown_from_that_step_on_and_a_lap_stays_a
 
 def test_a_phase_changed_in_flight_is_where_the_formation_agrees_on_from_then_on() -> None:
     satellites = [{"arc_length": 0.0} for _ in range(2)]
-    record = simulate(formation(satellites, 400.0), events={10: [Adjusted(1, "phase.offset", (300.0,))]})
+    record = simulate(
+        formation(satellites, 400.0), events={10: [ParameterChanged(1, "phase.offset", (300.0,))]}
+    )
     places = np.unwrap(np.arctan2(record.position[..., 1], record.position[..., 0]), axis=0)[-1] * 1000.0
     assert places[1] - places[0] == pytest.approx(300.0, abs=0.05)
 
@@ -256,8 +258,8 @@ def test_what_cannot_be_changed_is_said_in_words(name: str, value: tuple[float, 
 
 def test_a_figure_leaves_a_lost_satellite_out_of_the_steps_in_which_it_does_not_fly() -> None:
     lost = simulate(three(faults=[LOST]))
-    alone = TrackingError(below=1.0, after=10.0, satellites=("sat1", "sat3"))
-    assert TrackingError(below=1.0, after=10.0).measure(lost) == alone.measure(lost)
+    single = TrackingError(below=1.0, after=10.0, satellites=("sat1", "sat3"))
+    assert TrackingError(below=1.0, after=10.0).measure(lost) == single.measure(lost)
     others = lost.arc_length[-1, [0, 2]]
     assert ArcLengthSpread(below=1.0).measure(lost) == pytest.approx(np.ptp(others))
     assert ArcLengthRate(below=1.0, nominal_rate=RATE).measure(lost) == pytest.approx(
@@ -286,7 +288,7 @@ def test_a_satellite_that_breaks_off_into_no_numbers_is_not_taken_for_a_lost_one
 
 
 def test_steps_absent_are_those_from_the_loss_to_the_return() -> None:
-    back = simulate(three(faults=[{**LOST, "back": 10.0, "memory": "plan"}]))
+    back = simulate(three(faults=[{**LOST, "rejoin_at": 10.0, "memory": "plan"}]))
     assert StepsAbsent(below=1).measure(back) == 10.0
     assert StepsAbsent(below=1, satellites=("sat1",)).measure(back) == 0.0
     assert StepsAbsent(below=1, after=8.0, before=20.0).measure(back) == 4.0
@@ -294,7 +296,7 @@ def test_steps_absent_are_those_from_the_loss_to_the_return() -> None:
 
 
 def test_the_time_to_rejoin_counts_from_the_return_to_the_end_of_the_last_disagreement() -> None:
-    back = simulate(three(faults=[{**LOST, "back": 10.0, "memory": "plan"}]))
+    back = simulate(three(faults=[{**LOST, "rejoin_at": 10.0, "memory": "plan"}]))
     spread = np.ptp(back.arc_length, axis=1)
     within = float(spread[31])
     assert np.all(np.diff(spread[20:]) < 0.0)

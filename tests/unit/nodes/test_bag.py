@@ -30,7 +30,7 @@ from flights import shortened
 from satform.bag.errors import BagError
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
-from satform.membership.state import Lost, Plan
+from satform.membership.state import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.definitions import MessageType, described
@@ -59,7 +59,7 @@ def messages_of(record: FlightRecord) -> Messages:
     velocity_error = record.velocity[:-1] - record.reference_velocity
     for k in range(record.steps + 1):
         for i, name in enumerate(record.satellites):
-            applied = np.zeros(3) if k == 0 else record.given_acceleration[k - 1, i]
+            applied = np.zeros(3) if k == 0 else record.applied_acceleration[k - 1, i]
             told = vectors(
                 position=record.position[k, i],
                 velocity=record.velocity[k, i],
@@ -384,7 +384,7 @@ def test_a_gap_in_the_steps_is_named(tmp_path: Path, scenario: Scenario, record:
 def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
     tmp_path: Path, scenario: Scenario
 ) -> None:
-    events: Plan = {200: [Lost(1, "killed")]}
+    events: Plan = {200: [SatelliteLost(1, "killed")]}
     flown = simulate(scenario, events=events)
     own = {"arc_length", "command", "tracking"}
     heard = (

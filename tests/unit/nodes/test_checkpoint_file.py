@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flights import shortened
-from satform.communication.neighbour_buffer import Told
+from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
@@ -27,7 +27,7 @@ def kept(folder: Path) -> Satellite:
     """The satellite in place 0, which has heard 1 and 5, and whose checkpoint is on disk."""
     flown = satellite(2)
     said = np.array([[1.0e4, 50.0], [2.0e4, 60.0]])
-    flown.act(MOTION, Told.whole(said, np.zeros(2)))
+    flown.act(MOTION, Received.whole(said, np.zeros(2)))
     CheckpointFile(str(folder), "sat1", 1).keep(flown, [1, 5])
     return flown
 

@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 from flights import shipped
 from satform.communication.topic_graph import channels
 from satform.flight.compile import parameter_plan, topic_plan
-from satform.flight.online_parameters import Adjustments
+from satform.flight.online_parameters import OnlineParameters
 from satform_nodes.plant import services
 from satform_nodes.programs import MODULES
 from satform_nodes.runtime import diagnostics
@@ -77,7 +77,7 @@ def number(text: str) -> float | str:
 
 def test_every_specification_that_nodes_declare_is_described_and_nothing_else_is() -> None:
     described = {code(row[1]).partition(".")[0] for row in rows("Parameters") if "." in code(row[1])}
-    assert described == set(Adjustments(parameter_plan(shipped("formation_pointing"), 0)).specs)
+    assert described == set(OnlineParameters(parameter_plan(shipped("formation_pointing"), 0)).specs)
 
 
 def test_a_parameter_is_described_for_the_nodes_that_have_it_only() -> None:

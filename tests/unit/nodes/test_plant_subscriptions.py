@@ -10,9 +10,9 @@ import pytest
 from satform_msgs.msg import Command
 
 from flights import shortened
-from satform.communication.topic_graph import PLANT, channels, heard_by
+from satform.communication.topic_graph import PLANT, channels, subscribed_by
 from satform.flight.compile import topic_plan
-from satform.membership.manager import Muster
+from satform.membership.manager import MembershipManager
 from satform.scenario import Scenario
 from satform_nodes.plant import subscriptions as plant_subscriptions
 from satform_nodes.plant.subscriptions import PlantEars
@@ -52,12 +52,12 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     return clock
 
 
-def plant_ears_of(scenario: Scenario, network: Network, muster: Muster) -> PlantEars:
+def plant_ears_of(scenario: Scenario, network: Network, membership: MembershipManager) -> PlantEars:
     return PlantEars(
         SimpleNamespace(),  # type: ignore[arg-type]
         network,  # type: ignore[arg-type]
-        heard_by(PLANT, channels(topic_plan(scenario))),
-        muster,
+        subscribed_by(PLANT, channels(topic_plan(scenario))),
+        membership,
         Refusals(),
         lambda: None,
         lambda _name, _checkpoint: None,
@@ -69,7 +69,7 @@ def plant_ears_of(scenario: Scenario, network: Network, muster: Muster) -> Plant
 def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(clock: SimpleNamespace) -> None:
     scenario = shortened("triangle", 10.0)
     network = Network(scenario)
-    ears = plant_ears_of(scenario, network, Muster(scenario.membership_plan(), ["recorder"]))
+    ears = plant_ears_of(scenario, network, MembershipManager(scenario.membership_plan(), ["recorder"]))
     names = ["sat1", "sat2", "sat3"]
     for name in names:
         network.command(name, 0)
@@ -88,30 +88,30 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
 ) -> None:
     scenario = ring(MANY, 10)
     network = Network(scenario)
-    muster = Muster(scenario.membership_plan(), [])
-    ears = plant_ears_of(scenario, network, muster)
+    membership = MembershipManager(scenario.membership_plan(), [])
+    ears = plant_ears_of(scenario, network, membership)
     assert network.next_awaited is None
     ears.begin()
     assert network.next_awaited is not None
     last = f"s{MANY - 1}"
     assert network.next_awaited() == topics.command(last)
-    for name in muster.names:
+    for name in membership.names:
         network.command(name, 0)
     assert network.next_awaited() is None
-    assert muster.complete
-    muster.begin(1)
+    assert membership.complete
+    membership.begin(1)
     assert network.next_awaited() is None
-    muster.close()
+    membership.close()
     assert network.next_awaited() == topics.command(last)
     for place in (2, 1, 4):
         network.command(f"s{MANY - place}", 1)
     assert network.next_awaited() == topics.command(f"s{MANY - 3}")
-    muster.lose(MANY - 3, "gone")
+    membership.lose(MANY - 3, "gone")
     assert network.next_awaited() == topics.command(f"s{MANY - 5}")
 
 
 def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:
     scenario = shortened("triangle", 10.0)
     network = Network(scenario)
-    plant_ears_of(scenario, network, Muster(scenario.membership_plan(), [])).begin()
+    plant_ears_of(scenario, network, MembershipManager(scenario.membership_plan(), [])).begin()
     assert network.next_awaited is None

@@ -18,7 +18,7 @@ DOCS = Path(__file__).parents[3] / "docs"
 
 def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated() -> None:
     satellite = Mock()
-    satellite.plan = compile_scenario(shortened("triangle", 10.0, "tolerated_silence=7.0"))
+    satellite.plan = compile_scenario(shortened("triangle", 10.0, "node_timeout=7.0"))
     satellite.name, satellite.step, satellite.view.ended = "sat1", 12, None
     executor = Mock()
     # The first state comes; the next one does not.
@@ -31,7 +31,7 @@ def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated()
 
 
 def test_the_pages_say_so() -> None:
-    described = Scenario.model_fields["tolerated_silence"].description
+    described = Scenario.model_fields["node_timeout"].description
     assert described is not None
     assert "a silent plant after twice that" in " ".join(described.split())
     for page in ("architecture.md", "verification.md", "multi_host.md"):

@@ -39,8 +39,8 @@ dynamics:
     orientation_file: eop.txt
 graph: {kind: complete}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {period: 6000.0}
-every_satellite:
+nominal_motion: {period: 6000.0}
+satellite_defaults:
   controller: {kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}
 satellites:
   - {name: sat1, curve: {kind: circle, radius: 1000.0}}
@@ -99,9 +99,9 @@ def test_flights_that_take_turns_do_not_see_each_other(tmp_path):
             disturb()
         return [model.lvlh(state)[0].tobytes() for model, state in zip(models, states, strict=True)]
 
-    alone = [fly([spec.build(setting)])[0] for spec in specs]
-    assert fly([spec.build(setting) for spec in specs]) == alone
-    assert len(set(alone)) == 3
+    single = [fly([spec.build(setting)])[0] for spec in specs]
+    assert fly([spec.build(setting) for spec in specs]) == single
+    assert len(set(single)) == 3
 
 
 def test_the_file_turns_the_earth_by_ut1_and_moves_its_pole():

@@ -162,11 +162,11 @@ def test_many_satellites_have_the_bits_of_one():
     generator = np.random.default_rng(3)
     frame = frames.lvlh_frame(*orbit(0.9, 0.2, 0.3))
     position, velocity = generator.normal(size=(2, 50, 3)) * np.array([7e6, 7e3])[:, None, None]
-    together = frame.to_lvlh(position, velocity)
+    stacked = frame.to_lvlh(position, velocity)
     for index in range(50):
-        alone = frame.to_lvlh(position[index], velocity[index])
-        assert alone[0].tobytes() == together[0][index].tobytes()
-        assert alone[1].tobytes() == together[1][index].tobytes()
+        single = frame.to_lvlh(position[index], velocity[index])
+        assert single[0].tobytes() == stacked[0][index].tobytes()
+        assert single[1].tobytes() == stacked[1][index].tobytes()
 
 
 def test_earth_rotation_angle_is_the_one_of_the_reference_data():

@@ -100,7 +100,7 @@ def test_acceleration_taken_in_the_middle_is_the_mean_over_the_step_to_second_or
 
 
 def test_acceleration_taken_at_the_start_lags_by_half_a_step_of_jerk():
-    path = Path(CASE_1, np.float64(1.0), feed_forward="start")
+    path = Path(CASE_1, np.float64(1.0), feedforward_sample="start")
     rate, still, duration = np.float64(9688.448), np.float64(0.0), 0.01
     places = np.linspace(0.0, float(path.period), 721)
     middle = Path(CASE_1, np.float64(1.0)).at_step(places, rate, still, duration).acceleration
@@ -168,12 +168,12 @@ def test_one_satellite_and_many_get_the_same_bits(parameter):
         paths.append(Path(curve, np.float64(generator.uniform(0.5, 2.0)), parameter))
     place, rate, change = generator.normal(0.0, 1e6, 20), generator.normal(80.0, 5.0, 20), np.full(20, 0.01)
     position, velocity = generator.normal(0.0, 1e5, (20, 3)), generator.normal(0.0, 80.0, (20, 3))
-    together = stack(paths)
-    desired = together.at_step(place, rate, change, 0.7)
-    projected = together.projected(position, velocity, place)
+    stacked = stack(paths)
+    desired = stacked.at_step(place, rate, change, 0.7)
+    projected = stacked.projected(position, velocity, place)
     for i, path in enumerate(paths):
-        alone = path.at_step(place[i], rate[i], change[i], 0.7)
+        single = path.at_step(place[i], rate[i], change[i], 0.7)
         for name in ("position", "velocity", "acceleration"):
-            assert np.array_equal(getattr(alone, name), getattr(desired, name)[i])
+            assert np.array_equal(getattr(single, name), getattr(desired, name)[i])
         own = path.projected(position[i], velocity[i], place[i])
         assert (own[0], own[1]) == (projected[0][i], projected[1][i])

@@ -19,7 +19,7 @@ from satform.dynamics import cw
 from satform.numeric.stacking import stack
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.path_reference import Reference
-from satform.planning.impulsive_guidance import ImpulseSpec, TimedBurnsSpec
+from satform.planning.impulsive_guidance import ImpulsiveGuidanceSpec, TimedBurnsSpec
 from satform.planning.transfers import (
     Leg,
     drift_rate,
@@ -115,12 +115,12 @@ def test_two_impulses_arrive_where_and_as_fast_as_wanted(start, end, push, orbit
 
 def test_transfers_of_many_satellites_at_once_equal_those_of_each():
     starts = np.array([[0.0, -1e5, 0.0], [5e4, 0.0, 1e4]])
-    together = two_impulse_transfer(
+    stacked = two_impulse_transfer(
         Motion(starts, np.zeros((2, 3))), Motion(0.5 * starts, np.zeros((2, 3))), MEAN_MOTION, HOUR
     )
     for index, start in enumerate(starts):
-        alone = two_impulse_transfer(Motion(start, REST), Motion(0.5 * start, REST), MEAN_MOTION, HOUR)
-        assert together.first_impulse[index] == pytest.approx(alone.first_impulse, rel=1e-12)
+        single = two_impulse_transfer(Motion(start, REST), Motion(0.5 * start, REST), MEAN_MOTION, HOUR)
+        assert stacked.first_impulse[index] == pytest.approx(single.first_impulse, rel=1e-12)
 
 
 @pytest.mark.parametrize("orbits", [0.5, 1.0, 2.0])
@@ -212,7 +212,7 @@ def waypoint(distance, hours, arrival):
 
 
 def test_way_points_are_met_to_the_millimetre_and_the_tour_ends_at_rest():
-    spec = ImpulseSpec(waypoints=[waypoint(80, 1, "pass"), waypoint(50, 1, "stop")])
+    spec = ImpulsiveGuidanceSpec(waypoints=[waypoint(80, 1, "pass"), waypoint(50, 1, "stop")])
     track, spent = fly(spec.build(SETTING), Motion(behind(100.0), REST), 721)
     assert track[360, :3] == pytest.approx(behind(80.0), abs=1e-3)
     assert track[720, :3] == pytest.approx(behind(50.0), abs=1e-3)
@@ -221,7 +221,9 @@ def test_way_points_are_met_to_the_millimetre_and_the_tour_ends_at_rest():
 
 
 def test_a_tour_that_stops_on_the_way_is_at_rest_there():
-    spec = ImpulseSpec(waypoints=[waypoint(80, 1, "stop"), waypoint(50, 1, "stop")], start_time=100.0)
+    spec = ImpulsiveGuidanceSpec(
+        waypoints=[waypoint(80, 1, "stop"), waypoint(50, 1, "stop")], start_time=100.0
+    )
     track, spent = fly(spec.build(SETTING), Motion(behind(100.0), REST), 740)
     assert np.abs(track[371, 3:]).max() < 1e-6
     assert track[371, :3] == pytest.approx(behind(80.0), abs=50.0)
@@ -231,26 +233,28 @@ def test_a_tour_that_stops_on_the_way_is_at_rest_there():
 
 def test_a_leg_shorter_than_three_steps_is_refused_in_words():
     with pytest.raises(ValueError, match="waypoint 0 is flown to in 20 s, but three steps of 10 s"):
-        ImpulseSpec(waypoints=[waypoint(50, 20.0 / HOUR, "stop")]).build(SETTING)
+        ImpulsiveGuidanceSpec(waypoints=[waypoint(50, 20.0 / HOUR, "stop")]).build(SETTING)
 
 
 def test_one_tour_and_a_stack_of_them_command_the_same_bits():
     specs = [
-        ImpulseSpec(waypoints=[waypoint(80, 0.05, "pass"), waypoint(end, 0.05, "stop")], start_time=delay)
+        ImpulsiveGuidanceSpec(
+            waypoints=[waypoint(80, 0.05, "pass"), waypoint(end, 0.05, "stop")], start_time=delay
+        )
         for end, delay in ((50, 0.0), (60, 20.0))
     ]
     laws = [spec.build(SETTING) for spec in specs]
     fleet, plant = stack(laws), cw.HeldInputStep.over(MEAN_MOTION, 10.0)
     start = Motion(np.stack((behind(100.0), behind(90.0, 3.0))), np.ones((2, 3)))
-    memory, alone = fleet.start(start), []
+    memory, single = fleet.start(start), []
     for index, law in enumerate(laws):
-        alone.append(fly(law, Motion(start.position[index], start.velocity[index]), 45)[0])
+        single.append(fly(law, Motion(start.position[index], start.velocity[index]), 45)[0])
     position, velocity = start.position, start.velocity
     for step in range(45):
         action = fleet.act(Motion(position, velocity), NOWHERE, memory, ControlStep(step, 10.0))
         memory = action.memory
         position, velocity = plant.advance(position, velocity, action.acceleration)
-        assert np.array_equal(position, np.stack([track[step + 1, :3] for track in alone]))
+        assert np.array_equal(position, np.stack([track[step + 1, :3] for track in single]))
 
 
 def test_timed_burns_change_the_velocity_by_what_is_asked_at_the_time_that_is_asked():

@@ -33,8 +33,8 @@ dynamics:
   chief: {inclination: 0.9, right_ascension: 0.4, argument_of_latitude: 0.3}
 graph: {kind: complete}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {period: 6000.0}
-every_satellite:
+nominal_motion: {period: 6000.0}
+satellite_defaults:
   controller: {kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}
   curve: {kind: circle, radius: 1000.0}
 satellites:

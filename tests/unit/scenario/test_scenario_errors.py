@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from flights import SCENARIOS, shipped
 from satform.files.named_file import FileSource
 from satform.scenario import Problem, ScenarioError, load_scenario, parse_scenario
+from satform.scenario.error_messages import _nearest
+from satform.scenario.renamed import RENAMED_FIELDS
 
 SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
 TRIANGLE = (SCENARIOS / "triangle.yaml").read_text()
@@ -77,7 +79,7 @@ def line_of(start: str, text: str = TRIANGLE) -> int:
             "dynamics.perturbations[0].amplitude",
             "it should be a number",
         ),
-        ("scale: 0.75", "parameter: angel", "satellites[1].parameter", "did you mean angle?"),
+        ("scale: 0.75", "path_parameter: angel", "satellites[1].path_parameter", "did you mean angle?"),
         ("name: sat2", "name: Sat 2", "satellites[1].name", "lower case letters, digits and underscores"),
         ("name: sat2", "name: plant", "satellites[1].name", "the name belongs to another node"),
         ("0.0, 0.0, 100.0e3]", "0.0, 100.0e3]", "satellites[0].curve.centre[2]", "is missing: there are 2"),
@@ -191,7 +193,7 @@ def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> Non
         ("timing.step=fast", 'found "fast"; it should be a number'),
         ("timing.stepp=1.0", "did you mean step?"),
         ("satellites.1.controller.switching=1.0", "needs a `kind:`"),
-        ("every_satellite.controller.switching=1.0", "there is no such field"),
+        ("satellite_defaults.controller.switching=1.0", "there is no such field"),
     ],
 )
 def test_a_setting_that_cannot_be_laid_over_is_named_itself(change: str, sentence: str) -> None:
@@ -201,7 +203,11 @@ def test_a_setting_that_cannot_be_laid_over_is_named_itself(change: str, sentenc
 
 def test_settings_reach_into_mappings_and_lists() -> None:
     scenario = shipped(
-        "triangle", "timing.step=1.0", "satellites.2.arc_length=-10", "every_satellite.rate=1.0", "expect=[]"
+        "triangle",
+        "timing.step=1.0",
+        "satellites.2.arc_length=-10",
+        "satellite_defaults.rate=1.0",
+        "expect=[]",
     )
     assert scenario.timing.step == 1.0
     assert scenario.satellites[2].arc_length == -10.0
@@ -261,7 +267,7 @@ def test_what_a_file_expects_beyond_the_end_of_a_shortened_flight_is_left_out_an
     kept = ["arc-length spread at 6000 s", "arc-length spread settles to 1 %"]
     assert [expectation.describe() for expectation in scenario.expect] == kept
     labels = [expectation.describe() for expectation in every]
-    assert list(scenario.expectations_left_out) == [label for label in labels if label not in kept]
+    assert list(scenario.omitted_expectations) == [label for label in labels if label not in kept]
     assert said == [f"{len(every) - 2} expectations lie beyond the shorter flight and are not judged"]
 
 
@@ -271,9 +277,9 @@ def test_what_is_left_out_stays_known_to_who_reads_the_shorter_flight_again() ->
     assert again == scenario
     # Shortened once more, it lacks those of both.
     shorter = parse_scenario(scenario.to_json(), changes=["timing.duration=3000.0"])
-    assert len(shorter.expectations_left_out) == len(scenario.expectations_left_out) + 2
+    assert len(shorter.omitted_expectations) == len(scenario.omitted_expectations) + 2
     # What is not judged does not make it another flight.
-    assert again.model_copy(update={"expectations_left_out": ()}).digest() == scenario.digest()
+    assert again.model_copy(update={"omitted_expectations": ()}).digest() == scenario.digest()
 
 
 @pytest.mark.parametrize("change", ["timing.duration=12000.0", "timing.duration=12000.5", "timing.step=1.0"])
@@ -339,13 +345,13 @@ DISTURBED = (
     + """links:
   default: {loss: 0.1, delay: 2.0}
   edges:
-    - {speaker: sat1, listener: sat2, outages: [{begin: 10.0, end: 20.0}]}
+    - {sender: sat1, receiver: sat2, outages: [{begin: 10.0, end: 20.0}]}
 graph_schedule:
   - {at: 100.0, graph: {kind: line}}
   - {at: 200.0, add: [[sat1, sat3]], remove: [[sat1, sat2]]}
 faults:
-  - {kind: satellite_lost, satellite: sat2, at: 500.0, back: 600.0}
-  - {kind: liar, satellite: sat1, at: 50.0, drift: 1.0}
+  - {kind: satellite_lost, satellite: sat2, at: 500.0, rejoin_at: 600.0}
+  - {kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0}
 """
 )
 
@@ -363,12 +369,12 @@ def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> Non
         ("loss: 0.1", "loss: 1.1", "links.default.loss", "found 1.1; it should be"),
         ("loss: 0.1", "lost: 0.1", "links.default.lost", "there is no such field; did you mean loss?"),
         ("delay: 2.0", "delay: 9000.0", "links.default", "which is more than 10000 steps of 0.5 s"),
-        ("speaker: sat1", "speaker: sat9", "links.edges[0]", "no satellite sat9; there are sat1, sat2, sat3"),
-        ("listener: sat2", "listener: sat1", "links.edges[0]", "sat1 has no link to itself"),
+        ("sender: sat1", "sender: sat9", "links.edges[0]", "no satellite sat9; there are sat1, sat2, sat3"),
+        ("receiver: sat2", "receiver: sat1", "links.edges[0]", "sat1 has no link to itself"),
         ("end: 20.0", "end: 10.0", "links.edges[0].outages[0]", "end 10 s is not later than begin 10 s"),
         (
             "graph_schedule:",
-            "    - {speaker: sat1, listener: sat2}\ngraph_schedule:",
+            "    - {sender: sat1, receiver: sat2}\ngraph_schedule:",
             "links.edges[1]",
             "the link from sat1 to sat2 is described twice",
         ),
@@ -388,29 +394,29 @@ def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> Non
         ("kind: satellite_lost", "kind: lost", "faults[0]", "there is no kind 'lost'"),
         ("satellite: sat2", "satellite: sat7", "faults[0].satellite", "no satellite sat7; there are sat1"),
         ("at: 500.0", "at: 0.0", "faults[0]", "a satellite that never flies is left out instead"),
-        ("at: 500.0", "at: 12000.0, memory: plan", "faults[0]", "back 600 s is earlier than at 12000 s"),
-        ("back: 600.0", "back: 400.0", "faults[0]", "back 400 s is earlier than at 500 s"),
+        ("at: 500.0", "at: 12000.0, memory: plan", "faults[0]", "rejoin_at 600 s is earlier than at 12000 s"),
+        ("rejoin_at: 600.0", "rejoin_at: 400.0", "faults[0]", "rejoin_at 400 s is earlier than at 500 s"),
         ("at: 50.0", "at: 12000.0", "faults[1].at", "at 12000 s is not earlier than the flight's end"),
         (
-            "  - {kind: liar",
-            "  - {kind: satellite_lost, satellite: sat2, at: 600.0}\n  - {kind: liar",
+            "  - {kind: byzantine",
+            "  - {kind: satellite_lost, satellite: sat2, at: 600.0}\n  - {kind: byzantine",
             "faults[1]",
             "sat2 does not fly at 600 s, so that it cannot be lost then",
         ),
         (
-            "kind: liar, satellite: sat1, at: 50.0, drift: 1.0",
+            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
             "kind: weak_thruster, satellite: sat1, at: 50.0, factor: 0.5",
             "faults[1]",
             "sat1 has no thruster that could fail in this way",
         ),
         (
-            "kind: liar, satellite: sat1, at: 50.0, drift: 1.0",
+            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
             "kind: frozen_sensor, satellite: sat1, at: 50.0",
             "faults[1]",
             "sat1 has no sensor that could fail in this way",
         ),
         (
-            "kind: liar, satellite: sat1, at: 50.0, drift: 1.0",
+            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
             "kind: clock_offset, satellite: sat1, at: 50.0, until: 40.0, offset: 1.0",
             "faults[1]",
             "until 40 s is not later than at 50 s",
@@ -451,7 +457,7 @@ def test_who_follows_a_neighbour_keeps_its_graph_and_tells_no_phase_to_lie_about
     (change,) = problems(text + "graph_schedule: [{at: 1.0, graph: {kind: none}}]\n")
     assert "has to hear it all the time" in change.sentence
     assert change.line == len(text.splitlines()) + 1
-    (lie,) = problems(text + "faults: [{kind: liar, satellite: sat1, at: 1.0}]\n")
+    (lie,) = problems(text + "faults: [{kind: byzantine, satellite: sat1, at: 1.0}]\n")
     assert "tell no phase to lie about" in lie.sentence
 
 
@@ -473,7 +479,7 @@ def test_what_would_happen_beyond_the_end_of_a_shortened_flight_is_left_out_and_
 
 
 def test_a_fault_of_the_command_line_is_meant_for_the_flight_that_is_set_there() -> None:
-    late = "faults=[{kind: liar, satellite: sat1, at: 200.0}]"
+    late = "faults=[{kind: byzantine, satellite: sat1, at: 200.0}]"
     (problem,) = problems(DISTURBED, "timing.duration=150.0", "expect=[]", late)
     assert problem.file == f"--set {late}"
     assert "not earlier than the flight's end at 150 s" in problem.sentence
@@ -502,3 +508,41 @@ def test_a_controller_that_cannot_fly_in_its_setting_is_refused_where_it_stands(
     found = problems(text, "timing.step=3600.0", "timing.duration=36000.0", "expect=[]")
     assert "does not decay" in " ".join(problem.sentence for problem in found)
     assert all("controller" in problem.field for problem in found)
+
+
+@pytest.mark.parametrize("old", sorted(RENAMED_FIELDS))
+def test_a_renamed_field_is_answered_with_its_new_name_where_that_is_allowed(old: str) -> None:
+    assert _nearest(old, [RENAMED_FIELDS[old], "other"], RENAMED_FIELDS) == (
+        f"; since version 0.2.0 it is called {RENAMED_FIELDS[old]}"
+    )
+    assert "since version" not in _nearest(old, ["other"], RENAMED_FIELDS)
+
+
+def test_old_names_of_a_whole_file_are_answered_with_the_new_ones() -> None:
+    text = (SCENARIOS / "satellite_lost_and_rejoined.yaml").read_text(encoding="utf-8")
+    for new, old in (
+        ("nominal_motion:", "circulation:"),
+        ("satellite_defaults:", "every_satellite:"),
+        ("rejoin_at:", "back:"),
+    ):
+        assert new in text
+        text = text.replace(new, old)
+    sentences = {problem.sentence.partition("since ")[2] for problem in problems(text)}
+    assert {
+        f"version 0.2.0 it is called {new}" for new in ("nominal_motion", "satellite_defaults", "rejoin_at")
+    } <= sentences
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("hill_pd", "feedback_linearisation"),
+        ("impulse", "impulsive_guidance"),
+        ("adaptive_distance", "artificial_potential"),
+    ],
+)
+def test_an_old_kind_is_answered_with_the_new_one(old: str, new: str) -> None:
+    text = (SCENARIOS / "triangle.yaml").read_text(encoding="utf-8")
+    changed = re.sub(r"kind: sliding_mode", f"kind: {old}", text)
+    assert changed != text
+    assert any(f"it is called {new}" in problem.sentence for problem in problems(changed))

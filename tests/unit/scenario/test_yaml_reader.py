@@ -23,8 +23,8 @@ ANCHORED = textwrap.dedent(
     dynamics: {kind: cw}
     graph: {kind: complete}
     consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-    circulation: {period: 6000.0}
-    every_satellite:
+    nominal_motion: {period: 6000.0}
+    satellite_defaults:
       controller: {kind: sliding_mode, proportional_gain: 0.01, boundary_layer: 0.1}
     satellites:
       - &first

@@ -5,8 +5,8 @@
 from typing import Any
 
 import pytest
-from test_simulate import formation
 
+from formations import formation
 from satform.scenario import Scenario
 from satform_tools.check.disturbances import describe_schedule, disturbance_warnings
 
@@ -27,11 +27,11 @@ LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 100.0}
     [
         (
             {"links": {"default": {"delay": 50.0, "jitter": 5.0, "period": 10.0}}},
-            "drop_after: 60 s is shorter than the 65 s",
+            "neighbour_timeout: 60 s is shorter than the age of 65 s",
         ),
         (
             # Three satellites that all hear each other bear 1311.6 s with these gains, extrapolating.
-            {"links": {"default": {"delay": 1312.0}}, "consensus": {"drop_after": 1e4}},
+            {"links": {"default": {"delay": 1312.0}}, "consensus": {"neighbour_timeout": 1e4}},
             "beyond the delay margin of 1311.58 s",
         ),
         (
@@ -40,7 +40,7 @@ LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 100.0}
             "slows the formation down to about 90.9 % of its rate",
         ),
         (
-            {"graph": {"kind": "line"}, "links": {"edges": [{"speaker": "sat1", "listener": "sat3"}]}},
+            {"graph": {"kind": "line"}, "links": {"edges": [{"sender": "sat1", "receiver": "sat3"}]}},
             "the graph never lets sat3 hear sat1",
         ),
         ({"graph_schedule": [SPLIT]}, "from 100 s on (the scenario changes the graph) those who fly are not"),
@@ -54,11 +54,11 @@ LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 100.0}
         ),
         ({"checkpoint_period": 10.0}, "checkpoints are kept, but nobody comes back from one"),
         (
-            {"faults": [{**LOST, "back": 200.0}], "checkpoint_period": 150.0},
+            {"faults": [{**LOST, "rejoin_at": 200.0}], "checkpoint_period": 150.0},
             "before its first checkpoint at 150 s; it comes back with its flight plan alone",
         ),
         (
-            {"faults": [{**LOST, "back": 2000.0, "memory": "plan"}]},
+            {"faults": [{**LOST, "rejoin_at": 2000.0, "memory": "plan"}]},
             "sat2 is to be back at 2000 s, after the flight's end",
         ),
     ],
@@ -74,11 +74,11 @@ def test_what_is_unwise_is_said_in_one_sentence(fields: dict[str, Any], sentence
     [
         {},
         {"links": {"default": {"loss": 0.9, "delay": 50.0, "jitter": 10.0}}},
-        {"links": {"default": {"delay": 1311.0}}, "consensus": {"drop_after": 1311.0}},
+        {"links": {"default": {"delay": 1311.0}}, "consensus": {"neighbour_timeout": 1311.0}},
         {"graph_schedule": [SPLIT, {"at": 500.0, "graph": {"kind": "line"}}]},
         {"graph": {"kind": "none"}},
         {"faults": [LOST]},
-        {"faults": [{**LOST, "back": 200.0}], "checkpoint_period": 50.0},
+        {"faults": [{**LOST, "rejoin_at": 200.0}], "checkpoint_period": 50.0},
         {"checkpoint_period": 10.0, "tolerated_losses": 1},
     ],
 )
@@ -100,7 +100,7 @@ def test_graphs_that_are_connected_only_together_are_no_cause_for_warning() -> N
 
 def test_every_planned_state_is_described_with_its_connectivity() -> None:
     planned = scenario(
-        faults=[{**LOST, "back": 300.0, "memory": "plan"}],
+        faults=[{**LOST, "rejoin_at": 300.0, "memory": "plan"}],
         graph_schedule=[{"at": 200.0, "graph": {"kind": "line"}}],
     )
     states = describe_schedule(planned)

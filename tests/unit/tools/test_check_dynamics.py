@@ -27,9 +27,9 @@ timing: {step: 10.0, duration: 600.0}
 dynamics: {kind: cw}
 graph: {kind: none}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {period: 5828.516}
-every_satellite:
-  parameter: angle
+nominal_motion: {period: 5828.516}
+satellite_defaults:
+  path_parameter: angle
   controller: {kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}
 satellites:
   - name: sat1
@@ -72,7 +72,7 @@ def test_check_warns_of_a_wide_formation_under_a_linear_truth_only() -> None:
 
 
 def test_check_warns_of_an_eccentric_chief() -> None:
-    changes = ("orbit.semi_major_axis=8.0e6", sized(400.0), "circulation.period=7121.08")
+    changes = ("orbit.semi_major_axis=8.0e6", sized(400.0), "nominal_motion.period=7121.08")
     assert not said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 1.0e-4}}")
     (warning,) = said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 0.05}}")
     assert "about this one of 0.05" in warning

@@ -21,8 +21,8 @@ timing: {step: 10.0, duration: 1000.0}
 dynamics: {kind: cw}
 graph: {kind: complete}
 consensus: {kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}
-circulation: {period: 6000.0}
-every_satellite: {controller: {kind: hill_pd}}
+nominal_motion: {period: 6000.0}
+satellite_defaults: {controller: {kind: feedback_linearisation}}
 satellites:
   - {name: a, curve: {kind: circle, radius: 1000.0}}
   - {name: b, curve: {kind: circle, radius: 1000.0}, arc_length: ARC}
@@ -111,7 +111,7 @@ def test_satellites_that_follow_each_other_from_one_place_cannot_fly() -> None:
     [
         ("satellites.1.curve={kind: circle, radius: 1.0e-200}", "semi-axes of 1e-200 and 1e-200 m"),
         ("satellites.1.scale=1.0e-300", "is 6.28319e+303 m of generalised arc length"),
-        ("every_satellite.scale=1.0e-13", "a period of satellite a"),
+        ("satellite_defaults.scale=1.0e-13", "a period of satellite a"),
     ],
 )
 def test_a_reference_that_is_no_finite_motion_cannot_fly(change: str, said: str) -> None:
@@ -120,21 +120,21 @@ def test_a_reference_that_is_no_finite_motion_cannot_fly(change: str, said: str)
 
 
 def test_a_wheel_that_starts_beyond_its_limit_is_named() -> None:
-    fast = "every_satellite.attitude.wheel_speed=[0.0, 20.0, 0.0]"
+    fast = "satellite_defaults.attitude.wheel_speed=[0.0, 20.0, 0.0]"
     place = "satellites.0.attitude.wheel_speed=[0.0, 20.0, 0.0]"
     limited = shipped("attitude_limited_wheels")
-    change = fast if limited.every_satellite.attitude is not None else place
+    change = fast if limited.satellite_defaults.attitude is not None else place
     # Half a kg m^2 at 20 rad/s is 10 N m s of the wheel itself.
     (said,) = warnings(shipped("attitude_limited_wheels", change), "wheel_momentum_limit")
     assert "beyond its wheel_momentum_limit of 8 N m s" in said
 
 
 SCHEDULED: dict[str, Any] = {
-    "burns": "every_satellite.controller={kind: timed_burns, burns: "
+    "burns": "satellite_defaults.controller={kind: timed_burns, burns: "
     "[{time: TIME, velocity_change: [1, 0, 0]}]}",
-    "start": "every_satellite.controller={kind: impulse, start_time: TIME, waypoints: "
+    "start": "satellite_defaults.controller={kind: impulsive_guidance, start_time: TIME, waypoints: "
     "[{position: [0, 500, 0], duration: 200.0}]}",
-    "waypoint": "every_satellite.controller={kind: impulse, waypoints: "
+    "waypoint": "satellite_defaults.controller={kind: impulsive_guidance, waypoints: "
     "[{position: [0, 500, 0], duration: TIME}]}",
     "graph": "graph_schedule=[{at: TIME, graph: {kind: none}}]",
     "fault": "faults=[{kind: clock_offset, satellite: a, at: TIME, offset: 1.0}]",
@@ -221,7 +221,7 @@ def test_a_sensor_that_is_later_than_the_flight_is_said() -> None:
 
 def test_of_many_sentences_of_one_kind_the_first_are_said_and_the_others_counted() -> None:
     burns = ", ".join(f"{{time: {10.0 * burn}, velocity_change: [0, 0, 0]}}" for burn in range(20))
-    many = two(100.0, f"every_satellite.controller={{kind: timed_burns, burns: [{burns}]}}")
+    many = two(100.0, f"satellite_defaults.controller={{kind: timed_burns, burns: [{burns}]}}")
     found = warnings(many, "")
     assert len(warnings(many, "its middle at")) == 8
     assert "timing: and 12 more like the last one" in found

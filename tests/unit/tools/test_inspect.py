@@ -184,8 +184,8 @@ def test_a_type_that_is_not_here_is_a_sentence(name: str) -> None:
 def test_a_parameter_is_read_as_the_type_that_it_is_declared_with() -> None:
     for text, value in (("1", 1.0), ("1e3", 1000.0), ("1.0e3", 1000.0), ("-2E-3", -0.002)):
         assert as_parameter(ParameterType.PARAMETER_DOUBLE, "gain", text).double_value == value
-    alone = as_parameter(ParameterType.PARAMETER_DOUBLE_ARRAY, "gain", "1e-1")
-    assert (alone.type, alone.double_value) == (ParameterType.PARAMETER_DOUBLE, 0.1)
+    single = as_parameter(ParameterType.PARAMETER_DOUBLE_ARRAY, "gain", "1e-1")
+    assert (single.type, single.double_value) == (ParameterType.PARAMETER_DOUBLE, 0.1)
     triple = as_parameter(ParameterType.PARAMETER_DOUBLE_ARRAY, "gain", "[1, 2.5, 3]")
     assert list(triple.double_array_value) == [1.0, 2.5, 3.0]
     # The node makes a number of it, if the parameter is an angle.

@@ -13,7 +13,7 @@ import pytest
 from flights import SCENARIOS, shipped
 from satform.common.spec import Spec
 from satform.flight.compile import parameter_plan
-from satform.flight.online_parameters import Adjustments
+from satform.flight.online_parameters import OnlineParameters
 from satform_nodes.runtime.parameters import declare_spec
 from satform_tools.cli import main as cli
 from satform_tools.describe import scenario_reference
@@ -74,7 +74,7 @@ def in_flight(spec: Spec) -> set[str]:
 def test_what_the_page_calls_a_parameter_is_declared_by_the_node_and_nothing_else(name: str) -> None:
     scenario = shipped(name)
     for index in range(min(len(scenario.satellites), 3)):
-        for prefix, spec in Adjustments(parameter_plan(scenario, index)).specs.items():
+        for prefix, spec in OnlineParameters(parameter_plan(scenario, index)).specs.items():
             node = Declared()
             declare_spec(node, prefix, spec)  # type: ignore[arg-type]
             own = scenario.satellite(index) if prefix == "phase" else spec

@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_simulate import formation
 
+from formations import formation
 from satform.flight.simulate import simulate
-from satform.membership.state import Lost, Plan
+from satform.membership.state import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag import reader as bag_reader
 from satform_tools.cli import main as cli
 from satform_tools.run.replay import compare
 
-LOST: Plan = {10: [Lost(1, "killed")]}
+LOST: Plan = {10: [SatelliteLost(1, "killed")]}
 
 
 def three() -> Scenario:

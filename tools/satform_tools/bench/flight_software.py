@@ -8,7 +8,7 @@ import numpy as np
 
 from satform.attitude.guidance import Attitude
 from satform.communication.messages import WIDTH, numbers
-from satform.communication.neighbour_buffer import Told
+from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
 from satform.flight.compile import compile_scenario
 from satform.flight.satellite import Satellite
@@ -44,7 +44,7 @@ def step_cost(scenario: Scenario, index: int = 0, steps: int = 1000) -> float:
     for _ in range(_WARM_UP + steps):
         begin = time.thread_time_ns()
         motion = Motion(np.array(position), np.array(velocity))
-        told = Told.whole(said[:, 1:], said[:, 0])
+        told = Received.whole(said[:, 1:], said[:, 0])
         satellite.act(motion, told, satellite.state.step, turned)
         costs.append(time.thread_time_ns() - begin)
     return float(np.median(costs[_WARM_UP:])) * 1e-9

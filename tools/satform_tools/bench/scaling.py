@@ -22,9 +22,9 @@ timing: {{step: 1.0, duration: {steps}.0}}
 dynamics: {{kind: cw, perturbations: [{{kind: harmonic, amplitude: 0.01, phase_step: 0.7}}]}}
 graph: {{kind: {graph}}}
 consensus: {{kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}}
-circulation: {{period: 6000.0}}
-tolerated_silence: {silence}
-every_satellite:
+nominal_motion: {{period: 6000.0}}
+node_timeout: {silence}
+satellite_defaults:
   curve: {{kind: circle, radius: 50.0e3}}
   controller: {{kind: sliding_mode, boundary_layer: 0.1}}
 satellites:

@@ -86,8 +86,8 @@ def measure(counts: Sequence[int], steps: int) -> Iterator[Row]:
         steps: steps of each flight; from 100 satellites on 20, to bound the duration.
     """
     for count in counts:
-        together = min(-(-count // PROCESSES_OF_GROUPS), LARGEST_GROUP)
-        groups = {together, *([1] if count <= MOST_PROCESSES else [])}
+        stacked = min(-(-count // PROCESSES_OF_GROUPS), LARGEST_GROUP)
+        groups = {stacked, *([1] if count <= MOST_PROCESSES else [])}
         for words, graph in GRAPHS.items():
             if graph != "ring" and count < 6:
                 continue

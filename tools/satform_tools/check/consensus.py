@@ -3,11 +3,11 @@
 """Warnings about the communication graph and the agreement on it: connection, periods, faulty neighbours."""
 
 from satform.consensus.arc_length import ArcLengthGainsSpec
-from satform.consensus.byzantine_robustness import promise
+from satform.consensus.byzantine_robustness import agreement_guarantee
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec
 from satform.consensus.stability import Gains, delay_margin
 from satform.flight.compile import flight_plan
-from satform.membership.state import rewirings
+from satform.membership.state import topology_changes
 from satform.scenario import Scenario
 
 _SAME_PERIOD = 1e-9
@@ -49,7 +49,7 @@ def _liar_warnings(scenario: Scenario) -> list[str]:
     if not isinstance(law, ResilientArcLengthConsensusSpec):
         return []
     graphs = [(0, scenario.communication_graph())]
-    graphs += [(step, event.graph) for step, event in rewirings(scenario.membership_plan().events)]
+    graphs += [(step, event.graph) for step, event in topology_changes(scenario.membership_plan().events)]
     most_heard = max(int(graph.adjacency.sum(axis=1).max()) for _, graph in graphs)
     found = [
         f"consensus: {doubt}; honest satellites may leave the interval of phases in which they began"
@@ -57,11 +57,11 @@ def _liar_warnings(scenario: Scenario) -> list[str]:
     ]
     said: dict[str, str] = {}
     for step, graph in graphs:
-        promised = promise(graph, law.tolerated_liars)
+        promised = agreement_guarantee(graph, law.tolerated_byzantine)
         if not (promised.local or promised.total):
             when = f"from {step * scenario.timing.step:g} s on: " if step else ""
             # A schedule that goes to and fro has each graph many times.
-            said.setdefault(promised.sentence, f"consensus.tolerated_liars: {when}{promised.sentence}")
+            said.setdefault(promised.sentence, f"consensus.tolerated_byzantine: {when}{promised.sentence}")
     return [*found, *said.values()]
 
 

@@ -23,7 +23,7 @@ def controller_warnings(scenario: Scenario) -> list[str]:
             continue
         jerk = steady[index].jerk_max
         sentences = gain_warnings(spec.controller, bound[index], centre[index])
-        sentences += sampling_warnings(spec.controller, scenario.timing.step, jerk, spec.feed_forward)
+        sentences += sampling_warnings(spec.controller, scenario.timing.step, jerk, spec.feedforward_sample)
         for sentence in sentences:
             found.setdefault(sentence, []).append(satellite.name)
     return [f"controller of {', '.join(names)}: {sentence}" for sentence, names in found.items()]

@@ -11,7 +11,7 @@ from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.graph import Graph
 from satform.consensus.stability import Gains, delay_margin
 from satform.membership.faults import SatelliteLostSpec
-from satform.membership.state import Back, Formation, rewirings
+from satform.membership.state import Formation, SatelliteRejoined, topology_changes
 from satform.scenario import Scenario
 
 _LONG = 0.25
@@ -77,19 +77,19 @@ def _link_warnings(scenario: Scenario) -> list[str]:
     names = [satellite.name for satellite in scenario.satellites]
     possible = {(names[speaker], names[listener]) for speaker, listener in scenario.possible_graph().edges}
     found = [
-        f"links.edges: the graph never lets {edge.listener} hear {edge.speaker}; this link carries nothing"
+        f"links.edges: the graph never lets {edge.receiver} hear {edge.sender}; this link carries nothing"
         for edge in scenario.links.edges
-        if (edge.speaker, edge.listener) not in possible
+        if (edge.sender, edge.receiver) not in possible
     ]
     own = [scenario.links.of(*edge) for edge in sorted(possible)]
     if not own:
         return found
     longest, rarest = max(map(_age, own)), max(link.period for link in own)
-    bound = scenario.consensus.drop_after
+    bound = scenario.consensus.neighbour_timeout
     if longest > bound:
         found.append(
-            f"consensus.drop_after: {bound:g} s is shorter than the {longest:g} s to which words grow old by "
-            "delay, jitter and period of their link; neighbours are dropped though nothing is wrong with them"
+            f"consensus.neighbour_timeout: {bound:g} s is shorter than the age of {longest:g} s that "
+            "messages reach by delay, jitter and period of their link; neighbours time out without a fault"
         )
     return found + _age_warnings(scenario, max(link.delay + link.jitter for link in own), rarest)
 
@@ -128,7 +128,7 @@ def _slowed(graph: Graph, law: ArcLengthGainsSpec, age: float) -> float:
 
 
 def _schedule_warnings(scenario: Scenario) -> list[str]:
-    changes = rewirings(scenario.membership_plan().events)
+    changes = topology_changes(scenario.membership_plan().events)
     if not changes:
         return []
     graphs = [scenario.communication_graph(), *(event.graph for _, event in changes)]
@@ -146,11 +146,11 @@ def _together(graphs: list[Graph]) -> bool:
 def _loss_warnings(scenario: Scenario) -> list[str]:
     found = []
     for fault in scenario.faults:
-        if not isinstance(fault, SatelliteLostSpec) or fault.back is None:
+        if not isinstance(fault, SatelliteLostSpec) or fault.rejoin_at is None:
             continue
-        if fault.back >= scenario.timing.duration:
+        if fault.rejoin_at >= scenario.timing.duration:
             found.append(
-                f"faults: {fault.satellite} is to be back at {fault.back:g} s, after the flight's end"
+                f"faults: {fault.satellite} is to be back at {fault.rejoin_at:g} s, after the flight's end"
             )
         period = scenario.checkpoint_period
         if fault.memory == "checkpoint" and period is not None and fault.at < period:
@@ -159,7 +159,9 @@ def _loss_warnings(scenario: Scenario) -> list[str]:
                 f"{period:g} s; it comes back with its flight plan alone"
             )
     returns = any(
-        isinstance(event, Back) for events in scenario.membership_plan().events.values() for event in events
+        isinstance(event, SatelliteRejoined)
+        for events in scenario.membership_plan().events.values()
+        for event in events
     )
     if scenario.checkpoint_period is not None and not returns and not scenario.tolerated_losses:
         found.append("checkpoint_period: checkpoints are kept, but nobody comes back from one")

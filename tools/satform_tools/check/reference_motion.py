@@ -14,7 +14,7 @@ def steady_motions(scenario: Scenario) -> list[SteadyMotion]:
     for index in range(len(scenario.satellites)):
         spec, plan = scenario.satellite(index), flight_plan(scenario, index)
         rate = float(plan.nominal_rate)
-        path = (repr(spec.curve), spec.scale, spec.parameter, spec.feed_forward, rate)
+        path = (repr(spec.curve), spec.scale, spec.path_parameter, spec.feedforward_sample, rate)
         if path not in known:
             known[path] = steady_motion(plan.path, rate)
         found.append(known[path])

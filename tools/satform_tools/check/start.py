@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from satform.consensus.graph import Graph
-from satform.control.artificial_potential import AdaptiveDistanceSpec
+from satform.control.artificial_potential import ArtificialPotentialSpec
 from satform.flight.compile import flight_plan, limit_plan, motion_at_start, plant_plan
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
@@ -118,7 +118,7 @@ def _too_close(scenario: Scenario) -> Iterator[str]:
     names = [satellite.name for satellite in scenario.satellites]
     for index, name in enumerate(names):
         law = scenario.satellite(index).controller
-        if not isinstance(law, AdaptiveDistanceSpec):
+        if not isinstance(law, ArtificialPotentialSpec):
             continue
         for other in range(len(names)):
             apart = float(np.linalg.norm(position[index] - position[other]))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from satform.control.artificial_potential import AdaptiveDistanceSpec
+from satform.control.artificial_potential import ArtificialPotentialSpec
 from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControllerSpec
@@ -18,8 +18,8 @@ from satform.planning.impulsive_guidance import TimedBurnsSpec
 from satform.scenario import Scenario
 from satform.scenario.parts import Timing
 
-_IMPULSIVE = frozenset({"impulse", "timed_burns"})
-"""Laws whose commands are burns: one that is clipped is a burn of the wrong size."""
+_IMPULSIVE = frozenset({"impulsive_guidance", "timed_burns"})
+"""Laws whose commands are burns: a saturated one is a burn of the wrong size."""
 
 
 def thrust_warnings(scenario: Scenario) -> list[str]:
@@ -123,7 +123,7 @@ def _drifting(scenario: Scenario) -> list[str]:
         law, sensor = spec.controller, spec.sensor
         noisy = sensor is not None and any((*sensor.position_noise, *sensor.velocity_noise))
         drifts = (
-            isinstance(law, AdaptiveDistanceSpec) and law.leakage == "none" and law.disturbance_rate > 0.0
+            isinstance(law, ArtificialPotentialSpec) and law.leakage == "none" and law.disturbance_rate > 0.0
         )
         if noisy and drifts:
             names.append(satellite.name)

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from satform.communication.channel_model import LinkSpec
 from satform.control.protocol import ControllerSpec
 from satform.membership.faults import step_at
-from satform.planning.impulsive_guidance import ImpulseSpec, TimedBurnsSpec
+from satform.planning.impulsive_guidance import ImpulsiveGuidanceSpec, TimedBurnsSpec
 from satform.scenario import Scenario
 from satform.scenario.expectation import AtTime
 
@@ -41,7 +41,7 @@ def _laws(scenario: Scenario) -> Laws:
         (f"satellites[{index}].controller", satellite.controller)
         for index, satellite in enumerate(scenario.satellites)
     ]
-    every = ("every_satellite.controller", scenario.every_satellite.controller)
+    every = ("satellite_defaults.controller", scenario.satellite_defaults.controller)
     return [(path, law) for path, law in [every, *own] if law is not None]
 
 
@@ -53,7 +53,7 @@ def _off(time: float, step: float) -> bool:
 def _rounded_plans(laws: Laws, step: float) -> Iterator[str]:
     """Times of impulses, which are flown at the nearest step."""
     for path, law in laws:
-        if isinstance(law, ImpulseSpec):
+        if isinstance(law, ImpulsiveGuidanceSpec):
             if _off(law.start_time, step):
                 yield _rounded(f"{path}.start_time", law.start_time, round(law.start_time / step) * step)
             for place, waypoint in enumerate(law.waypoints):
@@ -130,7 +130,7 @@ def _late_plans(laws: Laws, scenario: Scenario) -> Iterator[str]:
             for place, burn in enumerate(law.burns):
                 if max(0, round(burn.time / step - 0.5)) >= steps:
                     yield f"{path}.burns[{place}].time: {burn.time:.10g} s is {end}; it is never flown"
-        if isinstance(law, ImpulseSpec):
+        if isinstance(law, ImpulsiveGuidanceSpec):
             at = round(law.start_time / step)
             if at >= steps:
                 yield f"{path}.start_time: {law.start_time:.10g} s is {end}; nothing of the tour is flown"

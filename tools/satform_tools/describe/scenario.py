@@ -10,7 +10,12 @@ from typing import Any
 
 from satform.communication.topic_graph import channels
 from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
-from satform.consensus.byzantine_robustness import MAXIMUM_SATELLITES, lower_bound, promise, robustness
+from satform.consensus.byzantine_robustness import (
+    MAXIMUM_SATELLITES,
+    agreement_guarantee,
+    lower_bound,
+    robustness,
+)
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.flight.compile import compile_scenario, flight_plan, topic_plan
@@ -75,7 +80,9 @@ def describe(scenario: Scenario) -> dict[str, Any]:
             "connected": graph.connected(),
             "eigenvalues": [_complex(value) for value in graph.eigenvalues] if _small(graph) else [],
             "robustness": _robustness(graph),
-            "promise": asdict(promise(graph, getattr(scenario.consensus, "tolerated_liars", 0))),
+            "promise": asdict(
+                agreement_guarantee(graph, getattr(scenario.consensus, "tolerated_byzantine", 0))
+            ),
         },
         "consensus": {
             **scenario.consensus.model_dump(mode="json"),
@@ -151,9 +158,9 @@ def _links(scenario: Scenario) -> dict[str, Any] | None:
         "default": links.default.model_dump(),
         "edges": [
             {
-                "speaker": edge.speaker,
-                "listener": edge.listener,
-                **links.of(edge.speaker, edge.listener).model_dump(),
+                "sender": edge.sender,
+                "receiver": edge.receiver,
+                **links.of(edge.sender, edge.receiver).model_dump(),
             }
             for edge in links.edges
         ],
@@ -167,7 +174,7 @@ def _satellite(scenario: Scenario, index: int, steady: SteadyMotion) -> dict[str
     return {
         "name": spec.name,
         "curve": spec.curve.model_dump(mode="json", exclude_none=True),
-        "parameter": spec.parameter,
+        "parameter": spec.path_parameter,
         "scale": spec.scale,
         "perimeter": float(plan.path.curve.perimeter),
         "nominal_rate": float(plan.nominal_rate),
@@ -340,8 +347,8 @@ def _print_disturbances(data: dict[str, Any]) -> None:
 
 
 def _edge_words(edge: dict[str, Any]) -> str:
-    own = {key: edge[key] for key in edge if key not in {"speaker", "listener"}}
-    return f"  from {edge['speaker']} to {edge['listener']}: {_link_words(own)}"
+    own = {key: edge[key] for key in edge if key not in {"sender", "receiver"}}
+    return f"  from {edge['sender']} to {edge['receiver']}: {_link_words(own)}"
 
 
 def _fault_words(fault: dict[str, Any]) -> str:

@@ -55,8 +55,8 @@ class LinkLook:
     """One direction of talk.
 
     Attributes:
-        listener: satellite that listens.
-        speaker: satellite that it listens to.
+        receiver: satellite that listens.
+        sender: satellite that it listens to.
         age: s of simulated time since the newest word of the speaker; nan when none has been heard.
     """
 

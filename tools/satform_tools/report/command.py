@@ -149,7 +149,7 @@ def _data(kept: Kept, verdicts: list[Verdict], written: list[Path]) -> dict[str,
         "summary": summarise(kept.record).data(),
         "judged": bool(verdicts),
         "expectations": [asdict(verdict) for verdict in verdicts],
-        "expectations_left_out": list(kept.scenario.expectations_left_out),
+        "omitted_expectations": list(kept.scenario.omitted_expectations),
         "report": str(written[0]),
         "files": [str(file) for file in written],
     }

@@ -123,14 +123,20 @@ def print_summary(summary: Summary) -> None:
 
 
 def _print_thrusters(summary: Summary) -> None:
-    headings = ("satellite", "propellant used [kg]", "clipped", "withheld", "starved")
+    headings = (
+        "satellite",
+        "propellant used [kg]",
+        "saturated_steps",
+        "below_minimum_impulse_steps",
+        "propellant_depleted_steps",
+    )
     rows = [
         (
             entry.name,
             number(entry.propellant_used),
-            str(entry.clipped),
-            str(entry.withheld),
-            str(entry.starved),
+            str(entry.saturated_steps),
+            str(entry.below_minimum_impulse_steps),
+            str(entry.propellant_depleted_steps),
         )
         for entry in summary.satellites
         if not math.isnan(entry.propellant_used)

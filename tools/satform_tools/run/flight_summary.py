@@ -33,9 +33,9 @@ class SatelliteSummary:
         largest_control: largest magnitude in the whole flight, m/s^2.
         delta_v: spent over the whole flight, m/s.
         propellant_used: kg; NaN without a thruster.
-        clipped: steps with a command above the thrust limit.
-        withheld: steps with a command below the smallest impulse.
-        starved: steps with a command that the tank could not give.
+        saturated_steps: steps with a command above the thrust limit.
+        below_minimum_impulse_steps: steps with a command below the smallest impulse.
+        propellant_depleted_steps: steps with a command that the tank could not give.
         absent: steps in which it did not fly; they have no part in the errors.
         mean_nees: mean normalised estimation error squared of its filter after the flight's first fifth, 6
             for a consistent one; NaN without a filter.
@@ -50,9 +50,9 @@ class SatelliteSummary:
     largest_control: float
     delta_v: float
     propellant_used: float
-    clipped: int
-    withheld: int
-    starved: int
+    saturated_steps: int
+    below_minimum_impulse_steps: int
+    propellant_depleted_steps: int
     absent: int
     mean_nees: float
     mean_innovation: float
@@ -120,9 +120,9 @@ def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummar
         largest_control=_largest(record, record.control, column, 0),
         delta_v=float(np.sum(record.effort[:, column])),
         propellant_used=float(record.propellant[0, column] - record.propellant[-1, column]),
-        clipped=int(record.clipped[-1, column]),
-        withheld=int(record.withheld[-1, column]),
-        starved=int(record.starved[-1, column]),
+        saturated_steps=int(record.saturated_steps[-1, column]),
+        below_minimum_impulse_steps=int(record.below_minimum_impulse_steps[-1, column]),
+        propellant_depleted_steps=int(record.propellant_depleted_steps[-1, column]),
         absent=int(np.count_nonzero(record.absent[:, column])),
         mean_nees=mean_after_settling(record.estimation_error_squared, column),
         mean_innovation=mean_after_settling(record.innovation, column),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
 from satform.evaluation.conclusion import left_out
 from satform.flight.simulate import simulate
-from satform.membership.state import Lost, Plan
+from satform.membership.state import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, Timing
 from satform_bringup import BAG_FOLDER
@@ -28,8 +28,8 @@ _SAID = (
     "reference_velocity",
     "reference_acceleration",
     "sliding_variable",
-    "believed_position_error",
-    "believed_velocity_error",
+    "estimated_position_error",
+    "estimated_velocity_error",
     "estimate_covariance",
     "innovation",
     "rejected_measurements",
@@ -49,7 +49,7 @@ class Replay:
         events: that happened beside what the scenario plans.
         differences: a sentence for each quantity that differs; empty when all bits are the same.
         state_hash: of the recorded flight; None where it is not the whole one.
-        expectations_left_out: labels of what the longer flight is judged by of which this is a part.
+        omitted_expectations: labels of what the longer flight is judged by of which this is a part.
         early_end: in words, why the flight ended before its last step, the recorded one and the one flown
             once more; empty when it did not.
     """
@@ -58,7 +58,7 @@ class Replay:
     events: int
     differences: tuple[str, ...]
     state_hash: str | None
-    expectations_left_out: tuple[str, ...]
+    omitted_expectations: tuple[str, ...]
     early_end: str = ""
 
 
@@ -127,7 +127,7 @@ def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
         events=count,
         differences=tuple(again.differences(record)),
         state_hash=record.digest() if whole else None,
-        expectations_left_out=scenario.expectations_left_out,
+        omitted_expectations=scenario.omitted_expectations,
         early_end="" if end is None else end.sentence,
     )
 
@@ -140,7 +140,7 @@ def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenari
     for plan, longest in ((scenario.membership_plan().events, 1), (events, qos.LOCKSTEP.depth)):
         for step, found in plan.items():
             for event in found:
-                if isinstance(event, Lost) and 0 < step <= record.steps:
+                if isinstance(event, SatelliteLost) and 0 < step <= record.steps:
                     for name in _SAID:
                         # What it announces is for the step after.
                         end = step + 1 if name in _ANNOUNCED and longest > 1 else step

@@ -163,7 +163,7 @@ class Outcome:
             "early_end": None if self.early_end is None else self.early_end.data(),
             "judged": self.judged,
             "expectations": [asdict(verdict) for verdict in self.verdicts],
-            "expectations_left_out": list(self.scenario.expectations_left_out),
+            "omitted_expectations": list(self.scenario.omitted_expectations),
             "summary": None if self.summary is None else self.summary.data(),
             "messages": self.messages,
             "punctuality": self.punctuality,

@@ -18,7 +18,7 @@ from launch_ros.actions import Node
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
 from satform.flight.compile import compile_scenario
-from satform.membership.state import MembershipPlan, falls, returns
+from satform.membership.state import MembershipPlan, is_lost_at, returns
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
 from satform_bringup.deployment import local_discovery, preflight
@@ -177,7 +177,7 @@ def _ended(
     plan = flight.membership
     if process.name in plan.names and event.returncode == -signal.SIGKILL:
         index = plan.names.index(process.name)
-        if any(falls(plan.events, index, step) for step in plan.events):
+        if any(is_lost_at(plan.events, index, step) for step in plan.events):
             return [_node(process, flight)] if returns(plan.events, index, 0) else None
     return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
 

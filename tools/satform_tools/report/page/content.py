@@ -188,7 +188,7 @@ def figures(summary: Summary, title: str) -> PageTable:
         "control [m/s²], largest",
         "delta-v [m/s]",
         "propellant [kg]",
-        "clipped / withheld / starved",
+        "saturated / below minimum impulse / propellant depleted",
     )
     rows: list[tuple[str, ...]] = [
         (
@@ -199,7 +199,8 @@ def figures(summary: Summary, title: str) -> PageTable:
             number(entry.largest_control),
             number(entry.delta_v),
             number(entry.propellant_used),
-            f"{entry.clipped} / {entry.withheld} / {entry.starved}",
+            f"{entry.saturated_steps} / {entry.below_minimum_impulse_steps}"
+            f" / {entry.propellant_depleted_steps}",
         )
         for entry in summary.satellites
     ]

@@ -80,7 +80,7 @@ def space(kept: Kept, length: Unit, clock: Unit) -> Space | None:
     wanted = max(_FEWEST_MOMENTS, min(_MOST_MOMENTS, _MOST_POSITIONS // count))
     moments = np.unique(np.linspace(0, record.steps, min(wanted, record.steps + 1)).round().astype(np.int64))
     links, note = _links(kept, record.time[moments])
-    period = kept.scenario.circulation.period or record.steps * record.step
+    period = kept.scenario.nominal_motion.period or record.steps * record.step
     trail = _TRAIL * min(period, record.steps * record.step) / (record.steps * record.step)
     return Space(
         names=record.satellites,

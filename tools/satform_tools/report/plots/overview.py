@@ -105,7 +105,7 @@ def _line(axes: Any, path: Array, **style: Any) -> None:
 
 def _last_lap(scenario: Scenario, record: FlightRecord) -> int:
     """First row of the last lap; the middle of the flight when it has no laps."""
-    period = scenario.circulation.period
+    period = scenario.nominal_motion.period
     if period is None or period > record.steps * record.step:
         return record.steps // 2
     return record.steps - round(period / record.step)

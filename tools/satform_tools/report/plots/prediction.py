@@ -10,13 +10,13 @@ from scipy.linalg import expm
 from satform.consensus.arc_length import ArcLengthConsensusSpec
 from satform.consensus.graph import Graph
 from satform.flight.compile import flight_plan
-from satform.membership.faults import ClockOffsetSpec, LiarSpec, SatelliteLostSpec
-from satform.membership.state import rewirings
+from satform.membership.faults import ByzantineSpec, ClockOffsetSpec, SatelliteLostSpec
+from satform.membership.state import topology_changes
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 
 _MOST_SATELLITES = 200
-_DISTURBING = (SatelliteLostSpec, LiarSpec, ClockOffsetSpec)
+_DISTURBING = (SatelliteLostSpec, ByzantineSpec, ClockOffsetSpec)
 
 
 def arc_length_spread(scenario: Scenario, time: Array) -> Array | None:
@@ -62,7 +62,7 @@ def arc_length_spread(scenario: Scenario, time: Array) -> Array | None:
 def _graphs(scenario: Scenario, time: Array) -> Iterator[Graph]:
     """Who hears whom at each of the moments."""
     plan = scenario.membership_plan().events
-    changes = [(step * scenario.timing.step, event.graph) for step, event in rewirings(plan)]
+    changes = [(step * scenario.timing.step, event.graph) for step, event in topology_changes(plan)]
     graph = scenario.communication_graph()
     for moment in time:
         while changes and changes[0][0] <= moment:

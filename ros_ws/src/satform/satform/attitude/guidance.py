@@ -22,8 +22,8 @@ from satform.attitude.satellite_pointing import SatellitePointing, SatellitePoin
 from satform.attitude.tracking import AttitudeTracking, AttitudeTrackingSpec
 from satform.attitude.yaw_steering import Mask
 from satform.common.spec import Positive, Spec, Vector
-from satform.communication.messages import AnyHeard
-from satform.consensus.arc_length import Heard
+from satform.communication.messages import NeighbourStates
+from satform.consensus.arc_length import NeighbourPhases
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
@@ -72,7 +72,9 @@ class Target:
         """The same target, of one satellite, in another list of those that are heard."""
         return replace(self, place=np.asarray(neighbours.index(int(self.satellite)), dtype=np.int64))
 
-    def reference(self, heard: Heard, time: float, drop_after: float) -> tuple[Reference, Mask]:
+    def reference(
+        self, heard: NeighbourPhases, time: float, neighbour_timeout: float
+    ) -> tuple[Reference, Mask]:
         """Where the target is to be, from its newest message that counts.
 
         The phase is extrapolated by its stamp and rate, as the consensus law does. While no message
@@ -81,7 +83,7 @@ class Target:
         Args:
             heard: from the neighbours, with weight zero for those whose newest message is too old.
             time: simulated, s.
-            drop_after: age of a message from which on it no longer counts, s.
+            neighbour_timeout: age of a message from which on it no longer counts, s.
 
         Returns:
             Desired motion of the target, and whether it is known: any finite one where it is not.
@@ -97,7 +99,7 @@ class Target:
             rate = np.where(counts, rate, self.planned_rate)
             stamp = np.where(counts, stamp, 0.0)
         phase = phase + (time - stamp) * rate
-        known: Mask = counts | (time <= drop_after)
+        known: Mask = counts | (time <= neighbour_timeout)
         return self.path.reference(phase + self.phase_offset, rate, np.zeros_like(rate)), known
 
 
@@ -156,24 +158,24 @@ class Orientation:
         return self.law.wheel_torque(state, reference, self.external(told.mrp, time))
 
 
-class Aim:
+class PointingReference:
     """The desired attitude of each step, worked out ahead where it depends on time alone."""
 
-    def __init__(self, orientation: Orientation, step: float, drop_after: float) -> None:
+    def __init__(self, orientation: Orientation, step: float, neighbour_timeout: float) -> None:
         """A guidance before its first step.
 
         Args:
             orientation: where to point, and the other satellite that is pointed at.
             step: control period, s.
-            drop_after: age of a neighbour's message from which on it no longer counts, s.
+            neighbour_timeout: age of a neighbour's message from which on it no longer counts, s.
         """
         self._orientation = orientation
         self._step = step
-        self._drop_after = drop_after
+        self._neighbour_timeout = neighbour_timeout
         self._number = -1
         self._block: AttitudeReference | None = None
 
-    def at(self, step: int, own: Reference, heard: AnyHeard) -> AttitudeReference:
+    def at(self, step: int, own: Reference, heard: NeighbourStates) -> AttitudeReference:
         """The desired attitude at a step.
 
         Args:
@@ -184,9 +186,9 @@ class Aim:
         pointing, target = self._orientation.pointing, self._orientation.target
         if isinstance(pointing, SatellitePointing):
             assert target is not None  # noqa: S101 - built together
-            assert isinstance(heard, Heard)  # noqa: S101 - the scenario's validator has seen to it
+            assert isinstance(heard, NeighbourPhases)  # noqa: S101 - the scenario's validator has seen to it
             moment = step * self._step
-            wanted, known = target.reference(heard, moment, self._drop_after)
+            wanted, known = target.reference(heard, moment, self._neighbour_timeout)
             aimed = pointing.reference(own, wanted, np.full(own.position.shape[:-1], moment))
             return aimed if np.all(known) else _either(known, aimed, pointing.safe_reference())
         number, row = divmod(step, _BLOCK)

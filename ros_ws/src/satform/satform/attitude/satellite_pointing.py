@@ -94,8 +94,9 @@ class SatellitePointingSpec(Spec):
 
     Inertial axes are the chief's LVLH axes at time zero. The satellite has to receive the other one's
     phase messages, whose phase is extrapolated by stamp and rate. Until the first message the initial phase
-    of the scenario is used. Once the newest message is older than the consensus law's `drop_after`, the
-    satellite rests in inertial space with boresight and panel axis perpendicular to the sun.
+    of the scenario is used. Once the newest message is older than the consensus law's
+    `neighbour_timeout`, the satellite rests in inertial space with boresight and panel axis
+    perpendicular to the sun.
     """
 
     kind: Literal["satellite_pointing"] = "satellite_pointing"

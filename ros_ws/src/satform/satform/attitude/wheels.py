@@ -41,8 +41,8 @@ class Wheels:
         kept = (np.minimum(np.maximum(after, -full), full) - momentum) / duration
         # Inside the limit the command itself is given, without the rounding of a sum and a difference.
         over = np.abs(after) > full
-        torque_limited = np.any(torque != command, axis=-1)
-        return np.where(over, kept, torque), torque_limited, np.any(over, axis=-1)
+        torque_saturated_steps = np.any(torque != command, axis=-1)
+        return np.where(over, kept, torque), torque_saturated_steps, np.any(over, axis=-1)
 
 
 @dataclass(frozen=True)
@@ -51,13 +51,13 @@ class TurningState:
 
     Attributes:
         attitude: and momenta, shape (M, 3) each.
-        torque_limited: steps so far in which a torque limit took something away, shape (M,).
-        momentum_limited: steps so far in which a momentum limit did, shape (M,).
+        torque_saturated_steps: steps so far in which a torque limit took something away, shape (M,).
+        momentum_saturated_steps: steps so far in which a momentum limit did, shape (M,).
     """
 
     attitude: AttitudeState
-    torque_limited: Array
-    momentum_limited: Array
+    torque_saturated_steps: Array
+    momentum_saturated_steps: Array
 
 
 class Turning:
@@ -93,7 +93,7 @@ class Turning:
             step: number of the step.
         """
         state = self.state
-        given, torque_limited, momentum_limited = self._wheels.given(
+        given, torque_saturated_steps, momentum_saturated_steps = self._wheels.given(
             command, state.attitude.wheel_momentum, self._step
         )
         begin, part = step * self._step, self._step / self._parts
@@ -108,6 +108,6 @@ class Turning:
         self.state = replace(
             state,
             attitude=attitude,
-            torque_limited=state.torque_limited + torque_limited,
-            momentum_limited=state.momentum_limited + momentum_limited,
+            torque_saturated_steps=state.torque_saturated_steps + torque_saturated_steps,
+            momentum_saturated_steps=state.momentum_saturated_steps + momentum_saturated_steps,
         )

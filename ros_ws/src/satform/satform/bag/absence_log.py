@@ -8,7 +8,15 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from satform.consensus.graph import Graph
-from satform.membership.state import Adjusted, Back, Event, Lost, MembershipPlan, Plan, Rewired
+from satform.membership.state import (
+    Event,
+    MembershipPlan,
+    ParameterChanged,
+    Plan,
+    SatelliteLost,
+    SatelliteRejoined,
+    TopologyChanged,
+)
 
 FormationStatus: TypeAlias = Any
 """A message satform_msgs/msg/FormationStatus, of rclpy or decoded from a bag."""
@@ -83,18 +91,18 @@ def happened(
         if status.version <= number:
             continue
         number, step = int(status.version), int(status.step)
-        events: list[Event] = [Lost(names.index(name), status.reason) for name in status.lost]
+        events: list[Event] = [SatelliteLost(names.index(name), status.reason) for name in status.lost]
         now = Graph.of_edges(len(names), status.edge_receivers, status.edge_senders)
         if not np.array_equal(now.adjacency, graph.adjacency):
             graph = now
-            events.append(Rewired(now, status.reason))
+            events.append(TopologyChanged(now, status.reason))
         for name, checkpoint in zip(status.rejoined, status.rejoin_checkpoints, strict=True):
-            events.append(Back(names.index(name), int(checkpoint) if checkpoint >= 0 else None))
+            events.append(SatelliteRejoined(names.index(name), int(checkpoint) if checkpoint >= 0 else None))
         for event in events:
             if not _is_planned(event, expected.get(step, [])):
                 plan.setdefault(step, []).append(event)
     for name, change in changes:
-        adjusted = Adjusted(names.index(name), change.name, tuple(change.value.tolist()))
+        adjusted = ParameterChanged(names.index(name), change.name, tuple(change.value.tolist()))
         plan.setdefault(int(change.step), []).append(adjusted)
     return plan
 
@@ -102,15 +110,17 @@ def happened(
 def _is_planned(event: Event, expected: list[Event]) -> bool:
     """Whether the scenario has an event at this step."""
     match event:
-        case Back():
+        case SatelliteRejoined():
             # From another checkpoint than planned it is another return.
             return event in expected
-        case Lost():
-            return any(isinstance(other, Lost) and other.satellite == event.satellite for other in expected)
+        case SatelliteLost():
+            return any(
+                isinstance(other, SatelliteLost) and other.satellite == event.satellite for other in expected
+            )
         case _:
             return any(
-                isinstance(event, Rewired)
-                and isinstance(other, Rewired)
+                isinstance(event, TopologyChanged)
+                and isinstance(other, TopologyChanged)
                 and np.array_equal(event.graph.adjacency, other.graph.adjacency)
                 for other in expected
             )

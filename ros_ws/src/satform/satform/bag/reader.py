@@ -324,14 +324,14 @@ def _record(
         measured_position=_vectors(state, "position", steps + 1),
         measured_velocity=_vectors(state, "velocity", steps + 1),
         acceleration=_vectors(command, "acceleration", steps),
-        given_acceleration=_vectors(state, "applied_acceleration", steps + 1)[1:],
+        applied_acceleration=_vectors(state, "applied_acceleration", steps + 1)[1:],
         **_phases(announced, scenario.consensus.announces, steps + 1),
         reference_position=_vectors(tracking, "reference_position", steps),
         reference_velocity=_vectors(tracking, "reference_velocity", steps),
         reference_acceleration=_vectors(tracking, "reference_acceleration", steps),
         sliding_variable=_vectors(tracking, "sliding_variable", steps),
-        believed_position_error=_vectors(tracking, "position_error", steps),
-        believed_velocity_error=_vectors(tracking, "velocity_error", steps),
+        estimated_position_error=_vectors(tracking, "position_error", steps),
+        estimated_velocity_error=_vectors(tracking, "velocity_error", steps),
         **_propulsion(given, satellites, steps),
         **_attitudes(attitude, command, satellites, steps),
         **_estimates(estimate, satellites, steps),
@@ -385,7 +385,7 @@ def _attitudes(
     for column in turning:
         for name in ATTITUDE_VECTORS:
             found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
-        for name in ("torque_limited", "momentum_limited"):
+        for name in ("torque_saturated_steps", "momentum_saturated_steps"):
             found[name][:, column] = tables[column].column(_COUNTERS[name])[: steps + 1]
         found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
     return found

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from satform.common.spec import NonNegative, Spec
-from satform.communication.neighbour_buffer import Told
+from satform.communication.neighbour_buffer import Received
 from satform.equipment.noise import LINK_STREAM, SeededUniforms
 from satform.numeric.elementwise import Array
 
@@ -69,9 +69,9 @@ class LinkSpec(Spec):
 class EdgeSpec(LinkSpec):
     """One directed link; what it leaves out is taken from the default."""
 
-    speaker: str
+    sender: str
     """Name of the satellite that is heard over this link."""
-    listener: str
+    receiver: str
     """Name of the satellite that hears."""
 
 
@@ -83,10 +83,10 @@ class LinksSpec(Spec):
     edges: tuple[EdgeSpec, ...] = ()
     """Links with something of their own."""
 
-    def of(self, speaker: str, listener: str) -> LinkSpec:
+    def of(self, sender: str, receiver: str) -> LinkSpec:
         """The link between two satellites, with what it left out filled in."""
         for edge in self.edges:
-            if (edge.speaker, edge.listener) == (speaker, listener):
+            if (edge.sender, edge.receiver) == (sender, receiver):
                 own = {
                     name: getattr(edge, name) for name in edge.model_fields_set & set(LinkSpec.model_fields)
                 }
@@ -98,7 +98,7 @@ class LinksSpec(Spec):
         found: list[tuple[tuple[str | int, ...], str]] = []
         seen: set[tuple[str, str]] = set()
         every: list[tuple[tuple[str | int, ...], LinkSpec]] = [(("default",), self.default)]
-        every += [(("edges", i), self.of(edge.speaker, edge.listener)) for i, edge in enumerate(self.edges)]
+        every += [(("edges", i), self.of(edge.sender, edge.receiver)) for i, edge in enumerate(self.edges)]
         for place, link in every:
             if (link.delay + link.jitter) / step > LONGEST_WAY:
                 sentence = (
@@ -107,20 +107,20 @@ class LinksSpec(Spec):
                 )
                 found.append((place, sentence))
         for index, edge in enumerate(self.edges):
-            for name in (edge.speaker, edge.listener):
+            for name in (edge.sender, edge.receiver):
                 if name not in satellites:
                     sentence = f"there is no satellite {name}; there are {', '.join(sorted(satellites))}"
                     found.append((("edges", index), sentence))
-            if edge.speaker == edge.listener:
-                found.append((("edges", index), f"{edge.speaker} has no link to itself"))
-            if (edge.speaker, edge.listener) in seen:
-                sentence = f"the link from {edge.speaker} to {edge.listener} is described twice"
+            if edge.sender == edge.receiver:
+                found.append((("edges", index), f"{edge.sender} has no link to itself"))
+            if (edge.sender, edge.receiver) in seen:
+                sentence = f"the link from {edge.sender} to {edge.receiver} is described twice"
                 found.append((("edges", index), sentence))
-            seen.add((edge.speaker, edge.listener))
+            seen.add((edge.sender, edge.receiver))
         return found
 
 
-class Links:
+class ChannelModel:
     """The links over which one satellite hears, or many satellites do that fly as one."""
 
     def __init__(
@@ -135,13 +135,13 @@ class Links:
 
         Args:
             spec: from the scenario.
-            edges: places of speaker and listener of each link, row by row.
+            edges: places of sender and receiver of each link, row by row.
             names: of all satellites.
             setting: control period in s, and seed of the run.
             shape: of the satellites and their possible neighbours, (..., K), with one edge for each.
         """
         step, seed = setting
-        own = [spec.of(names[speaker], names[listener]) for speaker, listener in edges]
+        own = [spec.of(names[sender], names[receiver]) for sender, receiver in edges]
         self._shape = shape
         self._step = step
         self._loss = np.array([link.loss for link in own])
@@ -154,7 +154,7 @@ class Links:
             (index, window.begin, window.end) for index, link in enumerate(own) for window in link.outages
         ]
         count = len(names)
-        numbers = [listener * count + speaker for speaker, listener in edges]
+        numbers = [receiver * count + sender for sender, receiver in edges]
         self._draws = SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS) if edges else None
         longest = float(np.max(self._delay + self._jitter, initial=0.0))
         self._depth = math.ceil(longest) + 4
@@ -168,7 +168,7 @@ class Links:
         self._stamps = np.zeros((self._depth, edges))
         self._values = np.zeros((self._depth, edges, 0))
 
-    def carry(self, step: int, told: Told) -> Told:
+    def carry(self, step: int, told: Received) -> Received:
         """What arrives in a step.
 
         Args:
@@ -189,7 +189,7 @@ class Links:
         arrived = self._said[slot] > self._newest
         self._newest = np.where(arrived, self._said[slot], self._newest)
         self._said[slot] = -1
-        return Told(
+        return Received(
             values=self._values[slot].reshape(told.values.shape).copy(),
             stamp=self._stamps[slot].reshape(self._shape).copy(),
             fresh=arrived.astype(np.float64).reshape(self._shape) * told.linked,
@@ -197,7 +197,7 @@ class Links:
             complete=False,
         )
 
-    def _send(self, step: int, told: Told, values: Array) -> None:
+    def _send(self, step: int, told: Received, values: Array) -> None:
         assert self._draws is not None  # noqa: S101 - only called where there are links
         lost, late, repeated, overtaken = self._draws.at(step).T
         sent = (told.fresh.reshape(-1) > 0.0) & (lost >= self._loss) & (step % self._every == 0)

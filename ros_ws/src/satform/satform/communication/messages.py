@@ -7,13 +7,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from satform.consensus.arc_length import Announces, Heard
-from satform.consensus.motion_sharing import HeardMotion, MotionAnnouncement
+from satform.consensus.arc_length import Announces, NeighbourPhases
+from satform.consensus.motion_sharing import MotionMessage, NeighbourMotion
 from satform.numeric.elementwise import Array, joined
 
 
 @dataclass(frozen=True)
-class Announcement:
+class PhaseMessage:
     """How far a satellite tells its neighbours that it has come along its orbit.
 
     Attributes:
@@ -27,21 +27,21 @@ class Announcement:
     rate: Array
 
 
-AnyAnnouncement: TypeAlias = Announcement | MotionAnnouncement
-AnyHeard: TypeAlias = Heard | HeardMotion
+NeighbourMessage: TypeAlias = PhaseMessage | MotionMessage
+NeighbourStates: TypeAlias = NeighbourPhases | NeighbourMotion
 
 WIDTH: dict[Announces, int] = {"arc_length": 2, "motion": 6}
 """How many numbers an announcement has beside its time."""
 
 
-def numbers(said: AnyAnnouncement) -> Array:
+def numbers(said: NeighbourMessage) -> Array:
     """The numbers of an announcement beside its time, shape (..., width)."""
-    if isinstance(said, Announcement):
+    if isinstance(said, PhaseMessage):
         return joined(said.arc_length, said.rate)
     return np.concatenate((said.position, said.velocity), axis=-1)
 
 
-def heard(announces: Announces, values: Array, stamp: Array, weight: Array) -> AnyHeard:
+def heard(announces: Announces, values: Array, stamp: Array, weight: Array) -> NeighbourStates:
     """What a satellite hears, from the numbers that its neighbours said.
 
     Args:
@@ -54,5 +54,5 @@ def heard(announces: Announces, values: Array, stamp: Array, weight: Array) -> A
         All neighbours' phases; or the motion of the one neighbour that is heard.
     """
     if announces == "arc_length":
-        return Heard(values[..., 0], values[..., 1], stamp, weight)
-    return HeardMotion(values[..., 0, :3], values[..., 0, 3:], stamp[..., 0], weight[..., 0])
+        return NeighbourPhases(values[..., 0], values[..., 1], stamp, weight)
+    return NeighbourMotion(values[..., 0, :3], values[..., 0, 3:], stamp[..., 0], weight[..., 0])

@@ -10,7 +10,7 @@ from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)
-class Told:
+class Received:
     """What arrives at a satellite in one step, from each of its K possible neighbours.
 
     Attributes:
@@ -28,19 +28,19 @@ class Told:
     complete: bool
 
     @classmethod
-    def whole(cls, values: Array, stamp: Array, linked: Array | None = None) -> "Told":
+    def whole(cls, values: Array, stamp: Array, linked: Array | None = None) -> "Received":
         """What arrives when everyone who is linked is heard at once; everyone when that is left out."""
         everyone = np.ones_like(stamp) if linked is None else linked
         return cls(values, stamp, everyone, everyone, complete=True)
 
-    def shifted(self, offset: Array) -> "Told":
+    def shifted(self, offset: Array) -> "Received":
         """The same with stamps moved by an offset in s, shape (..., K)."""
         # Whose clock is wrong may seem to have said it so long ago that it no longer counts.
-        return Told(self.values, self.stamp + offset, self.fresh, self.linked, complete=False)
+        return Received(self.values, self.stamp + offset, self.fresh, self.linked, complete=False)
 
 
 @dataclass(frozen=True)
-class Inbox:
+class NeighbourBuffer:
     """The newest word of each possible neighbour.
 
     Attributes:
@@ -54,7 +54,7 @@ class Inbox:
     known: Array
 
     @classmethod
-    def empty(cls, shape: tuple[int, ...], width: int) -> "Inbox":
+    def empty(cls, shape: tuple[int, ...], width: int) -> "NeighbourBuffer":
         """An inbox in which nothing has arrived yet.
 
         Args:
@@ -63,41 +63,41 @@ class Inbox:
         """
         return cls(np.zeros((*shape, width)), np.zeros(shape), np.zeros(shape))
 
-    def after(self, told: Told) -> "Inbox":
+    def after(self, told: Received) -> "NeighbourBuffer":
         """The inbox once this step's post has been taken in; who is no longer linked is forgotten."""
         if told.complete:
-            return Inbox(told.values, told.stamp, told.linked)
+            return NeighbourBuffer(told.values, told.stamp, told.linked)
         fresh = told.fresh > 0.0
-        return Inbox(
+        return NeighbourBuffer(
             values=np.where(fresh[..., None], told.values, self.values),
             stamp=np.where(fresh, told.stamp, self.stamp),
             known=np.where(fresh, 1.0, self.known) * told.linked,
         )
 
-    def counted(self, time: float, drop_after: float) -> Array:
+    def counted(self, time: float, neighbour_timeout: float) -> Array:
         """Whose word still counts, as weights of 1 and 0, shape (..., K).
 
         Args:
             time: simulated, s.
-            drop_after: age of a word from which on it no longer counts, s.
+            neighbour_timeout: age of a word from which on it no longer counts, s.
         """
         # A stamp on the grid of steps may be off by a rounding, which is not to decide.
-        old = time - self.stamp > drop_after * (1.0 + 1e-12)
+        old = time - self.stamp > neighbour_timeout * (1.0 + 1e-12)
         weight: Array = np.where(old, 0.0, self.known)
         return weight
 
-    def first(self, count: int) -> "Inbox":
+    def first(self, count: int) -> "NeighbourBuffer":
         """The inbox for the first so many possible neighbours alone."""
-        return Inbox(self.values[..., :count, :], self.stamp[..., :count], self.known[..., :count])
+        return NeighbourBuffer(self.values[..., :count, :], self.stamp[..., :count], self.known[..., :count])
 
-    def rearranged(self, places: list[int | None]) -> "Inbox":
+    def rearranged(self, places: list[int | None]) -> "NeighbourBuffer":
         """The inbox of one satellite for another list of possible neighbours.
 
         Args:
             places: for each of the new list, its place in the old one; None for one that was not in it.
         """
         count = len(places)
-        whole = Inbox.empty((count,), self.values.shape[-1])
+        whole = NeighbourBuffer.empty((count,), self.values.shape[-1])
         for new, old in enumerate(places):
             if old is not None:
                 whole.values[new] = self.values[old]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.communication.channel_model import Links, LinksSpec
-from satform.communication.neighbour_buffer import Told
+from satform.communication.channel_model import ChannelModel, LinksSpec
+from satform.communication.neighbour_buffer import Received
 from satform.membership.faults import FaultSchedule
 from satform.membership.state import Formation
 from satform.numeric.elementwise import Array
@@ -36,7 +36,7 @@ class LinkPlan:
     faults: FaultSchedule
 
 
-class Ears:
+class ReceiverModel:
     """What one satellite can hear, or what many can that fly as one: possible neighbours, links, clocks.
 
     Attributes:
@@ -64,14 +64,14 @@ class Ears:
         self.neighbours = places.reshape(shape)
         self._real = real.reshape(shape)
         self._faults = plan.faults
-        self._links: Links | None = None
+        self._links: ChannelModel | None = None
         if plan.links is not None:
             edges = [
                 (int(speaker), int(member))
                 for member, row in zip(rows, places, strict=True)
                 for speaker in row
             ]
-            self._links = Links(plan.links, edges, plan.names, (plan.step, plan.seed), shape)
+            self._links = ChannelModel(plan.links, edges, plan.names, (plan.step, plan.seed), shape)
         self._number = -1
         self._linked = self._real
 
@@ -83,7 +83,9 @@ class Ears:
             self._linked = formation.graph.adjacency[listeners, self.neighbours] * self._real
         return self._linked
 
-    def told(self, step: int, values: Array, stamp: Array, fresh: Array | None, formation: Formation) -> Told:
+    def told(
+        self, step: int, values: Array, stamp: Array, fresh: Array | None, formation: Formation
+    ) -> Received:
         """What arrives in a step.
 
         Args:
@@ -95,10 +97,10 @@ class Ears:
         """
         linked = self.linked(formation)
         if fresh is None:
-            told = Told(values, stamp, linked, linked, complete=True)
+            told = Received(values, stamp, linked, linked, complete=True)
         else:
             arriving = fresh * linked
-            told = Told(values, stamp, arriving, linked, complete=bool((arriving == linked).all()))
+            told = Received(values, stamp, arriving, linked, complete=bool((arriving == linked).all()))
         if self._faults.any_clock:
             told = told.shifted(self._clocks(step))
         return told if self._links is None else self._links.carry(step, told)

@@ -190,12 +190,12 @@ def channels(plan: TopicPlan) -> list[Channel]:
     return [*(channel for satellite in own for channel in satellite), *formation_channels(plan)]
 
 
-def said_by(name: str, table: Iterable[Channel]) -> list[Channel]:
+def published_by(name: str, table: Iterable[Channel]) -> list[Channel]:
     """The topics on which a node speaks."""
     return [channel for channel in table if name in channel.speakers]
 
 
-def heard_by(name: str, table: Iterable[Channel]) -> list[Channel]:
+def subscribed_by(name: str, table: Iterable[Channel]) -> list[Channel]:
     """The topics to which a node listens."""
     return [channel for channel in table if name in channel.listeners]
 

@@ -24,7 +24,7 @@ Announces = Literal["arc_length", "motion"]
 
 
 @dataclass(frozen=True)
-class Heard:
+class NeighbourPhases:
     """Newest values received from the K in-neighbours of a satellite, in ascending order of their indices.
 
     An entry of weight zero is padding, or a neighbour without a valid message; its other values do not
@@ -55,7 +55,7 @@ class ArcLengthConsensus:
             stamp to the current time at the received rate.
         arc_length_source: whether xi is that of the reference point or that of the point of the
             orbit closest to the satellite, in which case the formation waits for a satellite that lags.
-        drop_after: age of a neighbour's message beyond which the neighbour has weight zero, s.
+        neighbour_timeout: age of a neighbour's message beyond which the neighbour has weight zero, s.
     """
 
     tracking_gain: Array
@@ -63,10 +63,10 @@ class ArcLengthConsensus:
     rate_gain: Array
     neighbour_values: NeighbourValues = "hold"
     arc_length_source: ArcLengthSource = "reference"
-    drop_after: float = math.inf
+    neighbour_timeout: float = math.inf
 
     def acceleration(
-        self, arc_length: Array, rate: Array, nominal_rate: Array | float, heard: Heard, time: float
+        self, arc_length: Array, rate: Array, nominal_rate: Array | float, heard: NeighbourPhases, time: float
     ) -> Array:
         """Rate of change of a satellite's own eta.
 
@@ -91,12 +91,12 @@ class ArcLengthConsensus:
         change: Array = own - np.add.accumulate(weighted, axis=-1)[..., -1]
         return change
 
-    def weighted_pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
+    def weighted_pulls(self, arc_length: Array, rate: Array, heard: NeighbourPhases, time: float) -> Array:
         """Weighted coupling term of each neighbour, subtracted from deta/dt, m/s^2, shape (..., K)."""
         weighted: Array = heard.weight * self.pulls(arc_length, rate, heard, time)
         return weighted
 
-    def pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
+    def pulls(self, arc_length: Array, rate: Array, heard: NeighbourPhases, time: float) -> Array:
         """Coupling term of each neighbour before weighting; positive values decelerate the satellite.
 
         Args:
@@ -142,7 +142,7 @@ class ConsensusSpec(Spec):
 
     announces: ClassVar[Announces] = "arc_length"
 
-    drop_after: Positive = 60.0
+    neighbour_timeout: Positive = 60.0
     """Age of the newest message beyond which a neighbour is ignored, s of simulated time."""
 
     def build(self) -> Any:
@@ -173,7 +173,7 @@ class ArcLengthGainsSpec(ConsensusSpec):
             rate_gain=np.asarray(self.rate_gain),
             neighbour_values=self.neighbour_values,
             arc_length_source=self.arc_length_source,
-            drop_after=self.drop_after,
+            neighbour_timeout=self.neighbour_timeout,
         )
 
 

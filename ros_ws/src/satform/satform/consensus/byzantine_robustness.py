@@ -39,22 +39,22 @@ class Robustness:
     s: tuple[int, ...]
 
     @property
-    def local_liars(self) -> int:
+    def local_byzantine(self) -> int:
         """Largest F for which the graph is (2F + 1)-robust."""
         return max(0, (self.r - 1) // 2)
 
     @property
-    def total_liars(self) -> int:
+    def total_byzantine(self) -> int:
         """Largest F for which the graph is (F + 1, F + 1)-robust."""
         return max((r - 1 for r, s in enumerate(self.s, 1) if s >= r), default=0)
 
 
 @dataclass(frozen=True)
-class Promise:
+class AgreementGuarantee:
     """What a graph guarantees to satellites that each discard up to F neighbours on either side.
 
     Attributes:
-        tolerated_liars: F.
+        tolerated_byzantine: F.
         local: whether consensus is guaranteed with up to F Byzantine agents among the in-neighbours of each
             correct satellite; None if the graph is too large to know.
         total: whether consensus is guaranteed with up to F Byzantine agents in the whole formation, each of
@@ -66,7 +66,7 @@ class Promise:
         sentence: the same in words.
     """
 
-    tolerated_liars: int
+    tolerated_byzantine: int
     local: bool | None
     total: bool | None
     largest_local: int | None
@@ -129,12 +129,12 @@ def lower_bound(graph: Graph) -> int:
     return max(by_degree, by_spectrum, int(graph.connected()))
 
 
-def promise(graph: Graph, tolerated_liars: int) -> Promise:
+def agreement_guarantee(graph: Graph, tolerated_byzantine: int) -> AgreementGuarantee:
     """What a graph guarantees to satellites of which each tolerates F Byzantine in-neighbours.
 
     Args:
         graph: of any size; beyond `MAXIMUM_SATELLITES` by lower bounds.
-        tolerated_liars: F, number of neighbours that each satellite discards on either side.
+        tolerated_byzantine: F, number of neighbours that each satellite discards on either side.
 
     Returns:
         For which Byzantine agents the correct satellites reach consensus within the interval of their values.
@@ -144,27 +144,27 @@ def promise(graph: Graph, tolerated_liars: int) -> Promise:
 
     Source: LeBlanc et al. 2013, theorems 1 and 2.
     """
-    if tolerated_liars < 0:
-        raise ValueError(f"tolerated_liars is {tolerated_liars}; it cannot be negative")
+    if tolerated_byzantine < 0:
+        raise ValueError(f"tolerated_byzantine is {tolerated_byzantine}; it cannot be negative")
     exact = len(graph) <= MAXIMUM_SATELLITES
     if exact:
         found = robustness(graph)
-        r, local, total = found.r, found.local_liars, found.total_liars
+        r, local, total = found.r, found.local_byzantine, found.total_byzantine
     else:
         r = lower_bound(graph)
         # A (2F + 1)-robust graph is (F + 1, F + 1)-robust.
         local = total = max(0, (r - 1) // 2)
     known = r >= 1
-    keeps_local = known and tolerated_liars <= local
-    keeps_total = known and tolerated_liars <= total
-    return Promise(
-        tolerated_liars=tolerated_liars,
+    keeps_local = known and tolerated_byzantine <= local
+    keeps_total = known and tolerated_byzantine <= total
+    return AgreementGuarantee(
+        tolerated_byzantine=tolerated_byzantine,
         local=keeps_local or (False if exact else None),
         total=keeps_total or (False if exact else None),
         largest_local=local if known else None,
         largest_total=total if known else None,
         exact=exact,
-        sentence=_sentence(tolerated_liars, keeps_local, keeps_total, exact),
+        sentence=_sentence(tolerated_byzantine, keeps_local, keeps_total, exact),
     )
 
 
@@ -216,10 +216,10 @@ def _smallest_over_pairs(combine: np.ufunc, value: Counts) -> int:
     return int(combine(value, smallest[::-1]).min())
 
 
-def _sentence(liars: int, local: bool, total: bool, exact: bool) -> str:
-    if local and liars == 0:
+def _sentence(count: int, local: bool, total: bool, exact: bool) -> str:
+    if local and count == 0:
         return "honest satellites agree; nobody may lie"
-    some = "1 liar" if liars == 1 else f"{liars} liars"
+    some = "1 Byzantine agent" if count == 1 else f"{count} Byzantine agents"
     if local:
         return f"honest satellites agree with up to {some} among the neighbours of each, wherever they are"
     if total:
@@ -228,6 +228,6 @@ def _sentence(liars: int, local: bool, total: bool, exact: bool) -> str:
         return (
             f"nothing is known of {some}: beyond {MAXIMUM_SATELLITES} satellites there are only lower bounds"
         )
-    if liars == 0:
+    if count == 0:
         return "satellites need not agree: some words do not reach far enough"
     return f"nothing is promised with {some}, nor when all are honest: too many neighbours are ignored"

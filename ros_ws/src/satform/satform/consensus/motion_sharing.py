@@ -15,7 +15,7 @@ from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)
-class MotionAnnouncement:
+class MotionMessage:
     """Position and velocity that a satellite sends to its out-neighbours.
 
     Attributes:
@@ -30,7 +30,7 @@ class MotionAnnouncement:
 
 
 @dataclass(frozen=True)
-class HeardMotion:
+class NeighbourMotion:
     """Newest motion received from the one in-neighbour that a satellite follows.
 
     Attributes:
@@ -51,12 +51,12 @@ class MotionSharing:
     """Exchange of position and velocity; each satellite follows its one in-neighbour.
 
     Attributes:
-        drop_after: age of the newest message beyond which the neighbour is not followed, s.
+        neighbour_timeout: age of the newest message beyond which the neighbour is not followed, s.
     """
 
-    drop_after: float = math.inf
+    neighbour_timeout: float = math.inf
 
-    def seen(self, motion: Motion, heard: HeardMotion, time: float) -> RelativeNeighbour:
+    def seen(self, motion: Motion, heard: NeighbourMotion, time: float) -> RelativeNeighbour:
         """Relative motion of a satellite to its neighbour.
 
         Args:
@@ -81,4 +81,4 @@ class MotionSharingSpec(ConsensusSpec):
 
     def build(self) -> MotionSharing:
         """The sharing itself."""
-        return MotionSharing(self.drop_after)
+        return MotionSharing(self.neighbour_timeout)

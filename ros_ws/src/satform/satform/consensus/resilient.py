@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from satform.consensus.arc_length import ArcLengthConsensus, ArcLengthGainsSpec, Heard
+from satform.consensus.arc_length import ArcLengthConsensus, ArcLengthGainsSpec, NeighbourPhases
 from satform.numeric.elementwise import Array
 
 _SLACK = 1e-9
@@ -38,13 +38,13 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
     """The law of one satellite, or of many stacked along a leading axis, with Byzantine neighbours.
 
     Attributes:
-        tolerated_liars: F, how many in-neighbours of a satellite may be Byzantine. Up to F neighbours
+        tolerated_byzantine: F, how many in-neighbours of a satellite may be Byzantine. Up to F neighbours
             that pull it forward and up to F that pull it back are discarded.
     """
 
-    tolerated_liars: int = 0
+    tolerated_byzantine: int = 0
 
-    def weighted_pulls(self, arc_length: Array, rate: Array, heard: Heard, time: float) -> Array:
+    def weighted_pulls(self, arc_length: Array, rate: Array, heard: NeighbourPhases, time: float) -> Array:
         """Coupling term of each neighbour, m/s^2, shape (..., K); 0 for those that are discarded.
 
         A value that is not finite counts as no message.
@@ -57,11 +57,11 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
         with np.errstate(over="ignore", invalid="ignore"):
             pull = self.pulls(arc_length, rate, heard, time)
         pull = np.where((heard.weight > 0.0) & np.isfinite(pull), pull, 0.0)
-        weighted: Array = heard.weight * np.where(dropped(pull, self.tolerated_liars), 0.0, pull)
+        weighted: Array = heard.weight * np.where(dropped(pull, self.tolerated_byzantine), 0.0, pull)
         return weighted
 
 
-def dropped(pull: Array, tolerated_liars: int) -> NDArray[np.bool_]:
+def dropped(pull: Array, tolerated_byzantine: int) -> NDArray[np.bool_]:
     """Which neighbours a satellite discards: those with the largest coupling terms, up to F of each sign.
 
     Terms of zero are never discarded and may be padding. Of equal terms at the limit, the first are
@@ -69,7 +69,7 @@ def dropped(pull: Array, tolerated_liars: int) -> NDArray[np.bool_]:
 
     Args:
         pull: of each neighbour, in any unit, shape (..., K).
-        tolerated_liars: F, how many of each sign are discarded.
+        tolerated_byzantine: F, how many of each sign are discarded.
 
     Returns:
         True for those discarded, shape (..., K).
@@ -77,8 +77,8 @@ def dropped(pull: Array, tolerated_liars: int) -> NDArray[np.bool_]:
     count = pull.shape[-1]
     order = np.argsort(pull, axis=-1, kind="stable")
     rank = np.argsort(order, axis=-1, kind="stable")
-    lowest = (rank < tolerated_liars) & (pull < 0.0)
-    highest = (rank >= count - tolerated_liars) & (pull > 0.0)
+    lowest = (rank < tolerated_byzantine) & (pull < 0.0)
+    highest = (rank >= count - tolerated_byzantine) & (pull > 0.0)
     either: NDArray[np.bool_] = lowest | highest
     return either
 
@@ -87,7 +87,7 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
     """Consensus on the generalised arc length that tolerates Byzantine neighbours."""
 
     kind: Literal["resilient_arc_length"] = "resilient_arc_length"
-    tolerated_liars: Annotated[int, Field(ge=0, le=10_000)]
+    tolerated_byzantine: Annotated[int, Field(ge=0, le=10_000)]
     """F: how many in-neighbours of each satellite may be Byzantine; up to F are discarded on either side."""
 
     def build(self) -> ResilientArcLengthConsensus:
@@ -98,8 +98,8 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
             rate_gain=np.asarray(self.rate_gain),
             neighbour_values=self.neighbour_values,
             arc_length_source=self.arc_length_source,
-            drop_after=self.drop_after,
-            tolerated_liars=self.tolerated_liars,
+            neighbour_timeout=self.neighbour_timeout,
+            tolerated_byzantine=self.tolerated_byzantine,
         )
 
     def doubts(self, most_heard: int, step: float) -> list[str]:

@@ -145,7 +145,7 @@ class Adaptation:
 
 
 @dataclass(frozen=True)
-class AdaptiveDistance:
+class ArtificialPotential:
     """Adaptive backstepping law on a distance field.
 
     Attributes:
@@ -299,12 +299,12 @@ def _weighted(weights: Array, basis: Array) -> Array:
 Centres = tuple[float, float, float, float, float, float, float]
 
 
-class AdaptiveDistanceSpec(ControllerSpec):
+class ArtificialPotentialSpec(ControllerSpec):
     """Adaptive collision-free distance keeping to the satellite's one in-neighbour."""
 
     follows: ClassVar[Literal["reference", "neighbour"]] = "neighbour"
 
-    kind: Literal["adaptive_distance"] = "adaptive_distance"
+    kind: Literal["artificial_potential"] = "artificial_potential"
     distance: Positive = 100.0
     """Distance to the neighbour that is kept, m."""
     safe_distance: Positive = 10.0
@@ -338,7 +338,7 @@ class AdaptiveDistanceSpec(ControllerSpec):
     """Offset from a fuzzy set's peak at which its membership has fallen to 1/e, m/s."""
 
     @model_validator(mode="after")
-    def _distances_in_order(self) -> "AdaptiveDistanceSpec":
+    def _distances_in_order(self) -> "ArtificialPotentialSpec":
         if not self.safe_distance < self.distance:
             raise ValueError(
                 f"safe_distance ({self.safe_distance:g} m) has to be below distance ({self.distance:g} m)"
@@ -359,7 +359,7 @@ class AdaptiveDistanceSpec(ControllerSpec):
         """The loop of a satellite at the set distance from a neighbour that moves with the formation."""
         return neighbour_loop(self.build(setting), self.distance, np.array(self.common_velocity), setting)
 
-    def build(self, setting: FlightSetting) -> AdaptiveDistance:
+    def build(self, setting: FlightSetting) -> ArtificialPotential:
         """The law, ready to fly.
 
         Raises:
@@ -378,7 +378,7 @@ class AdaptiveDistanceSpec(ControllerSpec):
             common_velocity=np.array(self.common_velocity),
             barrier=self.barrier,
         )
-        return AdaptiveDistance(
+        return ArtificialPotential(
             field=field,
             surface_gain=np.asarray(self.surface_gain),
             weight_rate=np.asarray(self.weight_rate),

@@ -20,7 +20,7 @@ from satform.orbits.path_reference import Reference
 
 
 @dataclass(frozen=True)
-class HillPd(Memoryless):
+class FeedbackLinearisation(Memoryless):
     """Cancels the natural relative acceleration and adds a spring and a damper to the reference.
 
     Attributes:
@@ -57,16 +57,16 @@ class HillPd(Memoryless):
         return Action(acceleration, np.zeros_like(acceleration))
 
 
-class HillPdSpec(ControllerSpec):
+class FeedbackLinearisationSpec(ControllerSpec):
     """Proportional-derivative control about cancelled Hill dynamics."""
 
-    kind: Literal["hill_pd"] = "hill_pd"
+    kind: Literal["feedback_linearisation"] = "feedback_linearisation"
     natural_frequency: Annotated[PositivePerAxis, OR_DEGREES_PER_SECOND] = (0.01, 0.01, 0.01)
     """Undamped angular frequency of the error, per axis, rad/s."""
     damping_ratio: PositivePerAxis = (1.0, 1.0, 1.0)
     """Damping of the error as a fraction of critical, per axis."""
 
-    def build(self, setting: FlightSetting) -> HillPd:
+    def build(self, setting: FlightSetting) -> FeedbackLinearisation:
         """The law with its spring and damper.
 
         Raises:
@@ -79,5 +79,5 @@ class HillPdSpec(ControllerSpec):
         gain = state[3:] + np.hstack((np.diag(stiffness), np.diag(damping)))
         transition = cw.transition_matrix(setting.mean_motion, setting.step)
         held = cw.input_matrix(setting.mean_motion, setting.step)
-        require_stable_hold(transition - held @ gain, "hill_pd", setting.step)
-        return HillPd(stiffness, damping, cw.natural_acceleration(setting.mean_motion))
+        require_stable_hold(transition - held @ gain, "feedback_linearisation", setting.step)
+        return FeedbackLinearisation(stiffness, damping, cw.natural_acceleration(setting.mean_motion))

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from satform.common.spec import NonNegativePerAxis, PositivePerAxis
 from satform.control.anti_windup import Saturation
-from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import (
@@ -53,7 +53,7 @@ class IntegralAction:
         law: the law beside it.
         growth: of the acceleration in one step for each metre of error, 1/s^2, shape (..., 3).
         limit: largest magnitude of the acceleration, m/s^2, shape (..., 3).
-        reach: largest magnitude of an error that is integrated, m, shape (..., 3).
+        integration_band: largest magnitude of an error that is integrated, m, shape (..., 3).
         saturation: detects that the thrusters did not apply the last command.
         stops: 1 for conditional integration while they are saturated, else 0, shape (...).
     """
@@ -61,7 +61,7 @@ class IntegralAction:
     law: Controller
     growth: Array
     limit: Array
-    reach: Array
+    integration_band: Array
     saturation: Saturation
     stops: Array
 
@@ -104,7 +104,7 @@ class IntegralAction:
         """
         action = self.law.act(motion, reference, memory.law, step)
         error = motion.position - reference.position
-        growth = -(self.growth * np.where(np.abs(error) <= self.reach, error, 0.0))
+        growth = -(self.growth * np.where(np.abs(error) <= self.integration_band, error, 0.0))
         lacking = self.saturation.shortfall(motion, step)
         winds_up = (lacking * growth > 0.0) & (self.stops[..., None] > 0.0)
         grown = memory.acceleration + np.where(winds_up, 0.0, growth)
@@ -117,7 +117,8 @@ class IntegralAction:
 
 
 FollowingLaw = Annotated[
-    LqrSpec | HillPdSpec | SlidingModeSpec | ElementControlSpec | ObserverSpec, Field(discriminator="kind")
+    LqrSpec | FeedbackLinearisationSpec | SlidingModeSpec | ElementControlSpec | ObserverSpec,
+    Field(discriminator="kind"),
 ]
 
 
@@ -137,7 +138,7 @@ class IntegralSpec(ControllerSpec):
     """Growth of the added acceleration per metre of position error, per axis, 1/s^3; 0 for none."""
     limit: PositivePerAxis = (0.01, 0.01, 0.01)
     """Largest added acceleration, per axis, m/s^2; a constant disturbance beyond it leaves an offset."""
-    reach: PositivePerAxis = (1000.0, 1000.0, 1000.0)
+    integration_band: PositivePerAxis = (1000.0, 1000.0, 1000.0)
     """Largest position error that is integrated, per axis, m; larger than the offset to be removed."""
     anti_windup: Literal["conditional_integration", "none"] = "conditional_integration"
     """conditional_integration: on each axis the integral does not grow in the direction in which saturated
@@ -155,7 +156,7 @@ class IntegralSpec(ControllerSpec):
             law=self.law.build(setting),
             growth=np.asarray(self.gain, dtype=np.float64) * setting.step,
             limit=np.asarray(self.limit, dtype=np.float64),
-            reach=np.asarray(self.reach, dtype=np.float64),
+            integration_band=np.asarray(self.integration_band, dtype=np.float64),
             saturation=Saturation.of(setting),
             stops=np.asarray(float(self.anti_windup == "conditional_integration")),
         )

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from satform.common.spec import Positive, Vector
-from satform.control.feedback_linearisation import HillPdSpec
+from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.lqi import LqiSpec
 from satform.control.lqr import LqrSpec
 from satform.control.protocol import (
@@ -202,7 +202,7 @@ class ObserverSpec(ControllerSpec):
     """A control law on the state estimated from measured positions."""
 
     kind: Literal["observer"] = "observer"
-    law: Annotated[LqrSpec | LqiSpec | HillPdSpec, Field(discriminator="kind")] = LqrSpec()
+    law: Annotated[LqrSpec | LqiSpec | FeedbackLinearisationSpec, Field(discriminator="kind")] = LqrSpec()
     """Control law that uses the estimated position and velocity."""
     decay_rates: DecayRates = (0.050, 0.052, 0.054, 0.056, 0.058, 0.060)
     """Observer poles: decay rates of the estimation error, real and distinct, 1/s."""

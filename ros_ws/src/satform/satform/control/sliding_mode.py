@@ -196,7 +196,7 @@ def gain_warnings(
 
 
 def sampling_warnings(
-    spec: SlidingModeSpec, step: float, jerk: float, feed_forward: Literal["middle", "start"]
+    spec: SlidingModeSpec, step: float, jerk: float, feedforward_sample: Literal["midpoint", "start"]
 ) -> list[str]:
     """What holding the command over a control period costs, where it costs too much.
 
@@ -204,7 +204,7 @@ def sampling_warnings(
         spec: the gains.
         step: control period, s.
         jerk: largest magnitude of the reference's jerk, m/s^3.
-        feed_forward: where in the period the reference's acceleration is taken.
+        feedforward_sample: where in the period the reference's acceleration is taken.
 
     Returns:
         One sentence for each thing that is wrong.
@@ -212,10 +212,11 @@ def sampling_warnings(
     found = []
     gain = min(spec.switching_gain)
     lag = 0.5 * jerk * step
-    if feed_forward == "start" and lag >= gain:
+    if feedforward_sample == "start" and lag >= gain:
         found.append(
             f"the acceleration at the start of a {step:g} s period lags by up to {lag:.6g} m/s^2, which "
-            f"switching_gain {gain:.6g} m/s^2 cannot overcome; use feed_forward: middle or a shorter step"
+            f"switching_gain {gain:.6g} m/s^2 cannot overcome; use feedforward_sample: midpoint "
+            "or a shorter step"
         )
     rate = max(spec.reaching_gain)
     if rate * step >= 2.0:

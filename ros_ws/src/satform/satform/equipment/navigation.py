@@ -178,7 +178,8 @@ class Estimator:
         latency: steps from a measurement to its arrival; likewise.
         gate: largest normalised innovation squared of a measurement that is worked in, shape (...);
             infinite for no gate.
-        most_rejected: measurements rejected in a row at the last of which the filter starts anew, (...).
+        max_consecutive_rejections: measurements rejected in a row after which the filter is initialised from
+            the last of them, shape (...).
 
     Source: Bar-Shalom, Li & Kirubarajan, ch. 5.4 (consistency), ch. 5.2 (validation gate).
     """
@@ -187,7 +188,7 @@ class Estimator:
     update: int = 1
     latency: int = 0
     gate: Array = field(default_factory=_no_gate)
-    most_rejected: Array = field(default_factory=_no_gate)
+    max_consecutive_rejections: Array = field(default_factory=_no_gate)
 
     def start(self, measurement: Measurement) -> EstimatorMemory:
         """The memory at the step of a first measurement."""
@@ -215,7 +216,7 @@ class Estimator:
         now = Estimate(memory.state, memory.covariance)
         for acceleration in meanwhile:
             now = self.filter.predict(now, acceleration)
-        last = np.broadcast_to(self.most_rejected - 1.0, memory.in_a_row.shape).copy()
+        last = np.broadcast_to(self.max_consecutive_rejections - 1.0, memory.in_a_row.shape).copy()
         return replace(
             memory,
             commands=(*memory.commands, *meanwhile),
@@ -241,11 +242,11 @@ class Estimator:
         for past in commands[:elapsed]:
             predicted = self.filter.predict(predicted, past)
         updated, innovation = self.filter.update(predicted, measurement)
-        doubted = (memory.in_a_row >= self.most_rejected - 1.0) & (memory.in_a_row > 0.0)
+        doubted = (memory.in_a_row >= self.max_consecutive_rejections - 1.0) & (memory.in_a_row > 0.0)
         gate = np.where(doubted & np.isfinite(self.gate), np.minimum(self.gate, DOUBTED), self.gate)
         outlier = innovation > gate
         in_a_row = np.where(outlier, memory.in_a_row + 1.0, 0.0)
-        anew = outlier & (in_a_row >= self.most_rejected)
+        anew = outlier & (in_a_row >= self.max_consecutive_rejections)
         anchor = select(outlier, select(anew, self.filter.start(measurement), predicted), updated)
         now = anchor
         for past in commands[elapsed:]:
@@ -277,7 +278,7 @@ class FilterSpec(Spec):
     """Largest normalised innovation squared of a measurement that is worked in; one beyond it is rejected.
     For a consistent filter it is chi-square distributed with 6 degrees of freedom, and beyond 50 five times
     in a thousand million. None for no gate."""
-    most_rejected: Annotated[int, Field(ge=1, le=1000)] = 5
+    max_consecutive_rejections: Annotated[int, Field(ge=1, le=1000)] = 5
     """Measurements rejected in a row at the last of which the filter starts anew from that one."""
 
     def build(self, mean_motion: float, step: float, navigation: NavigationSpec) -> Estimator:
@@ -307,7 +308,7 @@ class FilterSpec(Spec):
             sensor.update,
             sensor.latency,
             np.asarray(gate, dtype=np.float64),
-            np.asarray(self.most_rejected, dtype=np.float64),
+            np.asarray(self.max_consecutive_rejections, dtype=np.float64),
         )
 
 

@@ -32,18 +32,19 @@ class Propulsion:
     Attributes:
         propellant: left in the tank, kg, shape (...).
         delta_v: given so far, m/s, shape (...): lengths added, or axes added if each has its thruster.
-        clipped: steps in which the command was above the thrust limit, shape (...).
-        withheld: steps in which a command was below the smallest impulse and not given, shape (...).
-        starved: steps in which the tank could not give the rest, shape (...).
+        saturated_steps: steps in which the command was above the thrust limit, shape (...).
+        below_minimum_impulse_steps: steps in which a command was below the smallest
+            impulse and not applied, shape (...).
+        propellant_depleted_steps: steps in which the tank could not give the rest, shape (...).
         applied: acceleration in the step before, m/s^2, shape (..., 3).
         mass: of the satellite at the start of the step before, kg, shape (...).
     """
 
     propellant: Array
     delta_v: Array
-    clipped: Array
-    withheld: Array
-    starved: Array
+    saturated_steps: Array
+    below_minimum_impulse_steps: Array
+    propellant_depleted_steps: Array
     applied: Array
     mass: Array
 
@@ -130,9 +131,9 @@ class Thruster:
             propulsion,
             propellant=propulsion.propellant - burnt,
             delta_v=propulsion.delta_v + self._effort(given) * self.step,
-            clipped=propulsion.clipped + over,
-            withheld=propulsion.withheld + under,
-            starved=propulsion.starved + (share < 1.0),
+            saturated_steps=propulsion.saturated_steps + over,
+            below_minimum_impulse_steps=propulsion.below_minimum_impulse_steps + under,
+            propellant_depleted_steps=propulsion.propellant_depleted_steps + (share < 1.0),
             applied=given,
             mass=mass,
         )
@@ -224,7 +225,7 @@ class ThrusterSpec(Spec):
     maximum_thrust: Positive | None = None
     """Largest thrust, of each axis or of the single thruster [N]; no limit when left out."""
     minimum_impulse: NonNegative | None = None
-    """Smallest impulse that can be given [N s]; a smaller one is withheld and counted."""
+    """Smallest impulse that can be given [N s]; a smaller one is not applied, and counted."""
     minimum_pulse: NonNegative | None = None
     """Shortest pulse at full thrust [s], instead of `minimum_impulse`."""
     impulse_quantum: NonNegative = 0.0

@@ -26,7 +26,7 @@ def conclusion_of(scenario: Scenario, verdicts: Sequence[Verdict]) -> str:
 
 def left_out(scenario: Scenario) -> str:
     """How many expectations a flight is too short for, in words; empty when it is for none."""
-    count = len(scenario.expectations_left_out)
+    count = len(scenario.omitted_expectations)
     if count == 0:
         return ""
     return (

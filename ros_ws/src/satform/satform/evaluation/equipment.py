@@ -41,44 +41,44 @@ class PropellantUsed(_OfThrusters):
         return self.label or f"propellant used{self.when()}{self.whose()}"
 
 
-class ClippedCommands(_OfThrusters):
+class SaturatedSteps(_OfThrusters):
     """Steps with a command above the thrust limit, the most of the satellites."""
 
-    kind: Literal["clipped_commands"] = "clipped_commands"
+    kind: Literal["saturated_steps"] = "saturated_steps"
 
     def measure(self, record: FlightRecord) -> float:
-        return self.counted(record.clipped, record)
+        return self.counted(record.saturated_steps, record)
 
     def describe(self) -> str:
-        return self.label or f"clipped commands{self.when()}{self.whose()}"
+        return self.label or f"saturated steps{self.when()}{self.whose()}"
 
 
-class WithheldCommands(_OfThrusters):
+class BelowMinimumImpulseSteps(_OfThrusters):
     """Steps with a command below the smallest impulse, the most of the satellites."""
 
-    kind: Literal["withheld_commands"] = "withheld_commands"
+    kind: Literal["below_minimum_impulse_steps"] = "below_minimum_impulse_steps"
 
     def measure(self, record: FlightRecord) -> float:
-        return self.counted(record.withheld, record)
+        return self.counted(record.below_minimum_impulse_steps, record)
 
     def describe(self) -> str:
-        return self.label or f"withheld commands{self.when()}{self.whose()}"
+        return self.label or f"steps below the minimum impulse{self.when()}{self.whose()}"
 
 
-class StarvedSteps(_OfThrusters):
+class PropellantDepletedSteps(_OfThrusters):
     """Steps with a command that the tank could not give, the most of the satellites."""
 
-    kind: Literal["starved_steps"] = "starved_steps"
+    kind: Literal["propellant_depleted_steps"] = "propellant_depleted_steps"
 
     def measure(self, record: FlightRecord) -> float:
-        return self.counted(record.starved, record)
+        return self.counted(record.propellant_depleted_steps, record)
 
     def describe(self) -> str:
         return self.label or f"steps with an empty tank{self.when()}{self.whose()}"
 
 
 def _largest_or_rms(values: Array, statistic: str) -> float:
-    if statistic == "largest" or not values.size:
+    if statistic == "maximum" or not values.size:
         return largest(values)
     numbers = values[~np.isnan(values)]
     return float(np.sqrt(np.mean(numbers**2))) if numbers.size else math.nan
@@ -90,11 +90,11 @@ class NavigationError(OverWindow):
     unit = "m"
     of_equipment = "sensor"
     kind: Literal["navigation_error"] = "navigation_error"
-    statistic: Literal["largest", "rms"] = "largest"
+    statistic: Literal["maximum", "rms"] = "maximum"
     """Largest over the stretch, or root of the mean square."""
 
     def holds_in_part(self) -> bool:
-        return self.statistic == "largest" and self.smallest_allowed <= 0.0
+        return self.statistic == "maximum" and self.smallest_allowed <= 0.0
 
     def measure(self, record: FlightRecord) -> float:
         return _largest_or_rms(self.window(record.navigation_error, record), self.statistic)
@@ -109,11 +109,11 @@ class EstimationError(LargestOfSteps):
     unit = "m"
     of_equipment = "sensor"
     kind: Literal["estimation_error"] = "estimation_error"
-    statistic: Literal["largest", "rms"] = "largest"
+    statistic: Literal["maximum", "rms"] = "maximum"
     """Largest over the stretch, or root of the mean square."""
 
     def holds_in_part(self) -> bool:
-        return self.statistic == "largest" and super().holds_in_part()
+        return self.statistic == "maximum" and super().holds_in_part()
 
     def measure(self, record: FlightRecord) -> float:
         return _largest_or_rms(self.window(record.estimation_error, record), self.statistic)

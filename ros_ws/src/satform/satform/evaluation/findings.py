@@ -20,10 +20,10 @@ _SETTLING = 0.2
 """Share of a flight in which a filter may settle."""
 
 _LIMITS = (
-    ("clipped", "commands clipped at the thrust limit in"),
-    ("starved", "tank empty, commands not applied in"),
-    ("torque_limited", "wheels at their torque limit in"),
-    ("momentum_limited", "wheels at their momentum limit in"),
+    ("saturated_steps", "commands saturated at the thrust limit in"),
+    ("propellant_depleted_steps", "tank empty, commands not applied in"),
+    ("torque_saturated_steps", "wheels at their torque limit in"),
+    ("momentum_saturated_steps", "wheels at their momentum limit in"),
 )
 
 

@@ -148,11 +148,11 @@ class Range(OverWindow):
 
     unit = "m"
     kind: Literal["range"] = "range"
-    statistic: Literal["smallest", "largest"]
+    statistic: Literal["minimum", "maximum"]
     """Which distance of the stretch is meant."""
 
     def holds_in_part(self) -> bool:
-        if self.statistic == "largest":
+        if self.statistic == "maximum":
             return self.smallest_allowed <= 0.0
         return math.isinf(self.largest_allowed)
 
@@ -160,7 +160,7 @@ class Range(OverWindow):
         away = np.linalg.norm(self.window(record.position, record, of_bodies=True), axis=-1)
         if not away.size:
             return math.nan
-        return float(np.min(away) if self.statistic == "smallest" else np.max(away))
+        return float(np.min(away) if self.statistic == "minimum" else np.max(away))
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} distance to the chief{self.when()}{self.whose()}"

@@ -15,7 +15,7 @@ from satform.control.protocol import FlightSetting
 from satform.control.sampled_stability import LoopKind, SampledLoop, closed_loop, spectral_radius
 from satform.equipment.navigation import estimation_transition
 from satform.flight.compile import flight_setting
-from satform.membership.state import rewirings
+from satform.membership.state import topology_changes
 from satform.numeric.elementwise import Array
 from satform.scenario import SatelliteSpec, Scenario
 
@@ -128,7 +128,7 @@ def _consensus(scenario: Scenario, names: list[str]) -> list[SampledLoop]:
     if len(names) > MAXIMUM_SPECTRUM:
         return [SampledLoop("consensus", tuple(names), None, f"{law.kind} of so many satellites")]
     graphs: list[Graph] = [scenario.communication_graph()]
-    graphs += [event.graph for _, event in rewirings(scenario.membership_plan().events)]
+    graphs += [event.graph for _, event in topology_changes(scenario.membership_plan().events)]
     with np.errstate(all="ignore"):
         radius = max(
             float(sampled_modes(graph.eigenvalues, gains, scenario.timing.step).max()) for graph in graphs

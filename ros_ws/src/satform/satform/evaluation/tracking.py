@@ -127,7 +127,7 @@ class Control(OverWindow):
 
     unit = "m/s²"
     kind: Literal["control"] = "control"
-    statistic: Literal["mean", "smallest", "largest"] = "mean"
+    statistic: Literal["mean", "minimum", "maximum"] = "mean"
     """Mean over the stretch, or its smallest or largest value."""
 
     def complaints_about_satellites(
@@ -140,14 +140,14 @@ class Control(OverWindow):
         if self.statistic == "mean":
             return False
         return (
-            self.smallest_allowed <= 0.0 if self.statistic == "largest" else math.isinf(self.largest_allowed)
+            self.smallest_allowed <= 0.0 if self.statistic == "maximum" else math.isinf(self.largest_allowed)
         )
 
     def measure(self, record: FlightRecord) -> float:
         # Who does not fly commands nothing, which is not the same as a command of zero.
         commanded = np.where(record.absent, np.nan, record.control)
         chosen = self.window(commanded, record, held=True)
-        if self.statistic == "smallest":
+        if self.statistic == "minimum":
             return -largest(-chosen)
         if self.statistic == "mean":
             known = chosen[~np.isnan(chosen)]
@@ -284,7 +284,7 @@ class Distance(OverWindow):
     kind: Literal["distance"] = "distance"
     satellites: Annotated[tuple[str, ...], Field(min_length=2, max_length=2)]
     """The two satellites."""
-    statistic: Literal["smallest", "largest"]
+    statistic: Literal["minimum", "maximum"]
     """Which distance of the stretch is meant."""
 
     def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
@@ -293,7 +293,7 @@ class Distance(OverWindow):
         return super().complaints(satellites, timing) + ([same] if first == second else [])
 
     def holds_in_part(self) -> bool:
-        if self.statistic == "largest":
+        if self.statistic == "maximum":
             return self.smallest_allowed <= 0.0
         return math.isinf(self.largest_allowed)
 
@@ -302,7 +302,7 @@ class Distance(OverWindow):
         if not pair.size:
             return math.nan
         apart = np.linalg.norm(pair[:, 0] - pair[:, 1], axis=-1)
-        return float(np.min(apart) if self.statistic == "smallest" else np.max(apart))
+        return float(np.min(apart) if self.statistic == "minimum" else np.max(apart))
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"

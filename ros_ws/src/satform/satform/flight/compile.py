@@ -136,7 +136,7 @@ def timing_plan(scenario: Scenario) -> TimingPlan:
         steps=timing.steps,
         step_nanoseconds=timing.step_nanoseconds,
         command_timeout=scenario.command_timeout,
-        node_timeout=scenario.tolerated_silence,
+        node_timeout=scenario.node_timeout,
         checkpoint_steps=scenario.checkpoint_steps,
     )
 
@@ -232,10 +232,10 @@ def scene_plan(scenario: Scenario) -> ScenePlan:
 
 def _longest_revolution(scenario: Scenario) -> float:
     """Time of the longest revolution of any satellite along its curve, s."""
-    rate = scenario.circulation.rate
+    rate = scenario.nominal_motion.rate
     if rate is None:
-        assert scenario.circulation.period is not None  # noqa: S101 - the scenario's validator has seen to it
-        return scenario.circulation.period
+        assert scenario.nominal_motion.period is not None  # noqa: S101 - the scenario's validator has seen to it
+        return scenario.nominal_motion.period
     specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
     periods = [float(Path(spec.curve.build(), np.asarray(spec.scale)).period) for spec in specs if spec.curve]
     longest = max(periods)
@@ -294,11 +294,11 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
 def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Reference]:
     """Path of a satellite, rate of its arc length once all agree, and its desired motion at the start."""
     assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
-    path = Path(spec.curve.build(), _scalar(spec.scale), spec.parameter, spec.feed_forward)
-    nominal = scenario.circulation.rate
+    path = Path(spec.curve.build(), _scalar(spec.scale), spec.path_parameter, spec.feedforward_sample)
+    nominal = scenario.nominal_motion.rate
     if nominal is None:
-        assert scenario.circulation.period is not None  # noqa: S101
-        nominal = float(path.period) / scenario.circulation.period
+        assert scenario.nominal_motion.period is not None  # noqa: S101
+        nominal = float(path.period) / scenario.nominal_motion.period
     rate = _scalar(nominal if spec.rate is None else spec.rate)
     return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
 

@@ -20,7 +20,7 @@ class PhaseSpec(Spec):
     """Generalised arc length by which the satellite leads, m."""
 
 
-class Adjustments:
+class OnlineParameters:
     """The specifications in force of one satellite: control laws, orbit and phase.
 
     Attributes:

@@ -98,8 +98,8 @@ class Plant:
         """Steps so far in which torque and momentum limits took something away, shape (N, 2)."""
         counted = np.zeros((len(self._motion.position), 2))
         for group in self.turning:
-            counted[group.members, 0] = group.state.torque_limited
-            counted[group.members, 1] = group.state.momentum_limited
+            counted[group.members, 0] = group.state.torque_saturated_steps
+            counted[group.members, 1] = group.state.momentum_saturated_steps
         return counted
 
     def advance(self, acceleration: Array, wheel_torque: Array | None = None) -> None:

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from satform.attitude.guidance import Aim, Attitude
+from satform.attitude.guidance import Attitude, PointingReference
 from satform.attitude.tracking import AttitudeTrackingSpec
-from satform.communication.messages import WIDTH, Announcement, AnyAnnouncement, AnyHeard
+from satform.communication.messages import WIDTH, NeighbourMessage, NeighbourStates, PhaseMessage
 from satform.communication.messages import heard as as_heard
-from satform.communication.neighbour_buffer import Inbox, Told
-from satform.consensus.arc_length import Announces, ArcLengthConsensus, Heard, propagate
-from satform.consensus.motion_sharing import HeardMotion, MotionAnnouncement, MotionSharing
+from satform.communication.neighbour_buffer import NeighbourBuffer, Received
+from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate
+from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
 from satform.equipment.kalman_filter import Measurement
 from satform.equipment.navigation import Estimator, EstimatorMemory
@@ -51,9 +51,9 @@ class SatelliteState:
     step: int
     arc_length: Array
     rate: Array
-    announcement: AnyAnnouncement
+    announcement: NeighbourMessage
     memory: Any
-    inbox: Inbox
+    inbox: NeighbourBuffer
     begun: bool = False
     estimate: EstimatorMemory | None = None
     acceleration: Array | None = None
@@ -94,14 +94,18 @@ class Satellite:
             neighbours: how many others it may hear at some time; of satellites flown as one the most.
         """
         self.plan = plan
-        drop_after = plan.consensus.drop_after
-        self._aim = None if plan.orientation is None else Aim(plan.orientation, plan.step, drop_after)
+        neighbour_timeout = plan.consensus.neighbour_timeout
+        self._aim = (
+            None
+            if plan.orientation is None
+            else PointingReference(plan.orientation, plan.step, neighbour_timeout)
+        )
         self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
-        inbox = Inbox.empty((*np.shape(plan.arc_length), neighbours), WIDTH[self._announces])
+        inbox = NeighbourBuffer.empty((*np.shape(plan.arc_length), neighbours), WIDTH[self._announces])
         self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None, inbox)
 
     @classmethod
-    def together(cls, plans: Sequence[FlightPlan], neighbours: int) -> "Satellite":
+    def stacked(cls, plans: Sequence[FlightPlan], neighbours: int) -> "Satellite":
         """Several satellites flown as one.
 
         Args:
@@ -113,7 +117,7 @@ class Satellite:
         """
         return cls(stacking.stack(plans), neighbours)
 
-    def alone(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
+    def single(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
         """One of several satellites flown as one, to go on by itself with the same bits.
 
         Args:
@@ -126,14 +130,14 @@ class Satellite:
         single.state = replace(state, inbox=state.inbox.first(neighbours))
         return single
 
-    def announce(self) -> AnyAnnouncement:
+    def announce(self) -> NeighbourMessage:
         """What the neighbours may hear in the coming step."""
         return self.state.announcement
 
     def act(
         self,
         motion: Motion,
-        told: Told,
+        told: Received,
         measured_step: int | None = None,
         attitude: Attitude | None = None,
         applied_acceleration: Array | None = None,
@@ -164,7 +168,7 @@ class Satellite:
         memory = _memory(plan, state, motion, applied)
         commanded = applied if state.missed else state.acceleration
         step = ControlStep(state.step, plan.step, applied, commanded, state.skipped)
-        if isinstance(heard, HeardMotion):
+        if isinstance(heard, NeighbourMotion):
             reference, action, phase = _follow_neighbour(plan, state, motion, heard, (memory, step))
         else:
             reference, action, phase = _follow_path(plan, state, motion, heard, (memory, step))
@@ -186,11 +190,11 @@ class Satellite:
             torque = plan.orientation.wheel_torque(attitude, aim, time)
         return Decision(action.acceleration, reference, action.sliding_variable, motion, torque, estimate)
 
-    def _heard(self, inbox: Inbox, told: Told) -> AnyHeard:
+    def _heard(self, inbox: NeighbourBuffer, told: Received) -> NeighbourStates:
         """What the neighbours are taken to say: their newest word, unless it has become too old."""
         weight = inbox.known
         if not told.complete:
-            weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.drop_after)
+            weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.neighbour_timeout)
         return as_heard(self._announces, inbox.values, inbox.stamp, weight)
 
     def join(self, step: int, *, skipped: bool = False) -> None:
@@ -211,9 +215,9 @@ class Satellite:
         missed = step - state.step
         arc_length = state.arc_length + (step - state.step) * plan.step * state.rate
         said = state.announcement
-        if isinstance(said, Announcement):
+        if isinstance(said, PhaseMessage):
             moment = np.full_like(arc_length, step * plan.step)
-            said = Announcement(moment, arc_length - plan.phase_offset, state.rate)
+            said = PhaseMessage(moment, arc_length - plan.phase_offset, state.rate)
         self.state = replace(
             state,
             step=step,
@@ -242,7 +246,7 @@ class Satellite:
             return
         orientation = replace(orientation, target=orientation.target.among(neighbours))
         self.plan = replace(self.plan, orientation=orientation)
-        self._aim = Aim(orientation, self.plan.step, self.plan.consensus.drop_after)
+        self._aim = PointingReference(orientation, self.plan.step, self.plan.consensus.neighbour_timeout)
 
     def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
         """Change the gains from the next step on, keeping what the control law remembers.
@@ -266,7 +270,7 @@ class Satellite:
             ValueError: one of the two is a fixed point, and the other one is not.
         """
         path, plan = (
-            Path(curve, _scalar(1.0), self.plan.path.parameter, self.plan.path.feed_forward),
+            Path(curve, _scalar(1.0), self.plan.path.parameter, self.plan.path.feedforward_sample),
             self.plan,
         )
         lap, own = float(plan.path.period), float(path.period)
@@ -292,14 +296,14 @@ class _Phase:
 
     arc_length: Array
     rate: Array
-    said: AnyAnnouncement
+    said: NeighbourMessage
 
 
-def _first_announcement(plan: FlightPlan) -> AnyAnnouncement:
+def _first_announcement(plan: FlightPlan) -> NeighbourMessage:
     begin = np.zeros_like(plan.arc_length)
     if isinstance(plan.consensus, MotionSharing):
-        return MotionAnnouncement(begin, plan.start.position, plan.start.velocity)
-    return Announcement(begin, plan.arc_length - plan.phase_offset, plan.rate)
+        return MotionMessage(begin, plan.start.position, plan.start.velocity)
+    return PhaseMessage(begin, plan.arc_length - plan.phase_offset, plan.rate)
 
 
 def _applied(state: SatelliteState, reported: Array | None) -> Array | None:
@@ -324,7 +328,11 @@ def _memory(plan: FlightPlan, state: SatelliteState, motion: Motion, applied: Ar
 
 
 def _follow_path(
-    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: Heard, law: tuple[Any, ControlStep]
+    plan: FlightPlan,
+    state: SatelliteState,
+    motion: Motion,
+    heard: NeighbourPhases,
+    law: tuple[Any, ControlStep],
 ) -> tuple[Reference, Action, _Phase]:
     assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is heard belongs to it
     time = state.step * plan.step
@@ -339,22 +347,26 @@ def _follow_path(
     action: Action = plan.controller.act(motion, reference, *law)
     next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
     if follows_itself:
-        said = Announcement(np.full_like(phase, time), phase, rate)
+        said = PhaseMessage(np.full_like(phase, time), phase, rate)
     else:
         moment = np.empty(phase.shape)
         moment.fill((state.step + 1) * plan.step)
-        said = Announcement(moment, next_arc_length - plan.phase_offset, next_rate)
+        said = PhaseMessage(moment, next_arc_length - plan.phase_offset, next_rate)
     return reference, action, _Phase(next_arc_length, next_rate, said)
 
 
 def _follow_neighbour(
-    plan: FlightPlan, state: SatelliteState, motion: Motion, heard: HeardMotion, law: tuple[Any, ControlStep]
+    plan: FlightPlan,
+    state: SatelliteState,
+    motion: Motion,
+    heard: NeighbourMotion,
+    law: tuple[Any, ControlStep],
 ) -> tuple[Reference, Action, _Phase]:
     assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is heard belongs to it
     time = state.step * plan.step
     neighbour = plan.consensus.seen(motion, heard, time)
     action: Action = plan.controller.act(motion, neighbour, *law)
-    said = MotionAnnouncement(np.full_like(state.arc_length, time), motion.position, motion.velocity)
+    said = MotionMessage(np.full_like(state.arc_length, time), motion.position, motion.velocity)
     reference: Reference = plan.controller.reference(motion, neighbour)
     follows = heard.weight > 0.0
     if not np.all(follows):

@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 from satform.attitude.guidance import Attitude
 from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
 from satform.communication.messages import WIDTH, numbers
-from satform.communication.neighbour_buffer import Told
-from satform.communication.receiver import Ears, Index
+from satform.communication.neighbour_buffer import Received
+from satform.communication.receiver import Index, ReceiverModel
 from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
-from satform.flight.online_parameters import Adjustments
+from satform.flight.online_parameters import OnlineParameters
 from satform.flight.plant import Plant
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.state import (
-    Adjusted,
-    Back,
     Event,
     Formation,
-    Lost,
+    ParameterChanged,
     Plan,
-    loses,
-    merged,
+    SatelliteLost,
+    SatelliteRejoined,
+    has_individual_events,
+    merge_plans,
     possible_graph,
 )
 from satform.record.early_end import EarlyEnd
@@ -54,20 +54,20 @@ class _Group:
 
     Attributes:
         satellite: the flight software, of one satellite or of several stacked.
-        ears: who they are, and whom they hear.
+        receiver: who they are, and whom they hear.
         flies: whether they take part at present.
-        adjustments: what was changed of it in flight; None while nothing was.
+        online_parameters: what was changed of it in flight; None while nothing was.
     """
 
     satellite: Satellite
-    ears: Ears
+    receiver: ReceiverModel
     flies: bool = True
-    adjustments: Adjustments | None = None
+    online_parameters: OnlineParameters | None = None
 
     @property
     def members(self) -> Index:
         """Place of each in the formation, shape (); or (n,) when stacked."""
-        return self.ears.members
+        return self.receiver.members
 
     @property
     def place(self) -> Place:
@@ -78,7 +78,7 @@ class _Group:
 def simulate(
     scenario: Scenario,
     *,
-    together: bool = True,
+    stacked: bool = True,
     events: Plan | None = None,
     progress: Callable[[int], None] | None = None,
     stop: Callable[[], bool] | None = None,
@@ -87,7 +87,7 @@ def simulate(
 
     Args:
         scenario: what to fly.
-        together: whether satellites of the same kind share one step over arrays; the numbers have
+        stacked: whether satellites of the same kind share one step over arrays; the numbers have
             the same bits either way.
         events: what happens beside that which the scenario plans, by step, as in a flight that is flown
             once more.
@@ -100,10 +100,10 @@ def simulate(
         nothing: its acceleration is zero, and what else it would have decided is not a number.
     """
     formation = compile_scenario(scenario)
-    plan = merged(formation.membership.events, events or {})
+    plan = merge_plans(formation.membership.events, events or {})
     # What is not finite ends the flight with a sentence; a warning would say the same less well.
     with np.errstate(all="ignore"):
-        flight = _Flight(formation, plan, together=together and not loses(plan))
+        flight = _Flight(formation, plan, stacked=stacked and not has_individual_events(plan))
         for step in range(formation.timing.steps):
             if stop and stop():
                 break
@@ -123,7 +123,7 @@ class _Flight:
         flown: steps flown within the limits, once it goes no further.
     """
 
-    def __init__(self, formation: FormationPlan, plan: Plan, *, together: bool) -> None:
+    def __init__(self, formation: FormationPlan, plan: Plan, *, stacked: bool) -> None:
         self.plans = formation
         self.plan = plan
         self.plant = Plant(formation.plant)
@@ -138,10 +138,10 @@ class _Flight:
             (event.satellite, event.checkpoint)
             for events in plan.values()
             for event in events
-            if isinstance(event, Back) and event.checkpoint is not None
+            if isinstance(event, SatelliteRejoined) and event.checkpoint is not None
         }
         self._kept: dict[tuple[int, int], bytes] = {}
-        self.groups = self._grouped(together=together)
+        self.groups = self._grouped(stacked=stacked)
         self.log = _Log(formation)
 
     def step(self) -> None:
@@ -168,7 +168,7 @@ class _Flight:
             # Satellites whose filters are told at different times do not fly as one.
             measured_step = None if measured_steps is None else int(measured_steps[place].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
-            told = log.told(group.ears, self.formation)
+            told = log.told(group.receiver, self.formation)
             applied = plant.given[place]
             try:
                 decision = group.satellite.act(own, told, measured_step, turned, applied)
@@ -198,22 +198,22 @@ class _Flight:
         self.formation.apply(events, step, self._names)
         for event in events:
             match event:
-                case Lost():
+                case SatelliteLost():
                     self.groups[event.satellite].flies = False
-                case Back() if not self.groups[event.satellite].flies:
+                case SatelliteRejoined() if not self.groups[event.satellite].flies:
                     self._restart(event, step)
-                    if not self.formation.speaks(event.satellite, step):
+                    if not self.formation.is_used_by_neighbours(event.satellite, step):
                         self.log.rejoined(self.groups[event.satellite])
-                case Adjusted():
+                case ParameterChanged():
                     self._adjust(event)
                 case _:
                     pass
 
-    def _adjust(self, event: Adjusted) -> None:
+    def _adjust(self, event: ParameterChanged) -> None:
         group = self.groups[event.satellite]
-        if group.adjustments is None:
-            group.adjustments = Adjustments(self.plans.parameters(event.satellite))
-        group.adjustments.set(group.satellite, event.name, event.value)
+        if group.online_parameters is None:
+            group.online_parameters = OnlineParameters(self.plans.parameters(event.satellite))
+        group.online_parameters.set(group.satellite, event.name, event.value)
 
     def _keep(self, group: _Group) -> None:
         """Keep a checkpoint of a satellite if it is one that will be needed."""
@@ -222,7 +222,7 @@ class _Flight:
             if key in self._needed:
                 self._kept[key] = save(group.satellite)
 
-    def _restart(self, event: Back, step: int) -> None:
+    def _restart(self, event: SatelliteRejoined, step: int) -> None:
         fresh = self._single(event.satellite)
         if event.checkpoint is not None:
             key = (event.satellite, event.checkpoint)
@@ -246,24 +246,24 @@ class _Flight:
             log.record = log.record.first(log.step)
         return log.finished(self.plans)
 
-    def _grouped(self, *, together: bool) -> list[_Group]:
+    def _grouped(self, *, stacked: bool) -> list[_Group]:
         count = len(self._names)
-        if together:
+        if stacked:
             heard = [self._possible.neighbours(index) for index in range(count)]
             plans = [self.plans.satellite(index, own) for index, own in enumerate(heard)]
             try:
-                satellite = Satellite.together(plans, max(map(len, heard)))
+                satellite = Satellite.stacked(plans, max(map(len, heard)))
             except ValueError:
                 # Satellites of different kinds cannot be stacked; each is then flown by itself.
                 pass
             else:
-                return [_Group(satellite, Ears(self.plans.links, np.arange(count), heard))]
+                return [_Group(satellite, ReceiverModel(self.plans.links, np.arange(count), heard))]
         return [self._single(index) for index in range(count)]
 
     def _single(self, index: int) -> _Group:
         heard = self._possible.neighbours(index)
-        ears = Ears(self.plans.links, np.asarray(index), [heard])
-        return _Group(Satellite(self.plans.satellite(index, heard), len(heard)), ears)
+        receiver = ReceiverModel(self.plans.links, np.asarray(index), [heard])
+        return _Group(Satellite(self.plans.satellite(index, heard), len(heard)), receiver)
 
 
 def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
@@ -287,7 +287,7 @@ class _Log:
         self._fresh = np.ones(count)
         self._silent: set[Place] = set()
         self._faults = formation.faults
-        self._liars = [index for index in range(count) if self._faults.lies(index)]
+        self._byzantine = [index for index in range(count) if self._faults.is_byzantine(index)]
         self.measures = any(satellite.sensor for satellite in satellites)
         self._filters = any(satellite.filter for satellite in satellites)
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
@@ -307,15 +307,15 @@ class _Log:
             measured_position=np.empty_like(position) if self.measures else position,
             measured_velocity=np.empty_like(velocity) if self.measures else velocity,
             acceleration=acceleration,
-            given_acceleration=np.empty_like(acceleration),
+            applied_acceleration=np.empty_like(acceleration),
             arc_length=np.zeros((steps + 1, count)),
             rate=np.zeros((steps + 1, count)),
             reference_position=np.empty((steps, count, 3)),
             reference_velocity=np.empty((steps, count, 3)),
             reference_acceleration=np.empty((steps, count, 3)),
             sliding_variable=np.empty((steps, count, 3)),
-            believed_position_error=np.empty((steps if self._filters else 0, count, 3)),
-            believed_velocity_error=np.empty((steps if self._filters else 0, count, 3)),
+            estimated_position_error=np.empty((steps if self._filters else 0, count, 3)),
+            estimated_velocity_error=np.empty((steps if self._filters else 0, count, 3)),
             **unknown,
         )
 
@@ -340,9 +340,9 @@ class _Log:
         place, said = group.place, group.satellite.announce()
         self._time[place] = said.time
         self._said[place] = numbers(said)
-        for liar in self._liars:
-            if liar in group.members:
-                self._said[liar] = self._faults.said(liar, self._said[liar], self.step)
+        for byzantine in self._byzantine:
+            if byzantine in group.members:
+                self._said[byzantine] = self._faults.said(byzantine, self._said[byzantine], self.step)
 
     def rejoined(self, group: _Group) -> None:
         """Record what a satellite that rejoins announces for its first step; its neighbours do not use it."""
@@ -365,28 +365,28 @@ class _Log:
                 getattr(record, name)[step] = getattr(attitude, name)
             for group in plant.turning:
                 limits = plant.wheel_limits()[group.members]
-                record.torque_limited[step, group.members] = limits[:, 0]
-                record.momentum_limited[step, group.members] = limits[:, 1]
+                record.torque_saturated_steps[step, group.members] = limits[:, 0]
+                record.momentum_saturated_steps[step, group.members] = limits[:, 1]
         if step > 0:
-            record.given_acceleration[step - 1] = plant.given
+            record.applied_acceleration[step - 1] = plant.given
         if plant.thrusters is None:
             return
         members, propulsion = plant.thrusters.members, plant.thrusters.propulsion
         record.propellant[step, members] = propulsion.propellant
         record.delta_v[step, members] = propulsion.delta_v
-        record.clipped[step, members] = propulsion.clipped
-        record.withheld[step, members] = propulsion.withheld
-        record.starved[step, members] = propulsion.starved
+        record.saturated_steps[step, members] = propulsion.saturated_steps
+        record.below_minimum_impulse_steps[step, members] = propulsion.below_minimum_impulse_steps
+        record.propellant_depleted_steps[step, members] = propulsion.propellant_depleted_steps
 
-    def told(self, ears: Ears, formation: Formation) -> Told:
+    def told(self, receiver: ReceiverModel, formation: Formation) -> Received:
         """What arrives at the satellites of a group."""
-        places = ears.neighbours
+        places = receiver.neighbours
         values, time = self._said.take(places, axis=0), self._time.take(places)
         if not self._silent:
-            return ears.told(self.step, values, time, None, formation)
+            return receiver.told(self.step, values, time, None, formation)
         fresh = self._fresh[places]
         values = np.where(fresh[..., None] > 0.0, values, 0.0)
-        return ears.told(self.step, values, time, fresh, formation)
+        return receiver.told(self.step, values, time, fresh, formation)
 
     def silent(self, place: Place) -> None:
         """Note that a satellite does not take part in this step."""
@@ -401,8 +401,8 @@ class _Log:
         if self._filters:
             for name in ESTIMATES:
                 getattr(record, name)[step, place] = np.nan
-            record.believed_position_error[step, place] = np.nan
-            record.believed_velocity_error[step, place] = np.nan
+            record.estimated_position_error[step, place] = np.nan
+            record.estimated_velocity_error[step, place] = np.nan
 
     def decided(self, place: Place, decision: Decision) -> None:
         record, step, reference = self.record, self.step, decision.reference
@@ -419,8 +419,8 @@ class _Log:
                 record.innovation[step, place] = decision.estimate.innovation
                 record.rejected_measurements[step, place] = decision.estimate.rejected
             believed = decision.motion
-            record.believed_position_error[step, place] = believed.position - reference.position
-            record.believed_velocity_error[step, place] = believed.velocity - reference.velocity
+            record.estimated_position_error[step, place] = believed.position - reference.position
+            record.estimated_velocity_error[step, place] = believed.velocity - reference.velocity
 
     def wheel_torque(self) -> NDArray[np.float64] | None:
         """What was commanded to the wheels in this step; None when nobody has any."""
@@ -437,6 +437,6 @@ class _Log:
         # Without filters satellites believe what they are told.
         return replace(
             record,
-            believed_position_error=record.measured_position[:-1] - record.reference_position,
-            believed_velocity_error=record.measured_velocity[:-1] - record.reference_velocity,
+            estimated_position_error=record.measured_position[:-1] - record.reference_position,
+            estimated_velocity_error=record.measured_velocity[:-1] - record.reference_velocity,
         )

@@ -35,11 +35,11 @@ class FaultSpec(Spec):
     """Base of every fault's specification; subclasses set a literal `kind`.
 
     Attributes:
-        tells_phase: whether it is about the phase that a satellite tells.
+        corrupts_phase: whether it is about the phase that a satellite tells.
         needs: what a satellite has to have for it, `thruster` or `sensor`; empty for nothing.
     """
 
-    tells_phase: ClassVar[bool] = False
+    corrupts_phase: ClassVar[bool] = False
     needs: ClassVar[Literal["", "thruster", "sensor"]] = ""
 
     satellite: str
@@ -71,7 +71,7 @@ class SatelliteLostSpec(FaultSpec):
     """The satellite's process is killed; its body drifts on without thrust."""
 
     kind: Literal["satellite_lost"] = "satellite_lost"
-    back: NonNegative | None = None
+    rejoin_at: NonNegative | None = None
     """When it is started again and takes part, s; never when left out."""
     memory: Memory = "checkpoint"
     """`checkpoint`: it goes on from its last one; `plan`: it knows its flight plan and the time only."""
@@ -80,8 +80,8 @@ class SatelliteLostSpec(FaultSpec):
     def _later(self) -> "SatelliteLostSpec":
         if self.at <= 0.0:
             raise ValueError("at has to be later than 0: a satellite that never flies is left out instead")
-        if self.back is not None and self.back < self.at:
-            raise ValueError(f"back {self.back:g} s is earlier than at {self.at:g} s")
+        if self.rejoin_at is not None and self.rejoin_at < self.at:
+            raise ValueError(f"rejoin_at {self.rejoin_at:g} s is earlier than at {self.at:g} s")
         return self
 
 
@@ -120,12 +120,12 @@ class ClockOffsetSpec(PassingFaultSpec):
     """By which the clock is ahead, s."""
 
 
-class LiarSpec(PassingFaultSpec):
+class ByzantineSpec(PassingFaultSpec):
     """The satellite tells its neighbours a well-formed untruth about its phase."""
 
-    tells_phase: ClassVar[bool] = True
+    corrupts_phase: ClassVar[bool] = True
 
-    kind: Literal["liar"] = "liar"
+    kind: Literal["byzantine"] = "byzantine"
     arc_length: Number = 0.0
     """Added to the phase that it tells, m."""
     drift: Number = 0.0
@@ -135,7 +135,7 @@ class LiarSpec(PassingFaultSpec):
 
 
 @dataclass(frozen=True)
-class _Spell:
+class FaultInterval:
     """A fault that lasts from one step to another, of one satellite."""
 
     satellite: int
@@ -143,21 +143,22 @@ class _Spell:
     end: int
 
     def holds(self, step: int) -> bool:
+        """Whether the fault is active at a step."""
         return self.begin <= step < self.end
 
 
 @dataclass(frozen=True)
-class _Thrust(_Spell):
+class _Thrust(FaultInterval):
     factor: float | None
 
 
 @dataclass(frozen=True)
-class _Clock(_Spell):
+class _Clock(FaultInterval):
     offset: float
 
 
 @dataclass(frozen=True)
-class _Lie(_Spell):
+class _ByzantineInterval(FaultInterval):
     arc_length: float
     drift: float
     rate: float
@@ -180,9 +181,9 @@ class FaultSchedule:
 
     step: float
     thrusts: tuple[_Thrust, ...] = ()
-    frozen: tuple[_Spell, ...] = ()
+    frozen: tuple[FaultInterval, ...] = ()
     clocks: tuple[_Clock, ...] = ()
-    lies_told: tuple[_Lie, ...] = ()
+    lies_told: tuple[_ByzantineInterval, ...] = ()
 
     @classmethod
     def of(cls, specs: Iterable[FaultSpec], names: Sequence[str], step: float) -> "FaultSchedule":
@@ -194,9 +195,9 @@ class FaultSchedule:
             step: control period, s.
         """
         thrusts: list[_Thrust] = []
-        frozen: list[_Spell] = []
+        frozen: list[FaultInterval] = []
         clocks: list[_Clock] = []
-        lies: list[_Lie] = []
+        is_byzantine: list[_ByzantineInterval] = []
         for spec in specs:
             until = getattr(spec, "until", None)
             end = MOST_STEPS if until is None else step_at(until, step)
@@ -207,12 +208,12 @@ class FaultSchedule:
                 case StuckThrusterSpec():
                     thrusts.append(_Thrust(*spell, None))
                 case FrozenSensorSpec():
-                    frozen.append(_Spell(*spell))
+                    frozen.append(FaultInterval(*spell))
                 case ClockOffsetSpec():
                     clocks.append(_Clock(*spell, spec.offset))
-                case LiarSpec():
-                    lies.append(_Lie(*spell, spec.arc_length, spec.drift, spec.rate))
-        return cls(step, tuple(thrusts), tuple(frozen), tuple(clocks), tuple(lies))
+                case ByzantineSpec():
+                    is_byzantine.append(_ByzantineInterval(*spell, spec.arc_length, spec.drift, spec.rate))
+        return cls(step, tuple(thrusts), tuple(frozen), tuple(clocks), tuple(is_byzantine))
 
     @property
     def empty(self) -> bool:
@@ -276,7 +277,7 @@ class FaultSchedule:
             0.0,
         )
 
-    def lies(self, satellite: int) -> bool:
+    def is_byzantine(self, satellite: int) -> bool:
         """Whether a satellite lies at some time."""
         return any(lie.satellite == satellite for lie in self.lies_told)
 

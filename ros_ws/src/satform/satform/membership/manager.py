@@ -12,9 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from satform.membership.state import Back, Event, Formation, Lost, MembershipPlan, returns
+from satform.membership.state import (
+    Event,
+    Formation,
+    MembershipPlan,
+    SatelliteLost,
+    SatelliteRejoined,
+    rejoins_after,
+)
 
-NOBODY_LEFT = "no satellite is left"
+ALL_LOST = "no satellite is left"
 """How the reason of a flight ends that has lost its last satellite."""
 
 
@@ -24,11 +31,11 @@ class Change:
 
     Attributes:
         lost: places of the satellites that no longer take part.
-        back: those that take part again.
+        rejoined: those that take part again.
     """
 
     lost: tuple[int, ...]
-    back: tuple[Back, ...]
+    rejoined: tuple[SatelliteRejoined, ...]
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,7 @@ class Loss:
     end: str = ""
 
 
-class Muster:
+class MembershipManager:
     """Calls the roll of a formation at each step, and decides when it changes.
 
     Attributes:
@@ -53,7 +60,7 @@ class Muster:
         everyone: names of all that have to be ready before the flight.
         step: the present one.
         open: whether the states of the present step are still to be told.
-        answered: places of those that have commanded in the present step.
+        commanded: places of those that have commanded in the present step.
         awaited: those that the scenario brings back at the present step, by their places.
     """
 
@@ -72,8 +79,8 @@ class Muster:
         self.everyone = frozenset({*self.names, *watchers})
         self.step = 0
         self.open = False
-        self.answered: set[int] = set()
-        self.awaited: dict[int, Back] = {}
+        self.commanded: set[int] = set()
+        self.awaited: dict[int, SatelliteRejoined] = {}
         self._lockstep = lockstep
         self._last_step = plan.steps
         self._plan = plan.events
@@ -108,15 +115,15 @@ class Muster:
             The change, if there is one.
         """
         self.step = step
-        self.answered.clear()
+        self.commanded.clear()
         events = self._plan.get(step, [])
-        change = self._apply([event for event in events if not isinstance(event, Back)])
-        self.awaited = {event.satellite: event for event in events if isinstance(event, Back)}
+        change = self._apply([event for event in events if not isinstance(event, SatelliteRejoined)])
+        self.awaited = {event.satellite: event for event in events if isinstance(event, SatelliteRejoined)}
         self.open = True
         return change
 
     @property
-    def assembled(self) -> bool:
+    def rejoins_ready(self) -> bool:
         """Whether all whom the scenario brings back at this step could take part again."""
         return self.awaited.keys() <= self._returning.keys()
 
@@ -133,23 +140,23 @@ class Muster:
         return change
 
     @property
-    def deserted(self) -> bool:
+    def is_empty(self) -> bool:
         """Whether no satellite takes part any more, and none is about to."""
-        return not self._present and not any(isinstance(event, Back) for event in self._pending)
+        return not self._present and not any(isinstance(event, SatelliteRejoined) for event in self._pending)
 
-    def answer(self, satellite: int) -> None:
+    def record_command(self, satellite: int) -> None:
         """Note that a satellite that flies has commanded in this step."""
-        self.answered.add(satellite)
+        self.commanded.add(satellite)
 
     @property
     def complete(self) -> bool:
         """Whether all that fly have commanded in this step."""
-        return len(self.answered) == self._present
+        return len(self.commanded) == self._present
 
     @property
-    def unanswered(self) -> list[int]:
+    def not_commanded(self) -> list[int]:
         """Places of those that fly and have not commanded in this step, ascending."""
-        return [satellite for satellite in self.flying if satellite not in self.answered]
+        return [satellite for satellite in self.flying if satellite not in self.commanded]
 
     @property
     def missing(self) -> list[str]:
@@ -158,7 +165,7 @@ class Muster:
             return [self.names[satellite] for satellite in self.awaited]
         if self.open or self.step == self._last_step:
             return []
-        return [self.names[satellite] for satellite in self.unanswered]
+        return [self.names[satellite] for satellite in self.not_commanded]
 
     @property
     def next_step(self) -> int:
@@ -203,19 +210,19 @@ class Muster:
         self._early.pop(satellite, None)
         if not self.formation.alive[satellite]:
             # It may have been about to come back.
-            self._forget_return(satellite)
+            self._cancel_rejoin(satellite)
             return Loss()
-        if satellite in self.answered:
+        if satellite in self.commanded:
             # It has had its part in this step; from the next one on it is lost.
-            if not self._falls_next(satellite):
-                self._pending.append(Lost(satellite, reason))
+            if not self._is_lost_next(satellite):
+                self._pending.append(SatelliteLost(satellite, reason))
             return Loss()
         if self.step == 0 and self._lockstep:
             return Loss(end=f"{reason}, before its first command")
-        change = self._apply([Lost(satellite, reason)])
-        return Loss(change, "" if self._present else f"{reason}; {NOBODY_LEFT}")
+        change = self._apply([SatelliteLost(satellite, reason)])
+        return Loss(change, "" if self._present else f"{reason}; {ALL_LOST}")
 
-    def offer(self, satellite: int, checkpoint: int) -> None:
+    def request_rejoin(self, satellite: int, checkpoint: int) -> None:
         """Note that a satellite, started anew, could take part from the next step on.
 
         Args:
@@ -223,37 +230,41 @@ class Muster:
             checkpoint: step of the checkpoint that it has; -1 when it knows its flight plan only.
         """
         if not self.formation.alive[satellite]:
-            self._take_back(satellite, checkpoint)
-        elif self._falls_next(satellite):
+            self._accept_rejoin(satellite, checkpoint)
+        elif self._is_lost_next(satellite):
             # It is back before its loss has taken effect.
             self._early[satellite] = checkpoint
 
-    def take_up(self, event: Event) -> int:
+    def schedule(self, event: Event) -> int:
         """Have something happen at the next step; the step's number."""
         self._pending.append(event)
         return self.next_step
 
-    def _as_it_can_be(self, planned_return: Back) -> Back:
+    def _as_it_can_be(self, planned_return: SatelliteRejoined) -> SatelliteRejoined:
         """A planned return with the checkpoint that there is, where the scenario has one be used."""
         checkpoint = self._returning[planned_return.satellite]
         if planned_return.checkpoint is None:
             return planned_return
         return replace(planned_return, checkpoint=checkpoint if checkpoint >= 0 else None)
 
-    def _falls_next(self, satellite: int) -> bool:
-        return any(isinstance(event, Lost) and event.satellite == satellite for event in self._pending)
+    def _is_lost_next(self, satellite: int) -> bool:
+        return any(
+            isinstance(event, SatelliteLost) and event.satellite == satellite for event in self._pending
+        )
 
-    def _forget_return(self, satellite: int) -> None:
+    def _cancel_rejoin(self, satellite: int) -> None:
         self._returning.pop(satellite, None)
         self._pending = [
-            event for event in self._pending if not (isinstance(event, Back) and event.satellite == satellite)
+            event
+            for event in self._pending
+            if not (isinstance(event, SatelliteRejoined) and event.satellite == satellite)
         ]
 
-    def _take_back(self, satellite: int, checkpoint: int) -> None:
-        self._forget_return(satellite)
+    def _accept_rejoin(self, satellite: int, checkpoint: int) -> None:
+        self._cancel_rejoin(satellite)
         self._returning[satellite] = checkpoint
-        if satellite not in self.awaited and not returns(self._plan, satellite, self.step + 1):
-            self._pending.append(Back(satellite, checkpoint if checkpoint >= 0 else None))
+        if satellite not in self.awaited and not rejoins_after(self._plan, satellite, self.step + 1):
+            self._pending.append(SatelliteRejoined(satellite, checkpoint if checkpoint >= 0 else None))
 
     def _apply(self, events: Sequence[Event]) -> Change | None:
         """Change the formation at the present step."""
@@ -261,12 +272,12 @@ class Muster:
         if not changes:
             return None
         self._present = int(np.count_nonzero(self.formation.alive))
-        lost = tuple(event.satellite for event in changes if isinstance(event, Lost))
-        back = tuple(event for event in changes if isinstance(event, Back))
+        lost = tuple(event.satellite for event in changes if isinstance(event, SatelliteLost))
+        rejoined = tuple(event for event in changes if isinstance(event, SatelliteRejoined))
         for satellite in lost:
-            self.answered.discard(satellite)
+            self.commanded.discard(satellite)
             if satellite in self._early:
-                self._take_back(satellite, self._early.pop(satellite))
-        for event in back:
+                self._accept_rejoin(satellite, self._early.pop(satellite))
+        for event in rejoined:
             self._returning.pop(event.satellite, None)
-        return Change(lost, back)
+        return Change(lost, rejoined)

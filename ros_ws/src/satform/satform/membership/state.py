@@ -29,9 +29,9 @@ class GraphChangeSpec(Spec):
     graph: Annotated[TopologySpec, Plugin("satform.topologies")] | None = None
     """The whole graph from then on; as it was when left out."""
     add: tuple[tuple[str, str], ...] = ()
-    """Edges that come, each as listener and speaker."""
+    """Edges that come, each as receiver and sender."""
     remove: tuple[tuple[str, str], ...] = ()
-    """Edges that go, each as listener and speaker."""
+    """Edges that go, each as receiver and sender."""
 
     @model_validator(mode="after")
     def _says_something(self) -> "GraphChangeSpec":
@@ -39,8 +39,8 @@ class GraphChangeSpec(Spec):
             raise ValueError("nothing changes: give a graph, or edges to add or remove")
         both = sorted(set(self.add) & set(self.remove))
         if both:
-            listener, speaker = both[0]
-            raise ValueError(f"the edge [{listener}, {speaker}] cannot both come and go at one moment")
+            receiver, sender = both[0]
+            raise ValueError(f"the edge [{receiver}, {sender}] cannot both come and go at one moment")
         return self
 
     def applied(self, graph: Graph, names: Sequence[str]) -> Graph:
@@ -53,20 +53,20 @@ class GraphChangeSpec(Spec):
             graph = self.graph.build(len(names))
         adjacency = graph.adjacency.copy()
         for edges, value in ((self.add, 1.0), (self.remove, 0.0)):
-            for listener, speaker in edges:
-                for name in (listener, speaker):
+            for receiver, sender in edges:
+                for name in (receiver, sender):
                     if name not in names:
                         raise ValueError(
                             f"there is no satellite {name}; there are {', '.join(sorted(names))}"
                         )
-                if listener == speaker:
-                    raise ValueError(f"{listener} cannot hear itself")
-                adjacency[names.index(listener), names.index(speaker)] = value
+                if receiver == sender:
+                    raise ValueError(f"{receiver} cannot hear itself")
+                adjacency[names.index(receiver), names.index(sender)] = value
         return Graph(adjacency)
 
 
 @dataclass(frozen=True)
-class Lost:
+class SatelliteLost:
     """A satellite no longer answers: this step is the first without a command of it."""
 
     satellite: int
@@ -74,7 +74,7 @@ class Lost:
 
 
 @dataclass(frozen=True)
-class Back:
+class SatelliteRejoined:
     """A satellite that was lost takes part again from this step on.
 
     Attributes:
@@ -87,7 +87,7 @@ class Back:
 
 
 @dataclass(frozen=True, eq=False)
-class Rewired:
+class TopologyChanged:
     """The communication graph is another one from this step on."""
 
     graph: Graph
@@ -95,7 +95,7 @@ class Rewired:
 
 
 @dataclass(frozen=True)
-class Adjusted:
+class ParameterChanged:
     """A parameter of a satellite has another value from this step on."""
 
     satellite: int
@@ -103,7 +103,7 @@ class Adjusted:
     value: tuple[float, ...]
 
 
-Event: TypeAlias = Lost | Back | Rewired | Adjusted
+Event: TypeAlias = SatelliteLost | SatelliteRejoined | TopologyChanged | ParameterChanged
 Plan: TypeAlias = dict[int, list[Event]]
 """Events by the step at which they take effect."""
 
@@ -155,21 +155,23 @@ def planned_events(
     for fault in sorted(losses, key=lambda fault: fault.at):
         place = names.index(fault.satellite)
         gone = step_at(fault.at, step)
-        plan.setdefault(gone, []).append(Lost(place, f"{fault.satellite} is killed by the scenario"))
+        plan.setdefault(gone, []).append(SatelliteLost(place, f"{fault.satellite} is killed by the scenario"))
         latest = _last_checkpoint(gone, checkpoint_steps)
         # Checkpoints are kept after each step flown, and those of an earlier life outlast it.
         if latest > flying_since.get(place, 0):
             kept[place] = latest
-        if fault.back is not None:
-            back = flying_since[place] = step_at(fault.back, step)
+        if fault.rejoin_at is not None:
+            back = flying_since[place] = step_at(fault.rejoin_at, step)
             own = None if fault.memory == "plan" else kept.get(place)
-            plan.setdefault(back, []).append(Back(place, own))
+            plan.setdefault(back, []).append(SatelliteRejoined(place, own))
     for change in sorted(changes, key=lambda change: change.at):
         graph = change.applied(graph, names)
-        event = Rewired(graph, "the scenario changes the graph")
+        event = TopologyChanged(graph, "the scenario changes the graph")
         plan.setdefault(step_at(change.at, step), []).append(event)
     # A loss comes before a return at the same step.
-    return {at: sorted(plan[at], key=lambda event: isinstance(event, Back)) for at in sorted(plan)}
+    return {
+        at: sorted(plan[at], key=lambda event: isinstance(event, SatelliteRejoined)) for at in sorted(plan)
+    }
 
 
 def _last_checkpoint(step: int, every: int | None) -> int:
@@ -177,7 +179,7 @@ def _last_checkpoint(step: int, every: int | None) -> int:
     return 0 if every is None else step // every * every
 
 
-def merged(*plans: Plan) -> Plan:
+def merge_plans(*plans: Plan) -> Plan:
     """Several plans as one; what is planned first comes first.
 
     Of two returns of a satellite at one step the later plan's counts: it may come back from another
@@ -186,11 +188,11 @@ def merged(*plans: Plan) -> Plan:
     whole: Plan = {}
     for plan in plans:
         for step, events in plan.items():
-            back = {event.satellite for event in events if isinstance(event, Back)}
+            back = {event.satellite for event in events if isinstance(event, SatelliteRejoined)}
             before = [
                 event
                 for event in whole.get(step, [])
-                if not (isinstance(event, Back) and event.satellite in back)
+                if not (isinstance(event, SatelliteRejoined) and event.satellite in back)
             ]
             whole[step] = [*before, *events]
     return whole
@@ -201,35 +203,41 @@ def possible_graph(graph: Graph, plan: Plan) -> Graph:
     adjacency = graph.adjacency
     for events in plan.values():
         for event in events:
-            if isinstance(event, Rewired):
+            if isinstance(event, TopologyChanged):
                 adjacency = np.maximum(adjacency, event.graph.adjacency)
     return Graph(adjacency)
 
 
-def rewirings(plan: Plan) -> list[tuple[int, Rewired]]:
+def topology_changes(plan: Plan) -> list[tuple[int, TopologyChanged]]:
     """The changes of the graph in it, each with its step, in order."""
-    return [(step, event) for step in sorted(plan) for event in plan[step] if isinstance(event, Rewired)]
+    return [
+        (step, event) for step in sorted(plan) for event in plan[step] if isinstance(event, TopologyChanged)
+    ]
 
 
-def falls(plan: Plan, satellite: int, step: int) -> bool:
+def is_lost_at(plan: Plan, satellite: int, step: int) -> bool:
     """Whether a satellite is planned to be lost at a step."""
     events = plan.get(step, [])
-    return any(isinstance(event, Lost) and event.satellite == satellite for event in events)
+    return any(isinstance(event, SatelliteLost) and event.satellite == satellite for event in events)
 
 
-def returns(plan: Plan, satellite: int, since: int) -> bool:
+def rejoins_after(plan: Plan, satellite: int, since: int) -> bool:
     """Whether a satellite is planned to take part again at a step or a later one."""
     return any(
-        isinstance(event, Back) and event.satellite == satellite
+        isinstance(event, SatelliteRejoined) and event.satellite == satellite
         for step, events in plan.items()
         for event in events
         if step >= since
     )
 
 
-def loses(plan: Plan) -> bool:
+def has_individual_events(plan: Plan) -> bool:
     """Whether a satellite is lost in it, or changed by itself, so that satellites cannot fly as one."""
-    return any(isinstance(event, Lost | Back | Adjusted) for events in plan.values() for event in events)
+    return any(
+        isinstance(event, SatelliteLost | SatelliteRejoined | ParameterChanged)
+        for events in plan.values()
+        for event in events
+    )
 
 
 @dataclass
@@ -244,7 +252,7 @@ class Formation:
         reason: why it is so, in words.
         lost_at: by the index of a satellite that has been lost, the step of its latest loss if it had
             announced something for that step; the step before if it had not.
-        back_at: by the index of a satellite that has rejoined, the step at which it did last.
+        rejoined_at: by the index of a satellite that has rejoined, the step at which it did last.
     """
 
     graph: Graph
@@ -253,7 +261,7 @@ class Formation:
     step: int = 0
     reason: str = ""
     lost_at: dict[int, int] = field(default_factory=dict)
-    back_at: dict[int, int] = field(default_factory=dict)
+    rejoined_at: dict[int, int] = field(default_factory=dict)
 
     @classmethod
     def of(cls, plan: MembershipPlan) -> "Formation":
@@ -275,15 +283,17 @@ class Formation:
         reasons: list[str] = []
         for event in events:
             match event:
-                case Lost() if self.alive[event.satellite]:
-                    self.lost_at[event.satellite] = step if self.speaks(event.satellite, step) else step - 1
+                case SatelliteLost() if self.alive[event.satellite]:
+                    self.lost_at[event.satellite] = (
+                        step if self.is_used_by_neighbours(event.satellite, step) else step - 1
+                    )
                     self.alive[event.satellite] = False
                     reasons.append(event.reason)
-                case Back() if not self.alive[event.satellite]:
+                case SatelliteRejoined() if not self.alive[event.satellite]:
                     self.alive[event.satellite] = True
-                    self.back_at[event.satellite] = step
+                    self.rejoined_at[event.satellite] = step
                     reasons.append(f"{names[event.satellite]} is back")
-                case Rewired():
+                case TopologyChanged():
                     self.graph = event.graph
                     reasons.append(event.reason)
                 case _:
@@ -295,7 +305,7 @@ class Formation:
             self.reason = "; ".join(reasons)
         return changes
 
-    def speaks(self, satellite: int, step: int) -> bool:
+    def is_used_by_neighbours(self, satellite: int, step: int) -> bool:
         """Whether the neighbours of a satellite use what it has announced for a step.
 
         What is announced for a step is computed in the step before, and comes with the command of that
@@ -305,7 +315,7 @@ class Formation:
         """
         if self.lost_at.get(satellite) == step:
             return True
-        return bool(self.alive[satellite]) and self.back_at.get(satellite, -1) < step
+        return bool(self.alive[satellite]) and self.rejoined_at.get(satellite, -1) < step
 
     @property
     def connectivity(self) -> float:
@@ -314,7 +324,7 @@ class Formation:
         graph = self.graph if self.alive.all() else self.graph.subgraph(self.alive)
         return graph.algebraic_connectivity if self.alive.any() else 0.0
 
-    def linked(self, listener: int, speakers: Sequence[int]) -> Array:
-        """1 for each of these speakers whom a satellite hears at present, else 0, shape (K,)."""
-        linked: Array = self.graph.adjacency[listener, list(speakers)]
+    def linked(self, receiver: int, senders: Sequence[int]) -> Array:
+        """1 for each of these senders whom a satellite hears at present, else 0, shape (K,)."""
+        linked: Array = self.graph.adjacency[receiver, list(senders)]
         return linked

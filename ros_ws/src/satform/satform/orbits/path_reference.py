@@ -24,7 +24,7 @@ from satform.numeric.elementwise import Array, column, dot
 from satform.orbits.curve import Curve, CurvePoint, QuickCurve
 
 Parameter = Literal["arc_length", "angle"]
-FeedForward = Literal["middle", "start"]
+FeedForward = Literal["midpoint", "start"]
 
 LEAST_CONDITION = 0.1
 """Part of the radius of curvature to its centre, below which the closest point of a curve is given up."""
@@ -53,7 +53,7 @@ class Path:
         curve: the reference orbit, m, LVLH.
         scale: dl/dxi, averaged over a revolution where it is not constant, dimensionless, shape (...).
         parameter: which quantity is proportional to xi, `arc_length` or `angle`.
-        feed_forward: where within a control period the reference's acceleration is taken. `middle`
+        feedforward_sample: where within a control period the reference's acceleration is taken. `middle`
             leaves no first-order error of a command that is held; `start` adds an equivalent
             disturbance of half the period times the reference's jerk.
     """
@@ -61,7 +61,7 @@ class Path:
     curve: Curve
     scale: Array
     parameter: Parameter = "arc_length"
-    feed_forward: FeedForward = "middle"
+    feedforward_sample: FeedForward = "midpoint"
 
     @property
     def period(self) -> Array:
@@ -113,9 +113,9 @@ class Path:
             duration: of the period, s.
 
         Returns:
-            Position and velocity at the start, acceleration as `feed_forward` says, shape (..., 3).
+            Position and velocity at the start, acceleration as `feedforward_sample` says, shape (..., 3).
         """
-        if self.feed_forward == "start":
+        if self.feedforward_sample == "start":
             return self.reference(generalised_arc_length, rate, rate_change)
         half = 0.5 * duration
         to_middle = (rate + rate_change * (0.5 * half)) * half

@@ -117,10 +117,10 @@ class WaypointSpec(Spec):
     """Whether the satellite comes to rest in LVLH here, or passes on with one impulse."""
 
 
-class ImpulseSpec(ControllerSpec):
+class ImpulsiveGuidanceSpec(ControllerSpec):
     """Two-impulse transfers through way-points; the reference curve is not followed."""
 
-    kind: Literal["impulse"] = "impulse"
+    kind: Literal["impulsive_guidance"] = "impulsive_guidance"
     waypoints: Annotated[tuple[WaypointSpec, ...], Field(min_length=1)]
     """Way-points in order."""
     start_time: NonNegative = 0.0

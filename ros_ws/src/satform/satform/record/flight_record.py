@@ -30,7 +30,7 @@ class FlightRecord:
             where there is no sensor.
         measured_velocity: the same of the velocity, m/s, shape (K + 1, N, 3).
         acceleration: commanded, m/s^2, shape (K, N, 3).
-        given_acceleration: what the thrusters made of it, m/s^2, shape (K, N, 3); the command where
+        applied_acceleration: what the thrusters made of it, m/s^2, shape (K, N, 3); the command where
             there is no thruster.
         arc_length: generalised, less the satellite's phase offset, as announced to the neighbours, m,
             shape (K + 1, N); zero where satellites tell each other their motion instead.
@@ -39,21 +39,22 @@ class FlightRecord:
         reference_velocity: m/s, shape (K, N, 3).
         reference_acceleration: feed-forward used in the step, m/s^2, shape (K, N, 3).
         sliding_variable: m/s, shape (K, N, 3).
-        believed_position_error: position less reference as the satellite believes, after its filter
+        estimated_position_error: position less reference as the satellite believes, after its filter
             if it has one, m, shape (K, N, 3).
-        believed_velocity_error: the same of the velocity, m/s, shape (K, N, 3).
+        estimated_velocity_error: the same of the velocity, m/s, shape (K, N, 3).
         propellant: left, kg, shape (K + 1, N); NaN where there is no thruster.
         delta_v: given by the thrusters so far, m/s, shape (K + 1, N); NaN where there is no thruster.
-        clipped: steps so far in which the command was above the thrust limit, shape (K + 1, N).
-        withheld: steps so far in which it was below the smallest impulse, shape (K + 1, N).
-        starved: steps so far in which the tank could not give it, shape (K + 1, N).
+        saturated_steps: steps so far in which the command was above the thrust limit, shape (K + 1, N).
+        below_minimum_impulse_steps: steps so far in which it was below the smallest impulse, shape
+            (K + 1, N).
+        propellant_depleted_steps: steps so far in which the tank could not give it, shape (K + 1, N).
         mrp: true attitude, inertial to body, shape (K + 1, N, 3); this and what follows is not a number
             for satellites without attitude, and has no rows when no satellite has one.
         angular_velocity: true, of the body, body components, rad/s, shape (K + 1, N, 3).
         wheel_momentum: of each wheel, N m s, shape (K + 1, N, 3).
         wheel_torque: commanded, N m, shape (K, N, 3).
-        torque_limited: steps so far in which a wheel's torque limit was met, shape (K + 1, N).
-        momentum_limited: steps so far in which a wheel's momentum limit was met, shape (K + 1, N).
+        torque_saturated_steps: steps so far in which a wheel's torque limit was met, shape (K + 1, N).
+        momentum_saturated_steps: steps so far in which a wheel's momentum limit was met, shape (K + 1, N).
         pointing_error: between boresight and target, as both truly were, rad, shape (K, N).
         panel_to_sun: cosine of the angle between panel axis and sun, its magnitude, shape (K, N).
         attitude_error: length of the modified Rodrigues parameters to the desired attitude, (K, N).
@@ -74,26 +75,26 @@ class FlightRecord:
     measured_position: Array
     measured_velocity: Array
     acceleration: Array
-    given_acceleration: Array
+    applied_acceleration: Array
     arc_length: Array
     rate: Array
     reference_position: Array
     reference_velocity: Array
     reference_acceleration: Array
     sliding_variable: Array
-    believed_position_error: Array
-    believed_velocity_error: Array
+    estimated_position_error: Array
+    estimated_velocity_error: Array
     propellant: Array
     delta_v: Array
-    clipped: Array
-    withheld: Array
-    starved: Array
+    saturated_steps: Array
+    below_minimum_impulse_steps: Array
+    propellant_depleted_steps: Array
     mrp: Array
     angular_velocity: Array
     wheel_momentum: Array
     wheel_torque: Array
-    torque_limited: Array
-    momentum_limited: Array
+    torque_saturated_steps: Array
+    momentum_saturated_steps: Array
     pointing_error: Array
     panel_to_sun: Array
     attitude_error: Array
@@ -183,7 +184,7 @@ class FlightRecord:
     def effort(self) -> Array:
         """Delta-v of each step, m/s, shape (K, N): as the thrusters count it, or of the command."""
         counted = np.diff(self.delta_v, axis=0)
-        ideal = self.step * np.linalg.norm(self.given_acceleration, axis=-1)
+        ideal = self.step * np.linalg.norm(self.applied_acceleration, axis=-1)
         return np.where(np.isnan(counted), ideal, counted)
 
     @property
@@ -195,7 +196,7 @@ class FlightRecord:
     @property
     def estimation_error(self) -> Array:
         """Distance between where a satellite believes to be and where it is, m, shape (K, N)."""
-        error: Array = np.linalg.norm(self.believed_position_error - self.position_error, axis=-1)
+        error: Array = np.linalg.norm(self.estimated_position_error - self.position_error, axis=-1)
         return error
 
     @cached_property
@@ -209,8 +210,8 @@ class FlightRecord:
         velocity_error = self.velocity[:-1] - self.reference_velocity
         error = np.concatenate(
             (
-                self.believed_position_error - self.position_error,
-                self.believed_velocity_error - velocity_error,
+                self.estimated_position_error - self.position_error,
+                self.estimated_velocity_error - velocity_error,
             ),
             axis=-1,
         )
@@ -224,7 +225,7 @@ class FlightRecord:
             if name in ESTIMATES and not array.size:
                 # A flight without filters has nothing of this kind, not even a name.
                 continue
-            found.update(f"{name}{array.shape}".encode())
+            found.update(f"{_HASHED_AS.get(name, name)}{array.shape}".encode())
             # All that is not a number is hashed alike: its bits depend on who made it.
             found.update(np.where(np.isnan(array), np.nan, array).tobytes())
         return found.hexdigest()
@@ -262,7 +263,10 @@ class FlightRecord:
 def no_propulsion(states: int, satellites: int) -> dict[str, Array]:
     """The quantities of propulsion of satellites without a thruster, each of shape (states, satellites)."""
     unknown = {name: np.full((states, satellites), np.nan) for name in ("propellant", "delta_v")}
-    counters = {name: np.zeros((states, satellites)) for name in ("clipped", "withheld", "starved")}
+    counters = {
+        name: np.zeros((states, satellites))
+        for name in ("saturated_steps", "below_minimum_impulse_steps", "propellant_depleted_steps")
+    }
     return unknown | counters
 
 
@@ -274,7 +278,7 @@ def no_attitude(steps: int, satellites: int) -> dict[str, Array]:
         satellites: how many.
     """
     vectors = {name: np.full((steps + 1, satellites, 3), np.nan) for name in ATTITUDE_VECTORS}
-    names = ("torque_limited", "momentum_limited")
+    names = ("torque_saturated_steps", "momentum_saturated_steps")
     counters = {name: np.full((steps + 1, satellites), np.nan) for name in names}
     return {**vectors, "wheel_torque": np.full((max(steps, 0), satellites, 3), np.nan), **counters}
 
@@ -300,6 +304,18 @@ ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
 """Quantities of a record that a satellite is told of its attitude."""
 
 _NO_ARRAYS = frozenset({"satellites", "step", "early_end"})
+
+_HASHED_AS = {
+    "applied_acceleration": "given_acceleration",
+    "estimated_position_error": "believed_position_error",
+    "estimated_velocity_error": "believed_velocity_error",
+    "saturated_steps": "clipped",
+    "below_minimum_impulse_steps": "withheld",
+    "propellant_depleted_steps": "starved",
+    "torque_saturated_steps": "torque_limited",
+    "momentum_saturated_steps": "momentum_limited",
+}
+"""Names under which renamed quantities enter the state hash, so that equal flights keep the hash of 0.1.0."""
 
 QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in _NO_ARRAYS)
 """Names of the arrays of a record."""

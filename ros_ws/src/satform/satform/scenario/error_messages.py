@@ -13,6 +13,7 @@ from satform.common.angle_text import is_angle
 from satform.common.spec import Plugin, Spec, specs
 from satform.scenario.errors import Problem
 from satform.scenario.model import Scenario
+from satform.scenario.renamed import RENAMED_FIELDS, RENAMED_VALUES
 from satform.scenario.yaml_reader import line_of
 
 Path = tuple[int | str, ...]
@@ -145,7 +146,7 @@ def _sentence(details: ErrorDetails, path: Path, data: Any) -> str:
     context = details.get("ctx", {})
     if kind == "extra_forbidden":
         names = sorted(_field_names(path[:-1], data))
-        return f"there is no such field{_nearest(str(path[-1]), names)}"
+        return f"there is no such field{_nearest(str(path[-1]), names, RENAMED_FIELDS)}"
     if kind == "missing":
         return _missing(path, found)
     if kind == "union_tag_not_found" or kind in _NOT_A_MAPPING:
@@ -196,7 +197,10 @@ def _options(expected: str) -> list[str]:
     return [option.strip("' ") for option in expected.replace(" or ", ", ").split(", ")]
 
 
-def _nearest(name: str, candidates: Sequence[str]) -> str:
+def _nearest(name: str, candidates: Sequence[str], renamed: Mapping[str, str] = RENAMED_VALUES) -> str:
+    now = renamed.get(name)
+    if now in candidates:
+        return f"; since version 0.2.0 it is called {now}"
     close = difflib.get_close_matches(name, candidates, n=1, cutoff=0.6)
     allowed = ", ".join(candidates)
     return f"; did you mean {close[0]}? Allowed: {allowed}" if close else f"; allowed: {allowed}"

@@ -26,8 +26,8 @@ from satform.scenario.environment import environment_complaints, environment_of
 from satform.scenario.expectation import Expectation
 from satform.scenario.limits import LimitsSpec
 from satform.scenario.parts import (
-    Circulation,
     Name,
+    NominalMotion,
     Orbit,
     SatelliteFields,
     SatelliteSpec,
@@ -69,9 +69,9 @@ class Scenario(Spec):
     """Who hears whom."""
     consensus: Annotated[ConsensusSpec, Plugin("satform.consensus")]
     """How satellites agree on their phase."""
-    circulation: Circulation
+    nominal_motion: NominalMotion
     """How fast they go round."""
-    every_satellite: SatelliteFields = SatelliteFields()
+    satellite_defaults: SatelliteFields = SatelliteFields()
     """Defaults for all satellites."""
     satellites: Annotated[tuple[SatelliteSpec, ...], Field(min_length=1, max_length=10_000)]
     """The satellites, in the order of the graph's rows."""
@@ -89,12 +89,12 @@ class Scenario(Spec):
     """Satellites that may be lost, beside those in `faults`, without the run counting as failed."""
     expect: tuple[Annotated[Expectation, Plugin("satform.metrics")], ...] = ()
     """What the run is judged by."""
-    expectations_left_out: tuple[Sentence, ...] = ()
+    omitted_expectations: tuple[Sentence, ...] = ()
     """Labels of what the longer flight is judged by that `--set` has shortened, and this one is not."""
     command_timeout: Positive = 10.0
     """Simulated time for which a command is held on the wall clock while no newer one arrives, s; after it
     the satellite's thrusters and wheels are off. A command is held for a step after its own at least."""
-    tolerated_silence: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
+    node_timeout: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
     """Wall-clock time after which a satellite that does not answer counts as lost, s; a silent plant after
     twice that."""
     hosts: Annotated[tuple[HostSpec, ...], Field(max_length=1000)] = ()
@@ -140,8 +140,8 @@ class Scenario(Spec):
                 sentence = f"a satellite cannot be called {name}: the name belongs to another node"
                 complaints.append((("satellites", index, "name"), sentence))
             for field in ("curve", "controller"):
-                if getattr(satellite, field) is None and getattr(self.every_satellite, field) is None:
-                    sentence = f"satellite {name} has no {field}: give it one, or give every_satellite one"
+                if getattr(satellite, field) is None and getattr(self.satellite_defaults, field) is None:
+                    sentence = f"satellite {name} has no {field}: give it one, or give satellite_defaults one"
                     complaints.append((("satellites", index), sentence))
         return complaints
 
@@ -155,7 +155,7 @@ class Scenario(Spec):
                 continue
             inherits_all = inherits_all or not given
             for field, sentence in self.satellite(index).equipment_faults(self.orbit.rate, self.timing.step):
-                place = ("satellites", index, field) if field in given else ("every_satellite", field)
+                place = ("satellites", index, field) if field in given else ("satellite_defaults", field)
                 if (place, sentence) not in complaints:
                     complaints.append((place, sentence))
         return complaints
@@ -165,7 +165,7 @@ class Scenario(Spec):
         complaints: list[Complaint] = []
         tried: set[str] = set()
         for index, own in enumerate(self.satellites):
-            law = own.controller or self.every_satellite.controller
+            law = own.controller or self.satellite_defaults.controller
             # One satellite with nothing of its own is like another.
             gains = "" if own.controller is None else repr(law)
             if law is None or gains in tried:
@@ -174,7 +174,7 @@ class Scenario(Spec):
             try:
                 require_protocol(law.build(setting), law)
             except ValueError as error:
-                place = ("every_satellite",) if own.controller is None else ("satellites", index)
+                place = ("satellite_defaults",) if own.controller is None else ("satellites", index)
                 complaints.append(((*place, "controller"), str(error)))
         return complaints
 
@@ -319,12 +319,16 @@ class Scenario(Spec):
                 complaints.append(((*place, "satellite"), sentence))
             complaints += [((*place, field), text) for field, text in fault.complaints(self.timing.duration)]
             complaints += self._unfit(index, fault, names)
-            if fault.tells_phase and self.consensus.announces != "arc_length":
+            if fault.corrupts_phase and self.consensus.announces != "arc_length":
                 sentence = "satellites that tell each other their motion tell no phase to lie about"
                 complaints.append((place, sentence))
             if not isinstance(fault, SatelliteLostSpec):
                 continue
-            if fault.back is not None and fault.memory == "checkpoint" and self.checkpoint_period is None:
+            if (
+                fault.rejoin_at is not None
+                and fault.memory == "checkpoint"
+                and self.checkpoint_period is None
+            ):
                 sentence = (
                     f"{fault.satellite} comes back from its checkpoint, but none are kept: give the scenario "
                     "a checkpoint_period, or the fault memory: plan"
@@ -337,7 +341,7 @@ class Scenario(Spec):
                 )
                 complaints.append((place, sentence))
             back[fault.satellite] = (
-                MOST_STEPS if fault.back is None else step_at(fault.back, self.timing.step)
+                MOST_STEPS if fault.rejoin_at is None else step_at(fault.rejoin_at, self.timing.step)
             )
         return complaints
 
@@ -393,11 +397,11 @@ class Scenario(Spec):
         return MembershipPlan(names, self._graph, events, self.timing.steps)
 
     def satellite(self, index: int) -> SatelliteSpec:
-        """One satellite with what it left out filled in from `every_satellite`."""
+        """One satellite with what it left out filled in from `satellite_defaults`."""
         own = self.satellites[index]
         inherited = {
-            field: getattr(self.every_satellite, field)
-            for field in self.every_satellite.model_fields_set - own.model_fields_set
+            field: getattr(self.satellite_defaults, field)
+            for field in self.satellite_defaults.model_fields_set - own.model_fields_set
         }
         return own.model_copy(update=inherited)
 
@@ -416,12 +420,12 @@ class Scenario(Spec):
     def digest(self) -> str:
         """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
         satellites = tuple(self.satellite(index) for index in range(len(self.satellites)))
-        explicit = self.model_copy(update={"satellites": satellites, "every_satellite": SatelliteFields()})
+        explicit = self.model_copy(update={"satellites": satellites, "satellite_defaults": SatelliteFields()})
         # Where the parts run does not change what is flown, nor what is not judged what is judged; nor
         # does it matter that an orbit was allowed.
         return hashlib.sha256(
             explicit.model_dump_json(
-                exclude={"hosts": True, "expectations_left_out": True, "orbit": {"allow_below_surface"}},
+                exclude={"hosts": True, "omitted_expectations": True, "orbit": {"allow_below_surface"}},
                 context=BY_CONTENT,
             ).encode()
         ).hexdigest()

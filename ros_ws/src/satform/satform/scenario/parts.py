@@ -106,7 +106,7 @@ class Timing(Spec):
         return round(self.step * 1e9)
 
 
-class Circulation(Spec):
+class NominalMotion(Spec):
     """How fast satellites go round their curves once they agree: by period or by rate."""
 
     period: Positive | None = None
@@ -115,7 +115,7 @@ class Circulation(Spec):
     """Rate of the generalised arc length, m/s."""
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> "Circulation":
+    def _one_of_two(self) -> "NominalMotion":
         if (self.period is None) == (self.rate is None):
             raise ValueError("give exactly one of period [s] or rate [m/s]")
         return self
@@ -141,14 +141,14 @@ class SatelliteFields(Spec):
     """The control law."""
     scale: Positive = 1.0
     """Metres of arc length per metre of generalised arc length."""
-    parameter: Literal["arc_length", "angle"] = "arc_length"
+    path_parameter: Literal["arc_length", "angle"] = "arc_length"
     """What advances evenly along the curve: its arc length, or its angle (natural motion)."""
-    feed_forward: Literal["middle", "start"] = "middle"
+    feedforward_sample: Literal["midpoint", "start"] = "midpoint"
     """Where in the hold the reference acceleration is taken."""
     arc_length: Number = 0.0
     """Generalised arc length at the start, m."""
     rate: Number | None = None
-    """Rate of the generalised arc length at the start, m/s; the circulation's when left out."""
+    """Rate of the generalised arc length at the start, m/s; the nominal_motion's when left out."""
     phase_offset: Number = 0.0
     """Generalised arc length by which this satellite shall lead the formation's agreement, m."""
     position_error: PerAxis = (0.0, 0.0, 0.0)
@@ -193,7 +193,7 @@ class SatelliteFields(Spec):
 
 
 class SatelliteSpec(SatelliteFields):
-    """One satellite; what it leaves out is taken from `every_satellite`."""
+    """One satellite; what it leaves out is taken from `satellite_defaults`."""
 
     name: Name
     """Name of the satellite's node and topics: lower case letters, digits and underscores."""

@@ -25,10 +25,10 @@ def start_position(satellite: SatelliteSpec) -> Array:
     """Where a satellite starts, LVLH, m, shape (3,).
 
     Args:
-        satellite: with all that it takes from `every_satellite`.
+        satellite: with all that it takes from `satellite_defaults`.
     """
     assert satellite.curve is not None  # noqa: S101 - the scenario's validator has seen to it
-    path = Path(satellite.curve.build(), np.asarray(satellite.scale), satellite.parameter)
+    path = Path(satellite.curve.build(), np.asarray(satellite.scale), satellite.path_parameter)
     arc_length = np.asarray(satellite.arc_length, dtype=np.float64)
     start: Array = path.curve.point(path.angle(arc_length)).position + np.array(satellite.position_error)
     return start
@@ -69,7 +69,7 @@ def singular_references(satellites: Sequence[SatelliteSpec], lap_time: float) ->
     """
     found, seen = [], set()
     for index, satellite in enumerate(satellites):
-        shape = (repr(satellite.curve), satellite.scale, satellite.parameter)
+        shape = (repr(satellite.curve), satellite.scale, satellite.path_parameter)
         if satellite.curve is None or shape in seen:
             continue
         seen.add(shape)
@@ -84,7 +84,7 @@ def _singular(satellite: SatelliteSpec, lap_time: float) -> str:
     assert satellite.curve is not None  # noqa: S101 - the caller has seen to it
     with np.errstate(all="ignore"):
         try:
-            path = Path(satellite.curve.build(), np.asarray(satellite.scale), satellite.parameter)
+            path = Path(satellite.curve.build(), np.asarray(satellite.scale), satellite.path_parameter)
         except ArithmeticError:
             return f"the curve of satellite {satellite.name} is too small or too large to be worked with"
         period = float(path.period)

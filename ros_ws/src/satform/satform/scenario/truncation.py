@@ -64,7 +64,7 @@ def within_the_end(data: dict[str, Any], beyond: Places) -> dict[str, Any]:
         if (expectation := _expectation(data["expect"][place])) is not None
     ]
     if labels:
-        kept["expectations_left_out"] = [*data.get("expectations_left_out", []), *labels]
+        kept["omitted_expectations"] = [*data.get("omitted_expectations", []), *labels]
     return {**data, **kept}
 
 

@@ -17,8 +17,8 @@ from typing import Any
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.flight.compile import FormationPlan
-from satform.membership.manager import NOBODY_LEFT
-from satform.membership.state import Lost, returns
+from satform.membership.manager import ALL_LOST
+from satform.membership.state import SatelliteLost, rejoins_after
 from satform.record.early_end import EarlyEnd
 from satform_bringup import leftovers
 from satform_bringup.deployment.multi_host_discovery import step_told
@@ -323,7 +323,7 @@ class Watch:
         """Whether the scenario brings one of these satellites back at some time."""
         plan = self._plan
         return any(
-            returns(plan.membership.events, index, 0)
+            rejoins_after(plan.membership.events, index, 0)
             for index, name in enumerate(plan.names)
             if name in names
         )
@@ -337,7 +337,7 @@ class Watch:
         """Remember that the flight goes on without someone."""
         steps = self._plan.membership.events.get(step, [])
         names = self._plan.names
-        expected = any(isinstance(event, Lost) and names[event.satellite] == name for event in steps)
+        expected = any(isinstance(event, SatelliteLost) and names[event.satellite] == name for event in steps)
         self._losses.append(Loss(name, step, reason, expected))
         self._lost_since.setdefault(name, time.monotonic())
         if not expected and name not in self._lost:
@@ -390,7 +390,7 @@ class Watch:
 
     def _reason_in_words(self) -> str:
         """Why the flight ended early, and what became of a restart that was asked for."""
-        if self._policy.restart and self._reason.endswith(NOBODY_LEFT):
+        if self._policy.restart and self._reason.endswith(ALL_LOST):
             return f"{self._reason}, and a satellite is started again only while another one flies on"
         return self._reason
 

@@ -13,12 +13,19 @@ from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
 from satform.common.wording import listed
-from satform.communication.topic_graph import PLANT, RECORDER, RECORDER_WINDOW, channels, heard_by, said_by
+from satform.communication.topic_graph import (
+    PLANT,
+    RECORDER,
+    RECORDER_WINDOW,
+    channels,
+    published_by,
+    subscribed_by,
+)
 from satform.flight.command_timeout import held_steps
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
-from satform.membership.manager import NOBODY_LEFT, Change, Muster
+from satform.membership.manager import ALL_LOST, Change, MembershipManager
 from satform.membership.state import Event
 from satform.record.early_end import EarlyEnd
 from satform_nodes.plant.publishers import PlantVoice
@@ -76,7 +83,9 @@ class PlantNode:
         self.plan = plan
         self.report = report
         self.plant = Plant(plan.plant)
-        self.muster = Muster(plan.membership, [RECORDER] if recorded else [], lockstep=not self.clocked)
+        self.membership = MembershipManager(
+            plan.membership, [RECORDER] if recorded else [], lockstep=not self.clocked
+        )
         self.recorded = recorded
         self.refusals = node.refusals
         self.busy_seconds = 0.0
@@ -87,7 +96,7 @@ class PlantNode:
         self._limits = LimitCheck(plan.limits)
         self._held_steps = held_steps(plan.timing.command_timeout, plan.timing.step)
         self.stop_asked = False
-        self.names = self.muster.names
+        self.names = self.membership.names
         self.start_timeout = start_timeout(len(self.names))
         self._settings = settings
         self._awaited_since = 0.0
@@ -100,12 +109,12 @@ class PlantNode:
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
 
         table = channels(plan.topics)
-        self._voice = PlantVoice(node, plan, self.plant, said_by(PLANT, table))
+        self._voice = PlantVoice(node, plan, self.plant, published_by(PLANT, table))
         self.ears = PlantEars(
             node,
             executor,
-            heard_by(PLANT, table),
-            self.muster,
+            subscribed_by(PLANT, table),
+            self.membership,
             self.refusals,
             self._advance_if_complete,
             self._on_ready,
@@ -132,12 +141,12 @@ class PlantNode:
     @property
     def flown(self) -> bool:
         """Whether the last step has been taken."""
-        return self.muster.over
+        return self.membership.over
 
     @property
     def last_step_taken(self) -> bool:
         """Whether no step follows in which something could take effect."""
-        return self.muster.last_step_taken
+        return self.membership.last_step_taken
 
     @property
     def over(self) -> bool:
@@ -146,22 +155,22 @@ class PlantNode:
 
     def progress(self) -> tuple[int, ...]:
         """What changes as long as the flight goes on."""
-        muster = self.muster
+        membership = self.membership
         return (
-            muster.step,
-            len(muster.answered),
+            membership.step,
+            len(membership.commanded),
             self.ears.recorded_step,
-            muster.formation.number,
+            membership.formation.number,
             self._pulse,
         )
 
     def everyone_is_ready(self) -> bool:
         """Whether all nodes have said that they are ready, and are there seen from this side."""
-        return not self.muster.unready and self._company.complete()
+        return not self.membership.unready and self._company.complete()
 
     def not_ready(self) -> tuple[list[str], str]:
         """Who keeps the flight from beginning, and what is wrong with them."""
-        unready = self.muster.unready
+        unready = self.membership.unready
         found = shortcomings(self.node, channels(self.plan.topics), recorded=self.recorded)
         who = list(dict.fromkeys(each.node for each in found)) or unready or [PLANT]
         return who, f"not ready within {self.start_timeout:g} s: {in_words(found, unready or [PLANT])}"
@@ -169,13 +178,13 @@ class PlantNode:
     @property
     def waits_for_return(self) -> bool:
         """Whether a satellite is awaited that the scenario brings back at this step."""
-        return bool(self.muster.awaited)
+        return bool(self.membership.awaited)
 
     def missing(self) -> list[str]:
         """Who keeps the step from going on."""
-        muster = self.muster
-        satellites = muster.awaited or not (muster.open or muster.over)
-        return muster.missing if satellites else [RECORDER]
+        membership = self.membership
+        satellites = membership.awaited or not (membership.open or membership.over)
+        return membership.missing if satellites else [RECORDER]
 
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
@@ -202,7 +211,7 @@ class PlantNode:
         self._advance_if_complete()
 
     def _lose(self, index: int, reason: str) -> None:
-        loss = self.muster.lose(index, reason)
+        loss = self.membership.lose(index, reason)
         self._tell_change(loss.change)
         if loss.end:
             self.aborted = ([self.names[index]], loss.end)
@@ -222,11 +231,11 @@ class PlantNode:
         """Tell everyone that the formation is another one from the present step on."""
         if change is None:
             return
-        formation, step = self.muster.formation, self.muster.step
+        formation, step = self.membership.formation, self.membership.step
         self.ears.take(change)
         for index in change.lost:
             self.report.say("loss", who=self.names[index], step=step, reason=formation.reason)
-        for event in change.back:
+        for event in change.rejoined:
             self.report.say("return", who=self.names[event.satellite], step=step)
         phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
         final_commands = [self.ears.last_word(index) for index in change.lost]
@@ -235,47 +244,47 @@ class PlantNode:
 
     def rewire(self, event: Event) -> int:
         """Take up an event for the next step; the step's number."""
-        return self.muster.take_up(event)
+        return self.membership.schedule(event)
 
     def _on_ready(self, name: str, checkpoint: int) -> None:
-        self.muster.is_ready(name)
+        self.membership.is_ready(name)
         if self.flying and name in self.names:
-            self.muster.offer(self.names.index(name), checkpoint)
+            self.membership.request_rejoin(self.names.index(name), checkpoint)
             self._go_on()
 
     # Steps
 
     def _begin_step(self) -> None:
         """Let happen what is due at this step, and publish its states when nothing stands against it."""
-        self._tell_change(self.muster.begin(self.plant.step))
+        self._tell_change(self.membership.begin(self.plant.step))
         self._awaited_since = time.monotonic()
         self._go_on()
 
     def _go_on(self) -> None:
         """Publish the states that are due, unless someone has to be waited for."""
-        if not self.muster.open or self.early_end:
+        if not self.membership.open or self.early_end:
             return
         behind = self.plant.step - self.ears.recorded_step
         if self.recorded and not self.clocked and behind > RECORDER_WINDOW:
             return
         if self._paused and not self._single_steps:
             return
-        if not self.muster.assembled:
+        if not self.membership.rejoins_ready:
             return
         self._single_steps = max(0, self._single_steps - 1)
-        change = self.muster.close()
+        change = self.membership.close()
         self._tell_change(change)
-        if change is not None and change.lost and self.muster.deserted:
+        if change is not None and change.lost and self.membership.is_empty:
             names = [self.names[index] for index in change.lost]
-            self.aborted = (names, f"{self.muster.formation.reason}; {NOBODY_LEFT}")
+            self.aborted = (names, f"{self.membership.formation.reason}; {ALL_LOST}")
             return
-        self._voice.tell_states(self.muster.formation.number)
+        self._voice.tell_states(self.membership.formation.number)
 
     def pause(self) -> int:
         """Take no more steps; the number of the first one that is not taken."""
         self._paused = True
         self.say_status(FormationStatus.PAUSED, "paused")
-        return self.muster.next_step
+        return self.membership.next_step
 
     def resume(self) -> int:
         """Take steps again; the number of the first one."""
@@ -289,7 +298,7 @@ class PlantNode:
 
     def single_step(self) -> int:
         """Take one step and pause again; the number of the step that is taken."""
-        step = self.muster.next_step
+        step = self.membership.next_step
         if not self._paused:
             self.pause()
         self._single_steps += 1
@@ -305,16 +314,16 @@ class PlantNode:
         """Repeat what was said last: the step does not go on, and somebody may not have heard it."""
         # Who has not heard of a change of the formation cannot answer.
         self._voice.repeat_status()
-        if not (self.muster.open or self.muster.over):
-            self._voice.tell_again(self.muster.unanswered)
+        if not (self.membership.open or self.membership.over):
+            self._voice.tell_again(self.membership.not_commanded)
 
     def _chore(self) -> None:
         """Off the path of a step: what the starter says, and whether standing still is meant."""
         for said in self.report.heard():
             if said["event"] == "lost":
                 self.lose([said["who"]], said["reason"])
-        waits = self.muster.awaited and time.monotonic() - self._awaited_since < self.start_timeout
-        if (self._paused and self.muster.open) or waits:
+        waits = self.membership.awaited and time.monotonic() - self._awaited_since < self.start_timeout
+        if (self._paused and self.membership.open) or waits:
             self._pulse += 1
             now = time.monotonic()
             if now >= self._next_sign:
@@ -327,44 +336,50 @@ class PlantNode:
         return self._stamps.at(self.plant.step)
 
     def _condition(self) -> Condition:
-        lost_at = self.muster.formation.lost_at
-        lost = {self.names[index]: self.plant.step - lost_at[index] for index in self.muster.lost}
+        lost_at = self.membership.formation.lost_at
+        lost = {self.names[index]: self.plant.step - lost_at[index] for index in self.membership.lost}
         return self._course.condition(self.plant.step, lost)
 
     def say_status(self, phase: int, reason: str) -> None:
         """Tell everyone in what phase the formation is, from which step, and why."""
-        self._voice.say_status(self.muster.formation, phase, reason, early_end=self.early_end)
+        self._voice.say_status(self.membership.formation, phase, reason, early_end=self.early_end)
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
         # What the plant said last would be lost with it; what a recorder has is not on its way any more.
         recorded = phase == FormationStatus.FINISHED and self.recorded
-        present = self.muster.everyone - {self.names[index] for index in self.muster.lost}
+        present = self.membership.everyone - {self.names[index] for index in self.membership.lost}
         if not self._voice.see_off(present, recorded=recorded):
             self.node.get_logger().warning("not everyone has heard how the flight ended")
 
     @property
     def stands_still(self) -> bool:
         """Whether no step is to be taken at present."""
-        return self.muster.open
+        return self.membership.open
 
     def judge_waiting(self) -> None:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
-        if self.muster.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
+        if self.membership.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
             silent = self.missing()
             self.aborted = (silent, f"{listed(silent)} has not come back within {self.start_timeout:g} s")
 
     def tick(self) -> None:
         """Take the next step with the commands that there are; one that is too old is none any more."""
         silence = self.plan.timing.node_timeout
-        for index in self.ears.promptness.judge(self.muster.flying, self.plant.step, silence):
+        for index in self.ears.promptness.judge(self.membership.flying, self.plant.step, silence):
             self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
-        for index in self.ears.promptness.expired(self.muster.flying, self.plant.step, self._held_steps):
+        for index in self.ears.promptness.expired(self.membership.flying, self.plant.step, self._held_steps):
             self.ears.commands[index] = 0.0
         if not self.over and self.plant.step < self.plan.timing.steps:
             self._advance()
 
     def _advance_if_complete(self) -> None:
-        if self.clocked or self.muster.open or not self.flying or self.aborted or not self.muster.complete:
+        if (
+            self.clocked
+            or self.membership.open
+            or not self.flying
+            or self.aborted
+            or not self.membership.complete
+        ):
             return
         if self.plant.step < self.plan.timing.steps:
             self._advance()

@@ -152,7 +152,10 @@ class PlantVoice:
         seconds, nanoseconds = self._stamps.at(step)
         state = thrusters.propulsion
         given = self._plant.given[thrusters.members].tolist()
-        counters = np.stack((state.clipped, state.withheld, state.starved), axis=-1).astype(np.uint64)
+        counters = np.stack(
+            (state.saturated_steps, state.below_minimum_impulse_steps, state.propellant_depleted_steps),
+            axis=-1,
+        ).astype(np.uint64)
         for publisher, acceleration, delta_v, propellant, counts in zip(
             self._say_propulsion,
             given,
@@ -199,9 +202,9 @@ class PlantVoice:
             algebraic_connectivity=float(formation.connectivity),
             lost=[self._names[index] for index in change.lost],
             final_commands=list(final_commands),
-            rejoined=[self._names[event.satellite] for event in change.back],
+            rejoined=[self._names[event.satellite] for event in change.rejoined],
             rejoin_checkpoints=[
-                -1 if event.checkpoint is None else event.checkpoint for event in change.back
+                -1 if event.checkpoint is None else event.checkpoint for event in change.rejoined
             ],
             early_end=[] if early_end is None else [_early_end_message(early_end)],
             reason=reason,

@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 from satform.communication.topic_graph import relative
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
-from satform.membership.state import Event, Rewired
+from satform.membership.state import Event, TopologyChanged
 
 PAUSE = "/formation/pause"
 RESUME = "/formation/resume"
@@ -91,7 +91,7 @@ class FormationServices:
             graph = wanted_graph(request.adjacency, self._conductor.plan)
         except ValueError as error:
             return _refused(reply, str(error))
-        reply.step = self._conductor.rewire(Rewired(graph, "the graph was changed by a service"))
+        reply.step = self._conductor.rewire(TopologyChanged(graph, "the graph was changed by a service"))
         return _done(reply, f"takes effect at step {reply.step}")
 
 

@@ -14,7 +14,7 @@ from satform_msgs.msg import Command, NodeReady, RecorderProgress
 
 from satform.communication.topic_graph import RECORDER, Channel
 from satform.flight.limits import QUANTITIES, Violation
-from satform.membership.manager import Change, Muster
+from satform.membership.manager import Change, MembershipManager
 from satform_nodes.runtime.realtime_loop import Promptness
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
@@ -48,7 +48,7 @@ class PlantEars:
         node: Node,
         executor: StepExecutor,
         heard: Iterable[Channel],
-        muster: Muster,
+        membership: MembershipManager,
         refusals: Refusals,
         on_answer: Callable[[], None],
         on_offer: Callable[[str, int], None],
@@ -62,21 +62,21 @@ class PlantEars:
             node: of the plant.
             executor: hands out the messages.
             heard: the topics to which the plant listens.
-            muster: is told who has commanded, and knows whose command is due.
+            membership: is told who has commanded, and knows whose command is due.
             refusals: where messages that are not believed are counted.
             on_answer: called after each command that counts.
             on_offer: called with the name of a node that can fly or watch, and the step of its checkpoint.
             stamps: of the scenario's steps.
             clocked: whether the flight goes by the wall clock.
         """
-        names = muster.names
+        names = membership.names
         self.commands = np.zeros((len(names), 6))
         self.violations: dict[int, Violation] = {}
         self.promptness = Promptness(len(names))
         self.recorded_step = 0
         self._node = node
         self._executor = executor
-        self._muster = muster
+        self._membership = membership
         self._refusals = refusals
         self._on_answer = on_answer
         self._on_offer = on_offer
@@ -117,22 +117,22 @@ class PlantEars:
 
         It was told its state after all others: when its command comes theirs have come as a rule.
         """
-        muster = self._muster
-        if muster.open or muster.over:
+        membership = self._membership
+        if membership.open or membership.over:
             return None
         step, place = self._turn
-        if step != muster.step:
+        if step != membership.step:
             place = len(self._subscriptions) - 1
-        answered, alive = muster.answered, muster.formation.alive
-        while place >= 0 and (place in answered or not alive[place]):
+        commanded, alive = membership.commanded, membership.formation.alive
+        while place >= 0 and (place in commanded or not alive[place]):
             place -= 1
-        self._turn = (muster.step, place)
+        self._turn = (membership.step, place)
         return self._subscriptions[place] if place >= 0 else None
 
     def expect_speakers(self, company: Company) -> None:
         """Have those waited for that are to command."""
         for subscription, speakers in zip(self._subscriptions, self._speakers, strict=True):
-            company.speaks(subscription, speakers)
+            company.is_used_by_neighbours(subscription, speakers)
 
     def hear_recorder(self, company: Company, on_recorded: Callable[[], None]) -> None:
         """Listen to how far the recorder is.
@@ -151,25 +151,25 @@ class PlantEars:
             if stamps.contradict(*numbers[:3], exact=True):
                 self._refusals.note(topics.RECORDER_PROGRESS, CONTRADICTION)
                 return
-            self.recorded_step = max(self.recorded_step, min(numbers[2], self._muster.step))
+            self.recorded_step = max(self.recorded_step, min(numbers[2], self._membership.step))
             on_recorded()
 
         speakers = Speakers(self._node, topics.RECORDER_PROGRESS, [RECORDER], self._refusals)
         progress = self._executor.subscribe(
             self._node, RecorderProgress, topics.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, speakers
         )
-        company.speaks(progress, speakers)
+        company.is_used_by_neighbours(progress, speakers)
 
     def take(self, change: Change) -> None:
         """Go by the commands of those who fly from now on, and by nobody else's."""
         for index in change.lost:
-            name = self._muster.names[index]
+            name = self._membership.names[index]
             self.commands[index] = 0.0
             self.violations.pop(index, None)
             self._speakers[index].vacate(name)
             self._ready_speakers.vacate(name)
-        for event in change.back:
-            if self._muster.formation.lost_at.get(event.satellite) != self._muster.step:
+        for event in change.rejoined:
+            if self._membership.formation.lost_at.get(event.satellite) != self._membership.step:
                 # What it said before it was lost is no last word of what it says now.
                 self._last_commands.pop(event.satellite, None)
             self.promptness.heard(event.satellite)
@@ -184,7 +184,7 @@ class PlantEars:
             silence: wall-clock time within which one that is there says something, s.
         """
         now = time.monotonic()
-        places = {name: index for index, name in enumerate(self._muster.names)}
+        places = {name: index for index, name in enumerate(self._membership.names)}
         return [name for name in names if name not in places or now - self._heard_at[places[name]] >= silence]
 
     def last_word(self, satellite: int) -> Command:
@@ -193,17 +193,17 @@ class PlantEars:
         return deserialize_message(data, Command) if data else Command()
 
     def _on_command(self, index: int, data: bytes, _name: str) -> None:
-        muster = self._muster
+        membership = self._membership
         self._heard_at[index] = time.monotonic()
-        if not muster.formation.alive[index]:
+        if not membership.formation.alive[index]:
             return
-        step = muster.step
+        step = membership.step
         first = self.promptness.first_due(index) if self._clocked else step
         numbers = self._entries[index].admit(data, first, step)
-        if numbers is None or index in muster.answered or muster.open:
+        if numbers is None or index in membership.commanded or membership.open:
             return
         if numbers[_VIOLATION] > len(QUANTITIES):
-            self._refusals.note(topics.command(muster.names[index]), "a violation of an unknown quantity")
+            self._refusals.note(topics.command(membership.names[index]), "a violation of an unknown quantity")
             return
         if self._clocked:
             self.promptness.note(index, int(numbers[2]), step)
@@ -212,7 +212,7 @@ class PlantEars:
         self.commands[index] = numbers[_ACCELERATION_AND_TORQUE]
         self._last_commands[index] = data
         if numbers[2] == step:
-            muster.answer(index)
+            membership.record_command(index)
         self._on_answer()
 
     def _on_ready(self, data: bytes, name: str) -> None:

@@ -16,7 +16,7 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 
 from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
-from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, heard_by, relative
+from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, relative, subscribed_by
 from satform.files.durable_file import reason_in_words
 from satform.flight.compile import compile_scenario
 from satform.record.early_end import EarlyEnd
@@ -129,7 +129,7 @@ class RecorderNode:
         self._company = Company(node)
         self._company.listens(self._say_recorded, [PLANT])
         self._company.listens(self._say_ready, [PLANT])
-        heard = heard_by(RECORDER, channels(plan.topics))
+        heard = subscribed_by(RECORDER, channels(plan.topics))
         # Before all else: who is lost or back has to be known before what they say is judged.
         self._listen(executor, "status", topics.STATUS, PLANT, self._on_status)
         for channel in heard:
@@ -243,7 +243,7 @@ class RecorderNode:
         subscription = executor.subscribe(
             self.node, topics.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, speakers
         )
-        self._company.speaks(subscription, speakers)
+        self._company.is_used_by_neighbours(subscription, speakers)
 
     def _only(self, topic: str, names: Collection[str]) -> Speakers:
         """The nodes that are to be believed on a topic, and nobody else."""
@@ -300,7 +300,7 @@ class RecorderNode:
             self.node, message_type, topic, _on_message, qos.LATCHED_READER, speakers
         )
         if kind not in OPTIONAL:
-            self._company.speaks(subscription, speakers)
+            self._company.is_used_by_neighbours(subscription, speakers)
 
     def _overhear(self, executor: StepExecutor, channel: Channel) -> None:
         """Write what the nodes say of their health, which nobody waits for.
@@ -397,7 +397,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
 def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, scenario: Scenario) -> None:
     """Write until the flight is over or a stop is asked for; the bag is closed in any case."""
     first = patience(len(scenario.satellites))
-    longest = max(first, plant_timeout(scenario.tolerated_silence))
+    longest = max(first, plant_timeout(scenario.node_timeout))
     try:
         if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, first):
             raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)

@@ -67,7 +67,7 @@ class FormationView:
             if name in self._names:
                 place = self._names.index(name)
                 self.returns[place] = (int(status.step), int(checkpoint))
-                self.formation.back_at[place] = int(status.step)
+                self.formation.rejoined_at[place] = int(status.step)
         return True
 
     def _fits(self, status: FormationStatus) -> bool:
@@ -99,9 +99,9 @@ class FormationView:
                 self.final_commands[place] = command
             self.formation.lost_at[place] = step if announced else step - 1
 
-    def speaks(self, satellite: int, step: int) -> bool:
+    def is_used_by_neighbours(self, satellite: int, step: int) -> bool:
         """Whether a satellite's neighbours use what it announces for a step."""
-        return self.formation.speaks(satellite, step)
+        return self.formation.is_used_by_neighbours(satellite, step)
 
     @property
     def lost(self) -> list[str]:

@@ -39,16 +39,16 @@ def start_timeout(satellites: int) -> float:
     return 60.0 + satellites
 
 
-def plant_timeout(tolerated_silence: float) -> float:
+def plant_timeout(node_timeout: float) -> float:
     """Wall-clock time after which the others count a silent plant as lost, s.
 
     Twice what the plant waits for a satellite: whoever is missing is named by the plant first, and is not the
     reason why all others give up the plant.
 
     Args:
-        tolerated_silence: of the scenario, s.
+        node_timeout: of the scenario, s.
     """
-    return 2.0 * tolerated_silence
+    return 2.0 * node_timeout
 
 
 def patience(satellites: int) -> float:

@@ -40,9 +40,9 @@ def guarded(service: Any, callback: Callback, note: Callable[[Exception], None])
 
     def answer_each(request: SetParameters.Request, reply: SetParameters.Response) -> SetParameters.Response:
         for parameter in request.parameters:
-            alone = SetParameters.Request(parameters=[parameter])
+            single = SetParameters.Request(parameters=[parameter])
             try:
-                reply.results.extend(callback(alone, SetParameters.Response()).results)
+                reply.results.extend(callback(single, SetParameters.Response()).results)
             except Exception as error:
                 note(error)
                 reason = f"{parameter.name}: the value was refused: {in_words(error)}"

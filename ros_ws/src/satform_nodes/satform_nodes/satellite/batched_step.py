@@ -17,12 +17,12 @@ from satform_msgs.msg import Command, Tracking
 
 from satform.attitude.guidance import Attitude
 from satform.communication.messages import WIDTH, numbers
-from satform.communication.receiver import Ears
+from satform.communication.receiver import ReceiverModel
 from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
-from satform.membership.state import loses
+from satform.membership.state import has_individual_events
 from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.satellite.neighbour_messages import Words
 from satform_nodes.satellite.node import SatelliteNode
@@ -49,16 +49,18 @@ def fly_abreast(satellites: Sequence[SatelliteNode], plan: FormationPlan) -> boo
         satellites: before their first step.
         plan: of the flight's parts.
     """
-    ordinary = plan.links.links is None and plan.faults.empty and not loses(plan.membership.events)
+    ordinary = (
+        plan.links.links is None and plan.faults.empty and not has_individual_events(plan.membership.events)
+    )
     alike = all(not (node.clocked or node.adjusted) and node.hearsay.hears_all() for node in satellites)
     if len(satellites) < 2 or not ordinary or not alike:
         return False
     try:
         plans = [plan.satellite(node.index, node.hearsay.neighbours) for node in satellites]
-        together = Satellite.together(plans, max(len(node.hearsay.neighbours) for node in satellites))
+        stacked = Satellite.stacked(plans, max(len(node.hearsay.neighbours) for node in satellites))
     except ValueError:
         return False
-    abreast = Abreast(satellites, plan, together)
+    abreast = Abreast(satellites, plan, stacked)
     for row, node in enumerate(satellites):
         node.fly_abreast(abreast, row)
     return True
@@ -67,17 +69,17 @@ def fly_abreast(satellites: Sequence[SatelliteNode], plan: FormationPlan) -> boo
 class Abreast:
     """Gathers what arrives at the satellites of a process in a step, and acts for all once it is complete."""
 
-    def __init__(self, satellites: Sequence[SatelliteNode], plan: FormationPlan, together: Satellite) -> None:
+    def __init__(self, satellites: Sequence[SatelliteNode], plan: FormationPlan, stacked: Satellite) -> None:
         """Nothing has arrived yet.
 
         Args:
             satellites: the nodes, in the order in which they are stacked.
             plan: of the flight's parts.
-            together: their flight software, stacked.
+            stacked: their flight software, stacked.
         """
         self._nodes = list(satellites)
         self._voices = [node.voice for node in satellites]
-        self._satellite = together
+        self._satellite = stacked
         self._limits = LimitCheck(plan.limits)
         self._steps = plan.timing.steps
         self._announces = plan.announces
@@ -85,7 +87,7 @@ class Abreast:
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._number = satellites[0].view.formation.number
         rows = [node.hearsay.neighbours for node in satellites]
-        self._ears = Ears(plan.links, np.array([node.index for node in satellites]), rows)
+        self._ears = ReceiverModel(plan.links, np.array([node.index for node in satellites]), rows)
         self._width = max(len(row) for row in rows)
         self._places = [
             {neighbour: row * self._width + slot for slot, neighbour in enumerate(own)}
@@ -205,7 +207,7 @@ class Abreast:
     def single(self, row: int) -> Satellite:
         """The flight software of one of the satellites by itself."""
         node = self._nodes[row]
-        return self._satellite.alone(row, node.satellite.plan, len(node.hearsay.neighbours))
+        return self._satellite.single(row, node.satellite.plan, len(node.hearsay.neighbours))
 
     def _act_if_complete(self) -> None:
         if self._awaited or self._missing[self._step & 1]:

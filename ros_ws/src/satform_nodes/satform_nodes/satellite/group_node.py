@@ -40,7 +40,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         own = FormationNode(name, log_topic=False, lean=len(names) > LARGEST_FULL_GROUP)
         refuse_sim_time(own)
         executor.add_node(own)
-        settings = Settings(name, recorded, checkpoints, alone=len(names) == 1, rate=rate)
+        settings = Settings(name, recorded, checkpoints, single=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, plan, settings, report))
     fly_abreast(satellites, plan)
     try:

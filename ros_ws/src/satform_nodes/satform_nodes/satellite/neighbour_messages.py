@@ -9,8 +9,8 @@ import numpy as np
 from satform_msgs.msg import Command
 
 from satform.communication.messages import WIDTH
-from satform.communication.neighbour_buffer import Told
-from satform.communication.receiver import Ears
+from satform.communication.neighbour_buffer import Received
+from satform.communication.receiver import ReceiverModel
 from satform.consensus.arc_length import Announces
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.formation_view import FormationView
@@ -55,7 +55,7 @@ class Hearsay:
 
     def start_afresh(self) -> None:
         """Have links that have carried nothing yet."""
-        self._ears = Ears(self._plan.links, np.asarray(self._index), [self.neighbours])
+        self._ears = ReceiverModel(self._plan.links, np.asarray(self._index), [self.neighbours])
 
     def meet(self, new: list[int]) -> list[int | None]:
         """Have neighbours who were none before.
@@ -95,7 +95,7 @@ class Hearsay:
         return [
             neighbour
             for place, neighbour in enumerate(self.neighbours)
-            if linked[place] and view.speaks(neighbour, step)
+            if linked[place] and view.is_used_by_neighbours(neighbour, step)
         ]
 
     def newest(self, step: int) -> dict[int, Words]:
@@ -116,7 +116,7 @@ class Hearsay:
                 heard.setdefault(neighbour, last_word(command, self._announces, self._stamps))
         self.by_step[step] = heard
 
-    def told(self, step: int, heard: dict[int, Words], speakers: list[int]) -> Told:
+    def told(self, step: int, heard: dict[int, Words], speakers: list[int]) -> Received:
         """What the links make of what the neighbours said for a step."""
         neighbours, formation = self.neighbours, self._view.formation
         count, width = len(neighbours), 1 + self._width

@@ -24,7 +24,7 @@ from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
-from satform.membership.state import falls, returns
+from satform.membership.state import is_lost_at, rejoins_after
 from satform_nodes.runtime.diagnostics import Condition, Course, Health, Level
 from satform_nodes.runtime.flight_loop import fly_all
 from satform_nodes.runtime.formation_view import FormationView
@@ -63,14 +63,14 @@ class Settings:
         name: of the satellite.
         recorded: whether a recorder takes part, to be waited for.
         checkpoints: folder of the checkpoints; empty when none are kept.
-        alone: whether the satellite has its process for itself.
+        single: whether the satellite has its process for itself.
         rate: simulated seconds in each second of the wall clock; 0 for lockstep.
     """
 
     name: str
     recorded: bool
     checkpoints: str
-    alone: bool
+    single: bool
     rate: float = 0.0
 
 
@@ -270,8 +270,8 @@ class SatelliteNode:
     def _fall(self) -> None:
         """The plant counts this satellite as lost."""
         step = self.view.formation.step
-        is_planned = falls(self._planned, self.index, step)
-        if self.flying and is_planned and self._settings.alone:
+        is_planned = is_lost_at(self._planned, self.index, step)
+        if self.flying and is_planned and self._settings.single:
             self.see_off()
             self.report.say("killed", node=self.name, step=self.step)
             os.kill(os.getpid(), signal.SIGKILL)
@@ -289,7 +289,7 @@ class SatelliteNode:
             self.hearsay.start_afresh()
             self._parameters.start_afresh()
             self.memory.load()
-            if returns(self._planned, self.index, step):
+            if rejoins_after(self._planned, self.index, step):
                 self.say_ready()
 
     def _meet_new_neighbours(self) -> None:
@@ -510,7 +510,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     recorded, checkpoints, rate = declare_settings(node)
     name = declare_start(node, "satellite")
     plan = plan_of(node)
-    settings = Settings(name, recorded, checkpoints, alone=True, rate=rate)
+    settings = Settings(name, recorded, checkpoints, single=True, rate=rate)
     return fly_all([SatelliteNode(node, executor, plan, settings, report)], executor, stop)
 
 

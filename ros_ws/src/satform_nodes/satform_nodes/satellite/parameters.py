@@ -7,7 +7,7 @@ from typing import Any
 
 from satform.common.spec import Spec
 from satform.flight.compile import FormationPlan
-from satform.flight.online_parameters import Adjustments, changed
+from satform.flight.online_parameters import OnlineParameters, changed
 from satform.flight.satellite import Satellite
 from satform_nodes.runtime.parameters import (
     FormationNode,
@@ -53,7 +53,7 @@ class SatelliteParameters:
         self._index = index
         self._to_change = to_change
         self._changes = changes
-        self._adjustments = Adjustments(plan.parameters(index))
+        self._adjustments = OnlineParameters(plan.parameters(index))
         self._resets = False
         self._start: dict[str, dict[str, Any]] = {}
         for prefix, spec in self._adjustments.specs.items():
@@ -66,7 +66,7 @@ class SatelliteParameters:
 
         The parameters show them, whatever they were changed to in flight.
         """
-        self._adjustments = Adjustments(self._plan.parameters(self._index))
+        self._adjustments = OnlineParameters(self._plan.parameters(self._index))
         self._changes.clear()
         self._resets = True
         try:

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 from satform_msgs.msg import Command, Estimate, NodeReady, ParameterChange, Tracking
 
-from satform.communication.messages import AnyAnnouncement, numbers
+from satform.communication.messages import NeighbourMessage, numbers
 from satform.communication.topic_graph import (
     PLANT,
     RECORDER,
     formation_channels,
+    published_by,
     relative,
-    said_by,
     satellite_channels,
 )
 from satform.consensus.arc_length import Announces
@@ -81,7 +81,7 @@ class SatelliteVoice:
         self._before_numbers, self._after_numbers = AROUND_NUMBERS[announces]
         self._announcement = layout(topics.TYPES[announces], topics.FRAME)
         table = [*satellite_channels(plan.topics, index), *formation_channels(plan.topics)]
-        self._channels = {channel.kind: channel for channel in said_by(name, table)}
+        self._channels = {channel.kind: channel for channel in published_by(name, table)}
         self._publishers = {
             kind: node.create_publisher(
                 topics.TYPES[kind],
@@ -113,7 +113,7 @@ class SatelliteVoice:
 
     # At each step
 
-    def words(self, announcement: AnyAnnouncement, step: int) -> Spoken:
+    def words(self, announcement: NeighbourMessage, step: int) -> Spoken:
         """Stamp and numbers of what a satellite announces for a step, true or not."""
         values = self._faults.said(self._index, numbers(announcement), step)
         return self._stamps.at_time(float(announcement.time)), values.tolist()

@@ -9,7 +9,7 @@ from typing import Any
 
 from satform_msgs.msg import Attitude, FormationStatus, RelativeState
 
-from satform.communication.topic_graph import PLANT, heard_by, satellite_channels, topic_name
+from satform.communication.topic_graph import PLANT, satellite_channels, subscribed_by, topic_name
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.sim_time import Stamps
@@ -84,7 +84,7 @@ class SatelliteEars:
         self.subscriptions: dict[str | int, Any] = {}
         self._speakers: dict[int, Speakers] = {}
         own = plan.topics.satellites[index]
-        for channel in heard_by(own.name, satellite_channels(plan.topics, index)):
+        for channel in subscribed_by(own.name, satellite_channels(plan.topics, index)):
             if channel.kind == "state":
                 entry = Entry(channel.topic, _STATE, refusals, self._stamps, exact=False)
                 self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT, "state")
@@ -125,5 +125,5 @@ class SatelliteEars:
             self._node, kind, topic, callback, profile or self._profile, speakers
         )
         self.subscriptions[what] = subscription
-        self.company.speaks(subscription, speakers)
+        self.company.is_used_by_neighbours(subscription, speakers)
         return speakers

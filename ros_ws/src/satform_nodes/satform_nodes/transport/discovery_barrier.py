@@ -23,7 +23,9 @@ class Company:
         self._node = node
         self._missing: list[tuple[Any, Speakers | None, set[str]]] = []
 
-    def speaks(self, subscription: Any, speakers: Speakers, names: Collection[str] | None = None) -> None:
+    def is_used_by_neighbours(
+        self, subscription: Any, speakers: Speakers, names: Collection[str] | None = None
+    ) -> None:
         """Expect nodes to publish on the subscription's topic.
 
         Args:

@@ -15,14 +15,14 @@ from std_srvs.srv import Trigger
 
 from flights import shortened
 from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of
-from satform.membership.state import Back, Lost
+from satform.membership.state import SatelliteLost, SatelliteRejoined
 from satform_nodes.plant import services
 from satform_nodes.transport import qos, topics
 
 pytestmark = pytest.mark.unmeasured
 
-LOST_AND_BACK = "{kind: satellite_lost, satellite: sat2, at: 27.0, back: 27.0"
-OTHER = "{kind: satellite_lost, satellite: sat3, at: %s, back: %s, memory: plan}"
+LOST_AND_BACK = "{kind: satellite_lost, satellite: sat2, at: 27.0, rejoin_at: 27.0"
+OTHER = "{kind: satellite_lost, satellite: sat3, at: %s, rejoin_at: %s, memory: plan}"
 PLANNED = {
     "as another is lost, and the graph changes": (f"{LOST_AND_BACK}}}", OTHER % (27.0, 30.0)),
     "as another rejoins": (f"{LOST_AND_BACK}, memory: plan}}", OTHER % (20.0, 27.0)),
@@ -51,7 +51,7 @@ def ask(node: Node, service: str) -> None:
 def test_a_loss_and_a_return_within_one_pause_have_the_same_bits_when_flown_again(
     observer: Node, tmp_path: Path
 ) -> None:
-    scenario = shortened("triangle", 800.0, "checkpoint_period=20.0", "tolerated_silence=60.0")
+    scenario = shortened("triangle", 800.0, "checkpoint_period=20.0", "node_timeout=60.0")
     ready: list[str] = []
     again = threading.Event()
 
@@ -80,5 +80,5 @@ def test_a_loss_and_a_return_within_one_pause_have_the_same_bits_when_flown_agai
     (loss,), (back,) = flight.losses, flight.returns
     assert loss.step == back.step
     events = bag.events[loss.step]
-    assert [type(event) for event in events] == [Lost, Back]
+    assert [type(event) for event in events] == [SatelliteLost, SatelliteRejoined]
     assert_flies_again(bag)
