@@ -12,6 +12,8 @@ from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
+pytestmark = pytest.mark.unmeasured
+
 PERIMETER = 484422.4110
 NOMINAL = PERIMETER / 6000.0
 PHASES = (0.0, 30e3, -20e3)

@@ -20,6 +20,8 @@ from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, parse_scenario
 
+pytestmark = pytest.mark.unmeasured
+
 Array = NDArray[np.float64]
 
 LAP = 6000.0

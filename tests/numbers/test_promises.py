@@ -8,6 +8,8 @@ from flights import SCENARIOS, shipped
 from satform.evaluation.evaluate import judge
 from satform.flight.simulate import simulate
 
+pytestmark = pytest.mark.unmeasured
+
 # The longest first, so that none of them is flown alone when everything else is done.
 NAMES = sorted(
     (path.stem for path in SCENARIOS.glob("*.yaml")), key=lambda name: (-shipped(name).timing.steps, name)

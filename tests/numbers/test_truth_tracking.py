@@ -18,6 +18,8 @@ from satform.orbits.curve_specs import EllipseSpec
 from satform.orbits.frames import ClosedEarthRotation, lvlh_frame
 from satform.orbits.path_reference import Path, Reference
 
+pytestmark = pytest.mark.unmeasured
+
 PERIOD = 6000.0
 MEAN_MOTION = 2.0 * math.pi / PERIOD
 STEP = 0.5

@@ -18,7 +18,7 @@ _TYPED = (
     "tools/satform_setup",
 )
 
-_PYTEST = ("-m", "pytest", "-n", "2", "--durations", "20")
+_PYTEST = ("-m", "pytest", "-n", "2", "--dist", "worksteal", "--durations", "20")
 """Two tests run side by side; a test over DDS has a domain of its own."""
 
 _MEASURED = ("-m", "coverage", "run", "--rcfile", "pyproject.toml")
@@ -43,12 +43,11 @@ PARTS = (
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
     Part("licence headers", ("tools/lint/licence_headers.py",)),
     Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED)),
-    Part("unit tests", (*_MEASURED, *_PYTEST, "--dist", "worksteal", "tests/unit")),
-    Part("whole flights", (*_MEASURED, *_PYTEST, "--dist", "worksteal", "tests/numbers")),
-    Part("commands, damaged input", (*_PYTEST, "--dist", "worksteal", "tests/tools", "tests/fuzz")),
-    Part("nodes", (*_MEASURED, *_PYTEST, "--dist", "worksteal", "-m", "not unmeasured", "tests/dds")),
+    Part("unit tests", (*_MEASURED, *_PYTEST, "tests/unit")),
+    Part("figures, nodes", (*_MEASURED, *_PYTEST, "-m", "not unmeasured", "tests/numbers", "tests/dds")),
     # Long or repeated flights, of code that is measured above: coverage would double their time.
-    Part("flights over DDS", (*_PYTEST, "--dist", "worksteal", "-m", "unmeasured", "tests/dds")),
+    Part("long flights", (*_PYTEST, "-m", "unmeasured", "tests/numbers", "tests/dds")),
+    Part("commands, damaged input", (*_PYTEST, "tests/tools", "tests/fuzz")),
     Part("coverage", ("tools/lint/coverage_figures.py",)),
 )
 """In the order in which they run."""
