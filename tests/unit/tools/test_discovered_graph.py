@@ -10,7 +10,7 @@ from satform_msgs.msg import FormationStatus
 from satform_nodes.transport.node_names import UNKNOWN_NODE
 from satform_tools.inspect.discovered_graph import Ends, Graph, is_whole
 
-STATUS = FormationStatus(satellites=["a", "b"], alive=[True, True], listeners=[1], speakers=[0])
+STATUS = FormationStatus(satellites=["a", "b"], alive=[True, True], edge_receivers=[1], edge_senders=[0])
 """Two satellites, of which the second hears the first."""
 
 WHOLE = Graph(
@@ -73,7 +73,7 @@ def test_what_misses_something_is_not(found: Graph) -> None:
 
 
 def test_a_lost_satellite_is_not_waited_for() -> None:
-    lost = FormationStatus(satellites=["a", "b"], alive=[True, False], listeners=[1], speakers=[0])
+    lost = FormationStatus(satellites=["a", "b"], alive=[True, False], edge_receivers=[1], edge_senders=[0])
     ends = {topic: WHOLE.ends[topic] for topic in ("/clock", "/a/state", "/a/command")} | {
         "/formation/status": Ends(["plant"], ["a", "recorder"]),
         "/a/arc_length": Ends(["a"], ["recorder"]),
