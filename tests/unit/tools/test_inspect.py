@@ -124,7 +124,7 @@ def test_a_launch_in_a_domain_that_is_taken_is_refused_by_the_name_of_who_has_it
 
 def test_a_message_becomes_plain_data_and_comes_back_the_same() -> None:
     status = FormationStatus(
-        step=3, satellites=["a", "b"], alive=[True, False], listeners=[0, 1], speakers=[1, 0]
+        step=3, satellites=["a", "b"], alive=[True, False], edge_receivers=[0, 1], edge_senders=[1, 0]
     )
     status.header.stamp.sec = 7
     data = json.loads(json.dumps(message_values.plain(status)))
