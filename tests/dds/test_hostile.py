@@ -12,6 +12,8 @@ import pytest
 from flights import shortened
 from flown import assert_as_in_one_process, flown, refused
 
+pytestmark = pytest.mark.unmeasured
+
 STRANGER = Path(__file__).with_name("stranger.py")
 
 

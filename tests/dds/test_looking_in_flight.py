@@ -20,6 +20,8 @@ from satform.flight.simulate import simulate
 from satform_bringup.supervisor.run_registry import runs_under_way
 from satform_tools.cli import main as cli
 
+pytestmark = pytest.mark.unmeasured
+
 LONG = ("--set", "timing.duration=100000.0", "--set", "expect=[]", "--set", "graph={kind: line}")
 """A flight that does not end before the looks do, on a graph on which not everyone hears everyone."""
 

@@ -19,6 +19,8 @@ from satform.communication.topic_graph import OF_ALL_NAMESPACES, in_namespace
 from satform.flight.compile import compile_scenario
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
 
+pytestmark = pytest.mark.unmeasured
+
 SPACES = ("/f1", "/fleet/f2")
 
 

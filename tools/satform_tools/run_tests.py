@@ -18,8 +18,8 @@ _TYPED = (
     "tools/satform_setup",
 )
 
-_PYTEST = ("-m", "pytest", "-n", "2", "--dist", "worksteal", "--durations", "20")
-"""Two tests run side by side; a test over DDS has a domain of its own."""
+_PYTEST = ("-m", "pytest", "--dist", "worksteal", "--durations", "20", "-n")
+"""Tests run side by side, in as many processes as the next argument says."""
 
 _MEASURED = ("-m", "coverage", "run", "--rcfile", "pyproject.toml")
 """Measures the tests and their child processes, among them every node."""
@@ -43,11 +43,12 @@ PARTS = (
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
     Part("licence headers", ("tools/lint/licence_headers.py",)),
     Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED)),
-    Part("unit tests", (*_MEASURED, *_PYTEST, "tests/unit")),
-    Part("figures, nodes", (*_MEASURED, *_PYTEST, "-m", "not unmeasured", "tests/numbers", "tests/dds")),
+    Part("unit tests", (*_MEASURED, *_PYTEST, "2", "tests/unit")),
+    # A flight over DDS waits a good part of its time, and has a domain of its own: three keep two cores busy.
+    Part("figures, nodes", (*_MEASURED, *_PYTEST, "3", "-m", "not unmeasured", "tests/numbers", "tests/dds")),
     # Long or repeated flights, of code that is measured above: coverage would double their time.
-    Part("long flights", (*_PYTEST, "-m", "unmeasured", "tests/numbers", "tests/dds")),
-    Part("commands, damaged input", (*_PYTEST, "tests/tools", "tests/fuzz")),
+    Part("long flights", (*_PYTEST, "3", "-m", "unmeasured", "tests/numbers", "tests/dds")),
+    Part("commands, damaged input", (*_PYTEST, "2", "tests/tools", "tests/fuzz")),
     Part("coverage", ("tools/lint/coverage_figures.py",)),
 )
 """In the order in which they run."""
