@@ -13,11 +13,11 @@ import pytest
 from formations import formation
 from satform.evaluation.tracking import arc_length_spread
 from satform.flight.simulate import simulate
+from satform.plot import prediction
+from satform.plot.style import thinned
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
-from satform_tools.report.plots import prediction
 from satform_tools.report.plots.figures import draw
-from satform_tools.report.plots.style import thinned
 from satform_tools.run.flight_summary import summarise
 
 LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 5.0}

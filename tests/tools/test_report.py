@@ -16,14 +16,14 @@ from arro3.io import read_parquet
 
 from flights import shipped, shortened
 from satform.flight.simulate import simulate
+from satform.plot import prediction
+from satform.plot import style as plot_style
+from satform.plot.style import Unit
 from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform_tools.cli import main as cli
 from satform_tools.report.page.charts import _envelope, charts
 from satform_tools.report.page.render import page_of
 from satform_tools.report.page.thinning import extremes
-from satform_tools.report.plots import prediction
-from satform_tools.report.plots import style as plot_style
-from satform_tools.report.plots.style import Unit
 from satform_tools.run import folders
 from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import find

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from test_bag import first_steps, messages_of, write
 
+from bag_writing import first_steps, messages_of, write
 from flights import shortened
 from satform.flight.simulate import simulate
 from satform_tools.cli import main as cli

@@ -2,20 +2,59 @@
 # SPDX-License-Identifier: Apache-2.0
 """Package description of `satform`, with the entry points of what a scenario chooses by its kind."""
 
+from pathlib import Path
+
 from setuptools import find_packages, setup
+
+_FIGURES = ["matplotlib>=3.8,<4"]
+_BAGS = ["lz4>=4.3,<5", "mcap>=1.2,<2", "rosbags>=0.10,<0.12", "zstandard>=0.22,<1"]
+_PANDAS = ["pandas>=2.2,<4"]
+_XARRAY = ["xarray>=2024.7"]
 
 setup(
     name="satform",
     version="0.2.0",
+    description="Satellite formations without ROS: dynamics, control, consensus, scenarios, simulation.",
+    long_description=(Path(__file__).parent / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    license="Apache-2.0",
+    author="satform contributors",
+    keywords=["satellite", "formation flying", "relative motion", "consensus", "sliding mode", "simulation"],
+    classifiers=[
+        "Development Status :: 4 - Beta",
+        "Intended Audience :: Science/Research",
+        "Programming Language :: Python :: 3",
+        "Programming Language :: Python :: 3.11",
+        "Programming Language :: Python :: 3.12",
+        "Programming Language :: Python :: 3.13",
+        "Topic :: Scientific/Engineering :: Astronomy",
+        "Topic :: Scientific/Engineering :: Physics",
+        "Typing :: Typed",
+    ],
+    python_requires=">=3.11",
     packages=find_packages(include=["satform", "satform.*"]),
-    package_data={"satform": ["py.typed"]},
+    package_data={"satform": ["py.typed", "__init__.pyi"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/satform"]),
         ("share/satform", ["package.xml"]),
     ],
-    install_requires=["setuptools"],
+    # Ranges for other people's environments; `tools/satform` installs the exact versions of requirements.txt.
+    install_requires=[
+        "brahe>=1.8,<2",
+        "numpy>=2.0,<3",
+        "pydantic>=2.10,<3",
+        "ruamel.yaml>=0.18,<0.20",
+        "scipy>=1.14,<2",
+    ],
     # `colcon test` looks for pytest here; named in tests_require it runs no test and reports success.
-    extras_require={"test": ["pytest"]},
+    extras_require={
+        "plot": _FIGURES,
+        "bags": _BAGS,
+        "pandas": _PANDAS,
+        "xarray": _XARRAY,
+        "all": [*_FIGURES, *_BAGS, *_PANDAS, *_XARRAY],
+        "test": ["pytest"],
+    },
     zip_safe=False,
     entry_points={
         "satform.curves": [

@@ -218,7 +218,7 @@ def test_a_cut_chunk_is_a_sentence(
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The bytes of a bag of a short flight."""
-    from test_bag import messages_of, write
+    from bag_writing import messages_of, write
 
     scenario = shortened("triangle", 10.0)
     folder = tmp_path_factory.mktemp("flown") / "bag"

@@ -13,11 +13,11 @@ from flights import shortened
 from satform.bag.events import CHANGE_TYPE, STATUS_TYPE, EventError, Events, read_events
 from satform.bag.message_types import TopicMessages
 from satform.flight.simulate import simulate
+from satform.plot.style import Unit
 from satform_nodes.bag.definitions import definition
 from satform_nodes.transport import topics
 from satform_tools.report.event_log import connections, happenings
 from satform_tools.report.page.charts import graph_charts
-from satform_tools.report.plots.style import Unit
 from satform_tools.run.stored_run import Kept
 
 NAMES = ["sat1", "sat2", "sat3"]

@@ -13,9 +13,10 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from rosbags.highlevel import AnyReader
 from satform_msgs.msg import Command, FormationStatus
-from test_bag import chunks, messages_of, write
+from test_bag import chunks
 
 import rosbag2_format
+from bag_writing import messages_of, write
 from flights import shortened
 from satform.bag.errors import BagError
 from satform.bag.reader import read_bag

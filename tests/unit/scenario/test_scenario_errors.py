@@ -192,7 +192,9 @@ def test_text_that_is_no_scenario_is_a_sentence(text: str, sentence: str) -> Non
         ("name.first=3", "there is no name.first in the scenario"),
         ("timing.step=fast", 'found "fast"; it should be a number'),
         ("timing.stepp=1.0", "did you mean step?"),
-        ("satellites.1.controller.switching=1.0", "needs a `kind:`"),
+        ("satellites.1.controller.switching=1.0", "did you mean switching_gain?"),
+        ("satellites[*].scal=2.0", "did you mean scale?"),
+        ("satellites.1.thruster.maximum=1.0", "there is no such field"),
         ("satellite_defaults.controller.switching=1.0", "there is no such field"),
     ],
 )

@@ -8,10 +8,10 @@ import pytest
 from PIL import Image
 
 from flights import SCENARIOS, shipped, shortened
+from satform.plot.style import figure
 from satform.scenario.expectation import Verdict
 from satform_tools.cli import main as cli
 from satform_tools.report import gallery
-from satform_tools.report.plots.style import figure
 
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 TWO = [Verdict("range", "m", 2.0, "2", met=True), Verdict("effort · Δv", "m/s", 3.0, "≤ 1", met=False)]

@@ -9,8 +9,8 @@ import numpy as np
 
 from satform.numeric.elementwise import Array
 from satform.record.flight_record import QUANTITIES
+from satform.record.tables import UNITS
 from satform.scenario.expectation import Verdict
-from satform_tools.report.units import UNITS
 from satform_tools.run.stored_run import Kept
 
 

@@ -4,7 +4,6 @@
 
 import csv
 import json
-import re
 from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
@@ -13,16 +12,10 @@ from typing import Any
 import numpy as np
 
 from satform.numeric.elementwise import Array
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import FlightRecord
+from satform.record.tables import columns, unit_of
 from satform_tools.report.formats import Format
-from satform_tools.report.units import UNITS
 from satform_tools.run.stored_run import Kept
-
-_STATE = ("x", "y", "z", "vx", "vy", "vz")
-"""Components of an estimated motion, by which those of its covariance are named."""
-
-_COVARIANCE = re.compile(r"estimate_covariance_(v?[xyz])_(v?[xyz])")
-"""A column with an element of a covariance."""
 
 
 def export(kept: Kept, folder: Path, formats: Sequence[Format]) -> list[Path]:
@@ -54,56 +47,9 @@ def export(kept: Kept, folder: Path, formats: Sequence[Format]) -> list[Path]:
     return files
 
 
-def columns(record: FlightRecord) -> dict[str, Array]:
-    """All quantities as columns of one table, with a row for each step and satellite, satellites in turn.
-
-    Quantities that are decided in a step are not numbers in the rows of the last state, after which nothing
-    is decided; quantities that the flight does not have are left out.
-
-    Args:
-        record: of K steps of N satellites.
-
-    Returns:
-        Columns of (K + 1) N numbers by their names; vectors have one for each axis.
-    """
-    found: dict[str, Array] = {"time": np.repeat(record.time, len(record.satellites))}
-    for name in QUANTITIES:
-        values = getattr(record, name)
-        if not len(values) or np.all(np.isnan(values)):
-            continue
-        missing = np.full((record.steps + 1 - len(values), *values.shape[1:]), np.nan)
-        whole = np.concatenate((values, missing))
-        if whole.ndim == 2:
-            found[name] = whole.ravel()
-        elif whole.ndim == 4:
-            found.update(
-                {
-                    f"{name}_{row}_{column}": whole[..., i, j].ravel()
-                    for i, row in enumerate(_STATE)
-                    for j, column in enumerate(_STATE)
-                    if j >= i
-                }
-            )
-        else:
-            parts = {f"{name}_{axis}": whole[..., place].ravel() for place, axis in enumerate("xyz")}
-            found.update(parts)
-    return found
-
-
-def unit_of(column: str) -> str:
-    """The unit of a column."""
-    if column == "time":
-        return "s"
-    covariance = _COVARIANCE.fullmatch(column)
-    if covariance:
-        rates = sum(part.startswith("v") for part in covariance.groups())
-        return ("m²", "m²/s", "m²/s²")[rates]
-    return UNITS[column if column in UNITS else column[:-2]]
-
-
 def _write_csv(record: FlightRecord, file: Path) -> Path:
     """Every number with all its digits; an empty cell where there is none."""
-    table = columns(record)
+    table = columns(record.satellites, record.time, record.quantities())
     with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["step", "satellite", *table])
@@ -133,7 +79,7 @@ def _write_parquet(kept: Kept, file: Path) -> Path:
     from arro3.io import write_parquet  # noqa: PLC0415
 
     record = kept.record
-    table = columns(record)
+    table = columns(record.satellites, record.time, record.quantities())
     steps = np.repeat(np.arange(record.steps + 1, dtype=np.int64), len(record.satellites))
     names = list(record.satellites) * (record.steps + 1)
     data: dict[str, Any] = {

@@ -20,12 +20,12 @@ from PIL.PngImagePlugin import PngInfo
 from satform.common.exit_codes import EXIT_DONE, EXIT_MISSED
 from satform.evaluation.evaluate import evaluate
 from satform.flight.simulate import simulate
+from satform.plot.style import STYLE
 from satform.scenario import Scenario
 from satform.scenario.expectation import Verdict
 from satform_tools import console
 from satform_tools.errors import CommandError
 from satform_tools.report.plots.overview import overview
-from satform_tools.report.plots.style import STYLE
 from satform_tools.run import scenario_library
 
 FOLDER = scenario_library.ROOT / "docs" / "gallery"

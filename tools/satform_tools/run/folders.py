@@ -6,6 +6,7 @@ import json
 import os
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -94,7 +95,7 @@ def save_record(record: FlightRecord, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    arrays = {name: getattr(record, name) for name in QUANTITIES}
+    arrays: dict[str, Any] = record.quantities()
     end = None if record.early_end is None else record.early_end.data()
     head = json.dumps({"satellites": record.satellites, "step": record.step, "early_end": end})
     with durable_file(path) as file:

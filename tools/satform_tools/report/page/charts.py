@@ -10,12 +10,12 @@ import numpy as np
 
 from satform.evaluation.tracking import arc_length_spread
 from satform.numeric.elementwise import Array
+from satform.plot import prediction
+from satform.plot.panels import agrees
+from satform.plot.style import Unit, length_unit
 from satform.record.flight_record import FlightRecord
 from satform_tools.report.event_log import Connection, connections
 from satform_tools.report.page.thinning import extremes
-from satform_tools.report.plots import prediction
-from satform_tools.report.plots.panels import agrees
-from satform_tools.report.plots.style import Unit, length_unit
 from satform_tools.run.stored_run import Kept
 
 MOST_LINES = 24

@@ -12,12 +12,12 @@ from typing import Any, Literal
 from ruamel.yaml import YAML
 
 from satform.evaluation.conclusion import conclusion_of
+from satform.plot.style import time_unit
 from satform.scenario import Scenario
 from satform.scenario.expectation import Verdict
 from satform_tools.console import number
 from satform_tools.report.comparison import Comparison, Expected
 from satform_tools.report.event_log import Happening
-from satform_tools.report.plots.style import time_unit
 from satform_tools.run.flight_summary import Summary
 from satform_tools.run.run_result import versions
 from satform_tools.run.stored_run import Kept

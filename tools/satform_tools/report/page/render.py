@@ -17,12 +17,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from satform.numeric.elementwise import Array
+from satform.plot.style import Unit, length_unit, time_unit
 from satform_tools.report.comparison import Comparison
 from satform_tools.report.event_log import happenings
 from satform_tools.report.page import content
 from satform_tools.report.page.charts import Chart, Dash, Drawer, Line, charts, graph_charts
 from satform_tools.report.page.view3d import Space, box, space
-from satform_tools.report.plots.style import Unit, length_unit, time_unit
 from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import Kept
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from satform.flight.compile import flight_plan
 from satform.numeric.elementwise import Array
+from satform.plot.style import Unit, drawable
 from satform_tools.report.event_log import connections
-from satform_tools.report.plots.style import Unit, drawable
 from satform_tools.run.stored_run import Kept
 
 _MOST_POSITIONS = 24_000

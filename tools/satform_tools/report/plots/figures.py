@@ -3,37 +3,25 @@
 """The pictures of a report: one for each question, and one overview."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from satform import plot
+from satform.plot.panels import agrees
+from satform.plot.style import (
+    MOST_NAMES,
+    STYLE,
+    figure,
+)
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.report.plots.overview import overview
-from satform_tools.report.plots.panels import (
-    agrees,
-    draw_control,
-    draw_delta_v,
-    draw_spread,
-    draw_tracking_error,
-)
-from satform_tools.report.plots.style import (
-    FAINT,
-    MOST_NAMES,
-    STYLE,
-    colours,
-    drawable,
-    figure,
-    length_unit,
-    series,
-)
 
-_AXES = ("radial x", "along-track y", "cross-track z")
 _VIEWS = ((1, 0), (1, 2), (0, 2))
-_MOST_POINTS = 4000
 
 
 def draw(
@@ -57,13 +45,13 @@ def draw(
     parts: dict[str, Callable[[Scenario, FlightRecord], Figure]] = {
         "flight": overview,
         "orbits": orbits,
-        "tracking_error": tracking_error,
-        "control": control,
-        "delta_v": delta_v,
-        "sliding_variable": sliding_variable,
+        "tracking_error": partial(_single, part=plot.tracking_error),
+        "control": partial(_single, part=plot.control),
+        "delta_v": partial(_single, part=plot.delta_v),
+        "sliding_variable": partial(_single, part=plot.sliding_variable),
     }
     if record.pointing_error.size:
-        parts["pointing_error"] = pointing
+        parts["pointing_error"] = partial(_single, part=plot.pointing_error)
     if agrees(scenario):
         parts["arc_length_spread"] = spread
     files = []
@@ -81,73 +69,27 @@ def orbits(scenario: Scenario, record: FlightRecord) -> Figure:
     """Paths of all satellites in three views of the chief's frame."""
     drawn = figure(14.0, 5.4)
     drawn.suptitle(f"{scenario.title}", fontsize=12)
-    unit = length_unit(record.position)
-    stride = max(1, len(record.position) // _MOST_POINTS)
-    position = drawable(record.position) / unit.size
-    path, last = position[::stride], position[-1]
     panels = drawn.subplots(1, 3)
     for axes, (across, up) in zip(panels, _VIEWS, strict=True):
-        for column, colour in enumerate(colours(len(record.satellites))):
-            name = record.satellites[column] if len(record.satellites) <= MOST_NAMES else None
-            axes.plot(path[:, column, across], path[:, column, up], color=colour, linewidth=1.0, label=name)
-            axes.plot(path[0, column, across], path[0, column, up], "x", color=colour, markersize=6)
-            axes.plot(last[column, across], last[column, up], "o", color=colour, markersize=6)
-        axes.plot(0.0, 0.0, "+", color=FAINT, markersize=10)
-        axes.set_xlabel(f"{_AXES[across]} [{unit.name}]")
-        axes.set_ylabel(f"{_AXES[up]} [{unit.name}]")
-        axes.set_aspect("equal", adjustable="datalim")
+        plot.orbits(record, axes, across=across, up=up)
     panels[0].set_title("× start   ● end   + chief", fontweight="normal", fontsize=9)
     _name_satellites(drawn, panels[0])
     return drawn
 
 
-def tracking_error(scenario: Scenario, record: FlightRecord) -> Figure:
-    """Distance of each satellite to its reference."""
-    return _single(scenario, record, lambda axes: draw_tracking_error(axes, record))
-
-
-def control(scenario: Scenario, record: FlightRecord) -> Figure:
-    """Magnitude of each satellite's commanded acceleration."""
-    return _single(scenario, record, lambda axes: draw_control(axes, record))
-
-
-def delta_v(scenario: Scenario, record: FlightRecord) -> Figure:
-    """Delta-v that each satellite has spent."""
-    return _single(scenario, record, lambda axes: draw_delta_v(axes, record))
-
-
-def sliding_variable(scenario: Scenario, record: FlightRecord) -> Figure:
-    """Largest component of each satellite's sliding variable."""
-    values = np.max(np.abs(record.sliding_variable), axis=-1)
-
-    def part(axes: Axes) -> None:
-        series(axes, record, values, "largest component [m/s]", logarithmic=True)
-        axes.set_title("Sliding variable")
-
-    return _single(scenario, record, part)
-
-
-def pointing(scenario: Scenario, record: FlightRecord) -> Figure:
-    """Angle between each satellite's boresight and its target."""
-
-    def part(axes: Axes) -> None:
-        series(axes, record, record.pointing_error, "angle [rad]", logarithmic=True)
-        axes.set_title("Pointing error")
-
-    return _single(scenario, record, part)
-
-
 def spread(scenario: Scenario, record: FlightRecord) -> Figure:
     """Spread of the arc lengths, with what linear theory predicts."""
     drawn = figure(9.0, 4.6)
-    draw_spread(drawn.subplots(), scenario, record)
+    plot.arc_length_spread(record, scenario, drawn.subplots())
     return drawn
 
 
-def _single(scenario: Scenario, record: FlightRecord, part: Callable[[Axes], None]) -> Figure:
+def _single(
+    scenario: Scenario, record: FlightRecord, part: Callable[[FlightRecord, Axes | None], Axes]
+) -> Figure:
     drawn = figure(9.0, 4.6)
     axes = drawn.subplots()
-    part(axes)
+    part(record, axes)
     axes.set_title(f"{axes.get_title(loc='left')}: {scenario.name}")
     if len(record.satellites) <= MOST_NAMES:
         axes.legend(loc="upper right", ncols=min(3, len(record.satellites)))

@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib as mpl
 
 from satform.communication.topic_graph import PLANT, RECORDER
-from satform_tools.report.plots.style import FAINT, STYLE, colours, figure
+from satform.plot.style import FAINT, STYLE, colours, figure
 from satform_tools.report.trace import Span, step_ends
 
 FILE = "trace.png"

@@ -2,5 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags (MCAP) read without ROS, by the message definitions in them: record, scenario, events.
 
-Imports `flight` and below. The optional dependencies `satform[bags]` are needed.
+The optional dependencies `satform[bags]` are needed. Imports `flight` and below.
 """

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
 from satform.bag.absence_log import Absences, FormationStatus, happened
-from satform.bag.earlier_versions import RENAMED_FIELDS, renamed
+from satform.bag.earlier_versions import renamed
 from satform.bag.errors import BagError
 from satform.bag.events import TYPES, EventError, Events, read_events
 from satform.bag.format import (
@@ -39,7 +39,6 @@ from satform.membership.state import Plan
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import (
     ATTITUDE_VECTORS,
-    QUANTITIES,
     FlightRecord,
     no_attitude,
     no_estimates,
@@ -47,9 +46,6 @@ from satform.record.flight_record import (
 )
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.parts import SatelliteSpec
-
-_COUNTERS = RENAMED_FIELDS["satform_msgs/msg/Propulsion"] | RENAMED_FIELDS["satform_msgs/msg/Attitude"]
-"""Fields of the messages by the names of the record's counters."""
 
 READ_FAILURES = (
     McapError,
@@ -340,7 +336,7 @@ def _record(
     )
     if not any(satellite.attitude for satellite in satellites):
         return record
-    known = {name: getattr(record, name) for name in QUANTITIES}
+    known = record.quantities()
     figures: dict[str, Any] = attitude_figures(orientations(scenario), scenario.timing.step, known)
     return replace(record, **figures)
 
@@ -372,7 +368,7 @@ def _propulsion(
             continue
         for name, values in found.items():
             values[0, column] = satellite.thruster.propellant if name == "propellant" else 0.0
-            values[1:, column] = table.column(_COUNTERS.get(name, name))[:steps]
+            values[1:, column] = table.column(name)[:steps]
     return found
 
 
@@ -386,7 +382,7 @@ def _attitudes(
         for name in ATTITUDE_VECTORS:
             found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
         for name in ("torque_saturated_steps", "momentum_saturated_steps"):
-            found[name][:, column] = tables[column].column(_COUNTERS[name])[: steps + 1]
+            found[name][:, column] = tables[column].column(name)[: steps + 1]
         found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
     return found
 

@@ -36,7 +36,6 @@ from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import (
     ATTITUDE_VECTORS,
     ESTIMATES,
-    QUANTITIES,
     FlightRecord,
     no_attitude,
     no_estimates,
@@ -429,7 +428,7 @@ class _Log:
     def finished(self, formation: FormationPlan) -> FlightRecord:
         record = self.record
         if self._turns:
-            known = {name: getattr(record, name) for name in QUANTITIES}
+            known = record.quantities()
             figures: dict[str, Any] = attitude_figures(formation.orientations(), formation.timing.step, known)
             record = replace(record, **figures)
         if self._filters:

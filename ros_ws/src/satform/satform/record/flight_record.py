@@ -5,6 +5,7 @@
 import hashlib
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,46 @@ from numpy.typing import NDArray
 from satform.equipment.kalman_filter import normalised_error_squared
 from satform.numeric.elementwise import Array
 from satform.record.early_end import EarlyEnd
+from satform.record.tables import dataset, frame
 
 
 @dataclass(frozen=True)
+class SatelliteRecord:
+    """The flight of one satellite: `record["sat1"].position` and so on, without the satellites' axis.
+
+    Every quantity of `FlightRecord` with a column for each satellite is an attribute, derived ones such as
+    `tracking_error` too; shapes (K,) or (K, 3), with K + 1 for states.
+
+    Attributes:
+        name: of the satellite.
+        record: of the whole flight.
+        column: index of the satellite in the record's arrays.
+    """
+
+    name: str
+    record: "FlightRecord"
+    column: int
+
+    def __getattr__(self, quantity: str) -> Array:
+        """The satellite's column of a quantity of the record."""
+        if quantity not in COLUMNS:
+            raise AttributeError(f"a satellite's record has no {quantity}; it has time, {', '.join(COLUMNS)}")
+        values: Array = getattr(self.record, quantity)[:, self.column]
+        return values
+
+    def __dir__(self) -> list[str]:
+        return ["name", "record", "column", "time", *COLUMNS]
+
+    def __repr__(self) -> str:
+        return f"<SatelliteRecord {self.name}: {self.record.steps} steps of {self.record.step:g} s>"
+
+    @property
+    def time(self) -> Array:
+        """Simulated time of every state, s, shape (K + 1,)."""
+        return self.record.time
+
+
+@dataclass(frozen=True, repr=False)
 class FlightRecord:
     """A whole flight of N satellites over K control steps.
 
@@ -103,6 +141,48 @@ class FlightRecord:
     innovation: Array
     rejected_measurements: Array
     early_end: EarlyEnd | None = None
+
+    def __getitem__(self, satellite: str) -> SatelliteRecord:
+        """The flight of one satellite.
+
+        Args:
+            satellite: its name.
+
+        Raises:
+            KeyError: the flight has no satellite of this name.
+        """
+        if satellite not in self.satellites:
+            raise KeyError(f"no satellite {satellite!r} in this flight; there are {_listed(self.satellites)}")
+        return SatelliteRecord(satellite, self, self.satellites.index(satellite))
+
+    def __repr__(self) -> str:
+        end = "" if self.early_end is None else f", ended early: {self.early_end.sentence}"
+        flown = f"{self.steps} steps of {self.step:g} s, {self.steps * self.step:g} s in all"
+        return f"<FlightRecord of {_listed(self.satellites)}: {flown}{end}>"
+
+    def quantities(self) -> dict[str, Array]:
+        """All arrays by name."""
+        return {name: getattr(self, name) for name in QUANTITIES}
+
+    def to_xarray(self) -> Any:
+        """The flight as an `xarray.Dataset` over `time`, `satellite` and `axis`; units in `attrs`.
+
+        Quantities decided in a step are NaN at the last time.
+
+        Raises:
+            ImportError: xarray is not installed.
+        """
+        return dataset(self.satellites, self.time, self.quantities())
+
+    def to_pandas(self) -> Any:
+        """The flight as a `pandas.DataFrame` with a row for each time and satellite; units in `attrs`.
+
+        Quantities decided in a step are NaN at the last time.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        return frame(self.satellites, self.time, self.quantities())
 
     @property
     def steps(self) -> int:
@@ -306,16 +386,31 @@ ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
 _NO_ARRAYS = frozenset({"satellites", "step", "early_end"})
 
 _HASHED_AS = {
-    "applied_acceleration": "given_acceleration",
-    "estimated_position_error": "believed_position_error",
-    "estimated_velocity_error": "believed_velocity_error",
-    "saturated_steps": "clipped",
-    "below_minimum_impulse_steps": "withheld",
-    "propellant_depleted_steps": "starved",
-    "torque_saturated_steps": "torque_limited",
-    "momentum_saturated_steps": "momentum_limited",
+    "applied_acceleration": "applied_acceleration",
+    "estimated_position_error": "estimated_position_error",
+    "estimated_velocity_error": "estimated_velocity_error",
+    "saturated_steps": "saturated_steps",
+    "below_minimum_impulse_steps": "below_minimum_impulse_steps",
+    "propellant_depleted_steps": "propellant_depleted_steps",
+    "torque_saturated_steps": "torque_saturated_steps",
+    "momentum_saturated_steps": "momentum_saturated_steps",
 }
 """Names under which renamed quantities enter the state hash, so that equal flights keep the hash of 0.1.0."""
 
 QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in _NO_ARRAYS)
 """Names of the arrays of a record."""
+
+COLUMNS = (
+    *QUANTITIES,
+    *("position_error", "tracking_error", "control", "effort", "navigation_error", "estimation_error"),
+    *("estimation_error_squared", "absent"),
+)
+"""Names of all that a record has for each satellite."""
+
+_MOST_NAMES = 8
+"""Satellites that a text names."""
+
+
+def _listed(satellites: tuple[str, ...]) -> str:
+    more = len(satellites) - _MOST_NAMES
+    return ", ".join(satellites[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

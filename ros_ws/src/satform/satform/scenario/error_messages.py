@@ -12,7 +12,6 @@ from pydantic_core import ErrorDetails
 from satform.common.angle_text import is_angle
 from satform.common.spec import Plugin, Spec, specs
 from satform.scenario.errors import Problem
-from satform.scenario.model import Scenario
 from satform.scenario.renamed import RENAMED_FIELDS, RENAMED_VALUES
 from satform.scenario.yaml_reader import line_of
 
@@ -27,16 +26,18 @@ _NAME_RULE = "lower case letters, digits and underscores, a letter first, at mos
 
 
 def problems(
-    details: ErrorDetails, data: Any, tree: Any, file: str, changes: Mapping[Path, str]
+    details: ErrorDetails, model: type[Spec], data: Any, tree: Any, file: str, changes: Mapping[Path, str]
 ) -> list[Problem]:
     """What one finding of the model's check means for the person who wrote the file.
 
     Args:
         details: the finding.
+        model: that was checked.
         data: the scenario as plain data.
-        tree: the same with the lines on which its parts stand.
+        tree: the same with the lines on which its parts stand; None where it comes from no file.
         file: name to use in messages.
-        changes: settings laid over the file, by the path that each has changed.
+        changes: where each setting laid over the file comes from, such as `--set seed=1`, by the path that it
+            has changed.
 
     Returns:
         One problem; several when the finding is about how parts fit together; none when another
@@ -48,7 +49,7 @@ def problems(
         complaints: Sequence[tuple[Path, str]] = details["ctx"]["complaints"]
     else:
         path = _walk(details["loc"], data)
-        complaints = [(path, _sentence(details, path, data))]
+        complaints = [(path, _sentence(details, path, model, data))]
     return [_placed(path, sentence, tree, file, changes) for path, sentence in complaints]
 
 
@@ -97,8 +98,8 @@ def _placed(path: Path, sentence: str, tree: Any, file: str, changes: Mapping[Pa
         laid_over = path[: len(changed)] == changed
         made_on_the_way = changed[: len(path)] == path and not _stands_in(path, tree)
         if laid_over or made_on_the_way:
-            return Problem(f"--set {change}", None, dotted(path), sentence)
-    return Problem(file, line_of(path, tree), dotted(path), sentence)
+            return Problem(change, None, dotted(path), sentence)
+    return Problem(file, None if tree is None else line_of(path, tree), dotted(path), sentence)
 
 
 def _stands_in(path: Path, tree: Any) -> bool:
@@ -141,20 +142,19 @@ def dotted(path: Path) -> str:
     return text
 
 
-def _sentence(details: ErrorDetails, path: Path, data: Any) -> str:
+def _sentence(details: ErrorDetails, path: Path, model: type[Spec] | None, data: Any) -> str:
     kind, found = details["type"], details["input"]
     context = details.get("ctx", {})
     if kind == "extra_forbidden":
-        names = sorted(_field_names(path[:-1], data))
+        names = sorted(_field_names(path[:-1], model, data))
         return f"there is no such field{_nearest(str(path[-1]), names, RENAMED_FIELDS)}"
     if kind == "missing":
         return _missing(path, found)
     if kind == "union_tag_not_found" or kind in _NOT_A_MAPPING:
-        return _no_mapping(kind, found, _kinds(path, data))
+        return _no_mapping(kind, found, _kinds(path, model, data))
     if kind == "union_tag_invalid":
-        return (
-            f"there is no kind {context.get('tag')!r}{_nearest(str(context.get('tag')), _kinds(path, data))}"
-        )
+        tag = str(context.get("tag"))
+        return f"there is no kind {tag!r}{_nearest(tag, _kinds(path, model, data))}"
     if kind == "literal_error" and isinstance(found, str):
         return f"found {found!r}{_nearest(found, _options(str(context['expected'])))}"
     if kind == "value_error":
@@ -213,7 +213,7 @@ def field_sentence(details: ErrorDetails) -> str:
         details: the finding, of a specification that is checked by itself.
     """
     path = tuple(details["loc"])
-    return f"{dotted(path)}: {_sentence(details, path, {})}"
+    return f"{dotted(path)}: {_sentence(details, path, None, {})}"
 
 
 def shortened(value: Any) -> str:
@@ -225,22 +225,22 @@ def shortened(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def _field_names(path: Path, data: Any) -> set[str]:
+def _field_names(path: Path, root: type[Spec] | None, data: Any) -> set[str]:
     """Names of the fields allowed at a path, for the nearest spelling."""
-    annotation, node = _annotation(path, data)
+    annotation, node = _annotation(path, root, data)
     model = _model_in(annotation, node.get("kind") if isinstance(node, dict) else None)
     return set() if model is None else set(model.model_fields)
 
 
-def _kinds(path: Path, data: Any) -> list[str]:
+def _kinds(path: Path, root: type[Spec] | None, data: Any) -> list[str]:
     """Names among which a plug-in is chosen at a path; empty where there is nothing to choose."""
-    plugin = _plugin_in(_annotation(path, data)[0])
+    plugin = _plugin_in(_annotation(path, root, data)[0])
     return [] if plugin is None else sorted(specs(plugin.group))
 
 
-def _annotation(path: Path, data: Any) -> tuple[Any, Any]:
+def _annotation(path: Path, root: type[Spec] | None, data: Any) -> tuple[Any, Any]:
     """What is declared at a path, and what was found there; None twice where nothing is declared."""
-    annotation: Any = Scenario
+    annotation: Any = root
     node = data
     for part in path:
         if isinstance(part, str):

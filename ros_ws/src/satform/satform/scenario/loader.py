@@ -4,15 +4,11 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
-
-from pydantic import ValidationError
 
 from satform.files.bounded_file import read_bounded, too_large
 from satform.files.durable_file import write_durably
 from satform.files.named_file import FileSource
-from satform.scenario.error_messages import Path as FieldPath
-from satform.scenario.error_messages import coerced, problems
+from satform.scenario.checking import checked
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
 from satform.scenario.overrides import apply_changes
@@ -116,11 +112,11 @@ def parse_scenario(
     changed = apply_changes(data, changes)
     beyond = beyond_the_end(written, data, changed)
     flown = within_the_end(data, beyond)
-    scenario, found = _checked(flown, tree, file, changed, files)
+    scenario, found = checked(Scenario, flown, tree, file, changed, files)
     if found and beyond:
         # Found once more in the whole, where every problem has the place that the file gives it.
         outside = {f"{field}[{place}]" for field, places in beyond.items() for place in places}
-        _, every = _checked(data, tree, file, changed, files)
+        _, every = checked(Scenario, data, tree, file, changed, files)
         found = [problem for problem in every if not problem.field.startswith(tuple(outside))] or found
     if scenario is None or found:
         raise ScenarioError(_first(sorted(found, key=lambda problem: problem.line or 0)))
@@ -136,17 +132,3 @@ def _first(found: list[Problem]) -> list[Problem]:
         return found
     more = Problem(found[0].file, None, "", f"and {left} more; mend these first")
     return [*found[:MAXIMUM_PROBLEMS], more]
-
-
-def _checked(
-    data: Any, tree: Any, file: str, changed: Mapping[FieldPath, str], files: FileSource | None
-) -> tuple[Scenario | None, list[Problem]]:
-    """The scenario, unless the model refuses it, and all that is wrong."""
-    try:
-        scenario = Scenario.model_validate(data, context=files)
-    except ValidationError as error:
-        every = error.errors(include_url=False)
-        return None, [
-            problem for details in every for problem in problems(details, data, tree, file, changed)
-        ]
-    return scenario, coerced(data, scenario.model_dump(exclude_unset=True), tree, file, changed)

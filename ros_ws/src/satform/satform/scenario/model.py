@@ -5,10 +5,11 @@
 import hashlib
 import math
 import re
+from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from satform.attitude.satellite_pointing import SatellitePointingSpec
@@ -36,6 +37,7 @@ from satform.scenario.parts import (
     Timing,
 )
 from satform.scenario.start import coincident_with_followed, singular_references
+from satform.scenario.variation import refusal, varied
 
 _NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 """Characters that stand in JSON as they are, but not in YAML, which reads it otherwise as its own."""
@@ -46,14 +48,24 @@ Complaint: TypeAlias = tuple[tuple[str | int, ...], str]
 """Path of a field and what is wrong with it."""
 
 
-class Scenario(Spec):
+class _RefusedInSentences(type(Spec)):  # type: ignore[misc]
+    """Class of a model whose constructor raises `ScenarioError` instead of pydantic's own error."""
+
+    def __call__(cls, /, **fields: Any) -> Any:
+        try:
+            return super().__call__(**fields)
+        except ValidationError as error:
+            raise refusal(cls, fields, error.errors(include_url=False)) from None
+
+
+class Scenario(Spec, metaclass=_RefusedInSentences):
     """A formation, its flight and what is expected of it. A run is a pure function of this."""
 
-    name: Name
+    name: Name = "formation"
     """The scenario's own name: lower case letters, digits and underscores."""
-    title: Sentence
+    title: Sentence = "untitled"
     """One line that says what is flown."""
-    text: Sentence
+    text: Sentence = ""
     """What the scenario shows, which of its numbers were printed in its source and which chosen."""
     sources: tuple[Source, ...] = ()
     """Where the scenario comes from."""
@@ -404,6 +416,32 @@ class Scenario(Spec):
             for field in self.satellite_defaults.model_fields_set - own.model_fields_set
         }
         return own.model_copy(update=inherited)
+
+    def with_(self, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> "Scenario":
+        """This scenario with some fields set to other values, checked like a file.
+
+        Args:
+            changes: values by the path of a field as messages print it, such as `{"timing.step": 0.5}`,
+                `{"satellites[sat1].scale": 2.0}`, or `{"satellites[*].controller.boundary_layer": 1e-3}` for
+                all satellites.
+            **fields: whole fields of the scenario, such as `seed=3` or `graph=RingSpec()`.
+
+        Returns:
+            A new scenario. Where the flight became shorter, what is expected, breaks or changes beyond its
+            new end is left out.
+
+        Raises:
+            ScenarioError: a path leads nowhere, or the changed scenario cannot fly; all problems at once.
+        """
+        return varied(type(self), self.to_json(), self.files(), {**(changes or {}), **fields})
+
+    def __repr__(self) -> str:
+        count, timing = len(self.satellites), self.timing
+        satellites = "1 satellite" if count == 1 else f"{count} satellites"
+        dynamics = getattr(self.dynamics, "kind", type(self.dynamics).__name__)
+        return f"<Scenario {self.name}: {satellites}, {dynamics}, {timing.steps} steps of {timing.step:g} s>"
+
+    __str__ = __repr__
 
     def to_json(self) -> str:
         """The scenario as JSON text, from which the same scenario is read again.

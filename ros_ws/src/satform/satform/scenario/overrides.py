@@ -3,7 +3,8 @@
 """Settings laid over a scenario's data, such as `timing.step=1.0`."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from typing import Any
 
 from satform.scenario.error_messages import Path as FieldPath
@@ -16,58 +17,106 @@ _MOST_NAMES = 8
 
 
 def apply_changes(data: Any, changes: Iterable[str]) -> dict[FieldPath, str]:
-    """Lay settings over a scenario's data.
+    """Lay settings in text over a scenario's data.
 
     Args:
         data: of the scenario; is changed.
-        changes: `key=value`, the value as YAML. A key is the path of a field as messages print it: fields
-            with dots between them, and for an entry of a list its place from 0 or its name:
-            `satellites[0].scale`, `satellites.0.scale`, `satellites[sat1].scale`, `satellites.sat1.scale`.
+        changes: `key=value`, the value as YAML; for the key see `set_value`.
 
     Returns:
-        Each setting by the path that it has changed.
+        Where each setting comes from, such as `--set seed=1`, by the path that it has changed.
 
     Raises:
         ScenarioError: a setting cannot be laid over the data; all of these at once.
     """
-    changed: dict[FieldPath, str] = {}
+    settings = []
     complaints = []
     for change in changes:
-        outcome = _apply_change(data, change)
+        source = f"--set {change}"
+        key, equals, text = change.partition("=")
+        if not equals or not key:
+            complaints.append(
+                Problem(source, None, "", "is not of the form key=value, such as timing.step=1.0")
+            )
+            continue
+        try:
+            settings.append((source, key, read_value(text, source)))
+        except ScenarioError as error:
+            sentence = f"the value {found(text)}: {error.problems[0].sentence}"
+            complaints.append(Problem(source, None, "", sentence))
+    return _lay_over(data, settings, complaints)
+
+
+def apply_values(data: Any, values: Mapping[str, Any]) -> dict[FieldPath, str]:
+    """Lay settings with plain values over a scenario's data.
+
+    Args:
+        data: of the scenario; is changed.
+        values: plain values by key; for the key see `set_value`.
+
+    Returns:
+        Where each setting comes from, such as `with_ 'seed'`, by the path that it has changed.
+
+    Raises:
+        ScenarioError: a setting cannot be laid over the data; all of these at once.
+    """
+    return _lay_over(data, [(f"with_ {key!r}", key, value) for key, value in values.items()], [])
+
+
+def _lay_over(
+    data: Any, settings: Iterable[tuple[str, str, Any]], complaints: list[Problem]
+) -> dict[FieldPath, str]:
+    changed: dict[FieldPath, str] = {}
+    for source, key, value in settings:
+        outcome = set_value(data, key, value)
         if isinstance(outcome, str):
-            complaints.append(Problem(f"--set {change}", None, "", outcome))
+            complaints.append(Problem(source, None, "", outcome))
         else:
-            changed[outcome] = change
+            changed.update(dict.fromkeys(outcome, source))
     if complaints:
         raise ScenarioError(complaints)
     return changed
 
 
-def _apply_change(data: Any, change: str) -> FieldPath | str:
-    """The path that was changed, or why it could not be."""
-    key, equals, text = change.partition("=")
-    if not equals or not key:
-        return "is not of the form key=value, such as timing.step=1.0"
-    try:
-        value = read_value(text, f"--set {change}")
-    except ScenarioError as error:
-        return f"the value {found(text)}: {error.problems[0].sentence}"
-    path: list[int | str] = []
-    node = data
-    *parents, last = _IN_BRACKETS.sub(r".\1", key).split(".")
-    for part in parents:
-        step = _step(node, part)
-        if step is None:
-            return _unknown([*path, part], node)
-        path.append(step)
-        if isinstance(node, dict) and node.get(part) is None:
-            node[part] = {}
-        node = node[step]
-    step = _step(node, last)
-    if step is None:
-        return _unknown([*path, last], node)
-    node[step] = value
-    return (*path, step)
+def set_value(data: Any, key: str, value: Any) -> list[FieldPath] | str:
+    """Set one field of a scenario's data, or the same field of several entries of a list.
+
+    Args:
+        data: of the scenario; is changed. A satellite that has none of a part of its own gets a copy of that
+            of `satellite_defaults` before a field of the part is set.
+        key: path of a field as messages print it: fields with dots between them, and for an entry of a list
+            its index, its name, or `*` for all entries: `satellites[0].scale`, `satellites.0.scale`,
+            `satellites[sat1].scale`, `satellites[*].scale`.
+        value: plain.
+
+    Returns:
+        The paths that were set; a sentence where there is no such place.
+    """
+    parts = _IN_BRACKETS.sub(r".\1", key).split(".")
+    nodes: list[tuple[FieldPath, Any]] = [((), data)]
+    for place, part in enumerate(parts):
+        steps: list[tuple[FieldPath, Any, int | str]] = []
+        for path, node in nodes:
+            found_steps = range(len(node)) if part == "*" and isinstance(node, list) else [_step(node, part)]
+            for step in found_steps:
+                if step is None:
+                    return _unknown([*path, part], node)
+                steps.append((path, node, step))
+        if place == len(parts) - 1:
+            for _, node, step in steps:
+                node[step] = deepcopy(value)
+            return [(*path, step) for path, _, step in steps]
+        for path, node, step in steps:
+            if isinstance(node, dict) and node.get(str(step)) is None:
+                node[step] = _inherited(data, path, str(step))
+        nodes = [((*path, step), node[step]) for path, node, step in steps]
+    return []
+
+
+def _inherited(data: Any, path: FieldPath, part: str) -> Any:
+    """What a satellite takes a part from; empty for anything else."""
+    defaults = data.get("satellite_defaults") if len(path) == 2 and path[0] == "satellites" else None
+    return deepcopy(defaults.get(part) or {}) if isinstance(defaults, dict) else {}
 
 
 def _step(node: Any, part: str) -> int | str | None:

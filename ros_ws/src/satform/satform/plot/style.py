@@ -123,16 +123,30 @@ def thinned(time: Array, values: Array) -> tuple[Array, Array]:
     return time[starts], np.fmax.reduceat(values, starts, axis=0)
 
 
-def series(axes: Axes, record: FlightRecord, values: Array, label: str, *, logarithmic: bool) -> None:
-    """Draw a magnitude of each satellite over time.
+def axes_or_new(axes: Axes | None) -> Axes:
+    """The axes to draw on; those of a new figure of pyplot where none are given."""
+    if axes is not None:
+        return axes
+    import matplotlib.pyplot as plt  # noqa: PLC0415 - reports are drawn without it, and without a display
+
+    with mpl.rc_context(STYLE):
+        return plt.subplots(figsize=(9.0, 4.6), layout="constrained")[1]
+
+
+def series(axes: Axes | None, record: FlightRecord, values: Array, label: str, *, logarithmic: bool) -> Axes:
+    """Draw a quantity of each satellite over time.
 
     Args:
-        axes: to draw on.
+        axes: to draw on; new ones with a legend where none are given.
         record: of the flight.
         values: shape (K, N).
         label: of the axis, with its unit.
         logarithmic: whether the axis is.
+
+    Returns:
+        The axes.
     """
+    own, axes = axes is None, axes_or_new(axes)
     unit = time_unit(record.steps * record.step)
     time, thin = thinned(record.time[:-1], values)
     named = len(record.satellites) <= MOST_NAMES
@@ -144,3 +158,6 @@ def series(axes: Axes, record: FlightRecord, values: Array, label: str, *, logar
     axes.set_xlabel(f"time [{unit.name}]")
     axes.set_ylabel(label)
     axes.set_xlim(0.0, record.steps * record.step / unit.size)
+    if own and named:
+        axes.legend(loc="upper right")
+    return axes
