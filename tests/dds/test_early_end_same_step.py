@@ -12,6 +12,7 @@ from flights import shortened
 from flown import flown
 from satform.bag.reader import Bag, read_bag
 from satform.common.exit_codes import EXIT_ENDED_EARLY
+from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
 from satform_bringup.supervisor.node_processes import processes
@@ -63,7 +64,7 @@ def test_started_one_by_one_the_plant_ends_with_the_same_code_and_the_others_in_
     scenario = shortened("triangle", 500.0, UNSTABLE)
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())
-    nodes = processes(scenario, file, tmp_path / "bag")
+    nodes = processes(compile_scenario(scenario), file, tmp_path / "bag")
     codes = {node.name: process.wait(60) for node, process in zip(nodes, fleet(nodes), strict=True)}
     assert codes.pop("plant") == EXIT_ENDED_EARLY
     assert set(codes.values()) == {0}

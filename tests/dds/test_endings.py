@@ -19,6 +19,7 @@ import rosbag2_format
 from flights import shortened
 from flown import assert_flies_again, processes_of
 from satform.bag.reader import read_bag
+from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor import supervisor
 from satform_bringup.supervisor.node_processes import processes
@@ -33,7 +34,7 @@ def recorder_alone(fleet: Callable[..., list], tmp_path: Path) -> tuple[list, Pa
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())
     bag = tmp_path / "bag"
-    return fleet(processes(scenario, file, bag)), bag
+    return fleet(processes(compile_scenario(scenario), file, bag)), bag
 
 
 def wait_for_bytes(file: Path, size: int) -> None:
@@ -89,7 +90,7 @@ def test_nodes_that_a_launch_file_started_end_with_0_on_ctrl_c_and_say_what_they
     file.write_text(scenario.to_json())
     nodes = [
         replace(node, parameters={**node.parameters, "stopped_exit_code": 0})
-        for node in processes(scenario, file, bag)
+        for node in processes(compile_scenario(scenario), file, bag)
     ]
     running = installed_fleet(nodes)
     wait_for_bytes(bag / "bag_0.mcap", 300_000)

@@ -13,6 +13,7 @@ from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
 from flights import shortened
+from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
 from satform_bringup.supervisor.node_processes import processes
 from satform_nodes.transport import qos, topics
@@ -80,7 +81,7 @@ def flies_on_its_graph(
     observer.create_subscription(
         FormationStatus, topics.STATUS, lambda status: flying.append(status.phase), qos.LATCHED
     )
-    fleet(processes(scenario, file, None))
+    fleet(processes(compile_scenario(scenario), file, None))
     end = time.monotonic() + 60.0
     # Once the formation flies, every satellite has matched everyone it will ever talk to.
     while FormationStatus.FLYING not in flying or not everyone_is_seen(observer, scenario):

@@ -22,6 +22,7 @@ from flights import shortened
 from flown import assert_flies_again
 from satform.bag.reader import read_bag
 from satform.common.exit_codes import EXIT_BAD_INPUT
+from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.node_processes import processes
 from satform_nodes.transport import qos, topics
@@ -64,7 +65,7 @@ def fly_until_some_steps_are_taken(operator: Node, fleet: Callable[..., list], f
     operator.create_subscription(
         Command, topics.command("sat1"), lambda command: steps.append(command.step), qos.LOCKSTEP
     )
-    running = fleet(processes(scenario, file, bag))
+    running = fleet(processes(compile_scenario(scenario), file, bag))
     end = time.monotonic() + 60.0
     while not steps:
         assert time.monotonic() < end, "the flight has not begun"
@@ -132,7 +133,7 @@ def test_what_a_node_is_given_at_its_start_is_flown_from_step_0_on_and_on_record
     scenario = shortened("triangle", 20.0)
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())
-    nodes = processes(scenario, file, tmp_path / "bag", group)
+    nodes = processes(compile_scenario(scenario), file, tmp_path / "bag", group)
     given = [
         replace(node, parameters={**node.parameters, **GIVEN}) if node.name in ("sat1", "group0") else node
         for node in nodes
@@ -181,7 +182,7 @@ def test_what_a_node_cannot_fly_by_is_refused_at_its_start(
     scenario = shortened("triangle", 20.0)
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())
-    (node,) = [node for node in processes(scenario, file, None) if node.name == "sat1"]
+    (node,) = [node for node in processes(compile_scenario(scenario), file, None) if node.name == "sat1"]
     (process,) = fleet([replace(node, parameters={**node.parameters, name: value})])
     assert process.wait(60) == EXIT_BAD_INPUT
     printed = (tmp_path / "sat1.log").read_text()

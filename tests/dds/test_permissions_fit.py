@@ -11,6 +11,7 @@ import rclpy
 from rclpy.node import Node
 
 from flights import shortened
+from satform.flight.compile import compile_scenario
 from satform_bringup.supervisor.node_processes import processes
 from satform_tools.security.access import Access, accesses
 
@@ -43,7 +44,7 @@ def test_each_node_has_just_the_topics_and_services_that_it_is_permitted(
     permitted = [access for access in accesses(scenario) if access.node != "operator"]
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())
-    fleet(processes(scenario, file, tmp_path / "bag"))
+    fleet(processes(compile_scenario(scenario), file, tmp_path / "bag"))
     end = time.monotonic() + 60.0
     while (found := [seen(observer, access.node) for access in permitted]) != permitted:
         assert time.monotonic() < end, [

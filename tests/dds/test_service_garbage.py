@@ -19,6 +19,7 @@ from rclpy.node import Node
 from flights import shortened
 from flown import assert_as_in_one_process, refused
 from satform.bag.reader import read_bag
+from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import local_discovery
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
 
@@ -56,7 +57,7 @@ def nodes_of(folder: Path, rate: float = 0.0) -> tuple[list[NodeProcess], NodePr
     scenario = shortened("triangle", 40.0)
     file = folder / "scenario.json"
     file.write_text(scenario.to_json())
-    nodes = processes(scenario, file, folder / "bag", rate=rate)
+    nodes = processes(compile_scenario(scenario), file, folder / "bag", rate=rate)
     (late,) = [node for node in nodes if node.name == "sat3"]
     return [node for node in nodes if node is not late], late
 

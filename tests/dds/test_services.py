@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 from flights import shortened
 from flown import assert_flies_again
 from satform.bag.reader import Bag, read_bag
+from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.membership.state import SatelliteRejoined
 from satform.scenario import Scenario
@@ -40,7 +41,9 @@ class Operator:
         file = self.folder / "scenario.json"
         file.write_text(scenario.to_json())
         checkpoints = self.folder / "checkpoints" if scenario.checkpoint_period else None
-        self.running = self._fleet(processes(scenario, file, self.folder / "bag", group, checkpoints))
+        self.running = self._fleet(
+            processes(compile_scenario(scenario), file, self.folder / "bag", group, checkpoints)
+        )
 
     def call(self, kind: type, service: str, request: object) -> object:
         client = self._clients.get(service) or self._node.create_client(kind, service)

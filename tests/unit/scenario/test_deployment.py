@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from flights import shipped
+from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario, ScenarioError
 from satform.scenario.deployment import HostSpec
 from satform_bringup.deployment import multi_host_discovery
@@ -24,7 +25,7 @@ def on(*hosts: str) -> Scenario:
 def test_the_parts_of_all_hosts_are_the_whole_formation() -> None:
     scenario = on(ALPHA, BETA)
     parts = [
-        {node.name for node in processes(scenario, Path("s"), Path("bag"), host=host)}
+        {node.name for node in processes(compile_scenario(scenario), Path("s"), Path("bag"), host=host)}
         for host in scenario.hosts
     ]
     assert parts == [{"plant", "sat1"}, {"recorder", "sat2", "sat3"}]
@@ -35,7 +36,7 @@ def test_satellites_share_processes_with_those_of_their_own_host_only() -> None:
     groups = [
         node.parameters["satellites"]
         for host in scenario.hosts
-        for node in processes(scenario, Path("s"), None, 2, host=host)
+        for node in processes(compile_scenario(scenario), Path("s"), None, 2, host=host)
         if node.executable == "group_node"
     ]
     assert groups == [["sat1"], ["sat2", "sat3"]]

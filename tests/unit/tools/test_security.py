@@ -13,6 +13,7 @@ import pytest
 from cryptography import x509
 
 from flights import shipped
+from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import multi_host_discovery, security
 from satform_bringup.supervisor.node_processes import processes
 from satform_nodes.transport import topics
@@ -219,7 +220,9 @@ def test_keys_may_be_made_for_one_domain_alone(tmp_path: Path) -> None:
 
 
 def test_every_node_is_started_in_its_own_enclave() -> None:
-    nodes = security.secured(processes(shipped("triangle"), Path("scenario.json"), Path("bag")))
+    nodes = security.secured(
+        processes(compile_scenario(shipped("triangle")), Path("scenario.json"), Path("bag"))
+    )
     enclaves = [node.arguments()[-2:] for node in nodes]
     names = ("plant", "sat1", "sat2", "sat3", "recorder")
     assert enclaves == [["--enclave", f"/formation/{name}"] for name in names]
@@ -227,7 +230,7 @@ def test_every_node_is_started_in_its_own_enclave() -> None:
 
 def test_satellites_that_share_a_process_cannot_have_keys_of_their_own() -> None:
     with pytest.raises(security.SecurityError, match="fly with --satellites-per-process 1"):
-        security.secured(processes(shipped("triangle"), Path("scenario.json"), None, 2))
+        security.secured(processes(compile_scenario(shipped("triangle")), Path("scenario.json"), None, 2))
 
 
 @pytest.mark.parametrize(
@@ -244,7 +247,7 @@ def test_a_keystore_that_would_not_secure_the_flight_is_refused_before_it(
     shutil.copytree(keystore, copy, symlinks=True)
     assert callable(spoil)
     spoil(enclave(copy, "sat2"))
-    nodes = security.secured(processes(shipped("triangle"), Path("scenario.json"), None))
+    nodes = security.secured(processes(compile_scenario(shipped("triangle")), Path("scenario.json"), None))
     with pytest.raises(security.SecurityError, match=sentence):
         security.require_secured(copy, nodes, 1)
 
