@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, NoReturn
 
 from satform_setup.errors import SetupError, os_fault
 from satform_setup.layout import Layout, read_stamp
-from satform_setup.ros_distribution import find_ros
+from satform_setup.ros_distribution import WHEELS, WHEELS_MARK, find_ros
 from satform_setup.variables import applied, shell_variables
 from satform_setup.virtual_environment import make_venv, remove_venv, venv_fits, wanted_venv, why_anew
 from satform_setup.workspace import build_workspace, remove_workspace, wanted_install
@@ -58,6 +58,8 @@ def _run(layout: Layout, arguments: list[str], environment: Mapping[str, str]) -
         return 0
     stamp = finished(layout, ros) or ensure(layout, ros, environment, clean=False)
     variables = applied(stamp["variables"], shell_variables(ros, environment))
+    if arguments[:1] == ["docs"] and not {"-h", "--help"} & set(arguments):
+        _ensure_docs_packages(layout, ros, environment)
     # -P: a file of the folder the user stands in must not take a module's place.
     program = [str(layout.python), "-P", "-m", "satform_tools", *arguments]
     return _execute(arguments[1:] if arguments[:1] == ["exec"] else program, variables)
@@ -138,6 +140,25 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
         stamp = build_workspace(job)
         _keep_bytecode(job, stamp, everything=anew)
         return stamp
+
+
+def _ensure_docs_packages(layout: Layout, ros: str, environment: Mapping[str, str]) -> None:
+    """Install what only the documentation site needs, if it is not there.
+
+    Raises:
+        SetupError: it could not be installed.
+    """
+    from satform_setup.installer import docs_packages_fit, install_docs_packages  # noqa: PLC0415
+    from satform_setup.logged_process import Job, end_leftovers  # noqa: PLC0415
+
+    job = Job(layout, ros, environment)
+    if docs_packages_fit(job):
+        return
+    with layout.launcher.open("rb") as lock:
+        _take(lock)
+        end_leftovers(layout)
+        if not docs_packages_fit(job):
+            install_docs_packages(job, shell_variables(WHEELS, environment) | {WHEELS_MARK: "1"})
 
 
 def _require_own_folder(layout: Layout) -> None:

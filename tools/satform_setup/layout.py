@@ -32,6 +32,11 @@ class Layout(NamedTuple):
         return self.root / "requirements.txt"
 
     @property
+    def docs_requirements(self) -> Path:
+        """The pinned packages of the documentation site."""
+        return self.root / "requirements-docs.txt"
+
+    @property
     def venv(self) -> Path:
         """The virtual environment."""
         return self.root / ".venv"
@@ -45,6 +50,16 @@ class Layout(NamedTuple):
     def venv_stamp(self) -> Path:
         """Written when the virtual environment is finished."""
         return self.venv / "complete.json"
+
+    @property
+    def docs_packages(self) -> Path:
+        """Packages of the documentation site: beside the environment, so that they change nothing in it."""
+        return self.venv / "docs"
+
+    @property
+    def docs_stamp(self) -> Path:
+        """Written when the packages of the documentation site are installed."""
+        return self.docs_packages / "complete.json"
 
     @property
     def log(self) -> Path:

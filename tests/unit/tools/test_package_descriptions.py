@@ -95,7 +95,7 @@ def test_what_rosdep_has_no_name_for_is_pinned_and_named_where_people_look() -> 
     assert pinned >= FROM_PIP | FROM_MCAP
     description = (SOURCES / "satform" / "package.xml").read_text()
     assert all(name in description for name in FROM_PIP)
-    page = (ROOT / "docs" / "install_ubuntu.md").read_text()
+    page = (ROOT / "docs" / "install.md").read_text()
     versions = dict(re.findall(r'"([\w.-]+)==([\w.]+)"', page))
     pins = dict(re.findall(r"^([\w.-]+)==([\w.]+)", (ROOT / "requirements.txt").read_text(), re.MULTILINE))
     assert set(versions) >= FROM_PIP

@@ -18,7 +18,7 @@ from satform_nodes.runtime.parameters import declare_spec
 from satform_tools.cli import main as cli
 from satform_tools.describe import scenario_reference
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "reference.md"
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "scenario_reference.md"
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
@@ -26,7 +26,7 @@ def test_the_page_is_what_the_command_prints(capsys: pytest.CaptureFixture[str])
     assert cli.main(["schema", "--markdown"]) == 0
     printed = capsys.readouterr().out
     assert PAGE.read_text(encoding="utf-8") == printed, (
-        "run ./tools/satform schema --markdown > docs/reference.md"
+        "run ./tools/satform schema --markdown > docs/scenario_reference.md"
     )
 
 

@@ -10,6 +10,8 @@ Each command imports what it needs itself, so that none waits for the imports of
 import sys
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -46,6 +48,19 @@ def test(context: typer.Context) -> None:
     from satform_tools import run_tests
 
     raise typer.Exit(run_tests.run(context.args))
+
+
+@app.command()
+def docs(
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the site; by default `site` in the project's folder."),
+    ] = None,
+) -> None:
+    """Build the documentation site, which is read without a network; broken links are errors."""
+    from satform_tools.docs import build
+
+    build.build(out)
 
 
 @app.command()

@@ -53,7 +53,7 @@ def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False
 
 def schema(
     markdown: Annotated[
-        bool, typer.Option("--markdown", help="Print the scenario reference (docs/reference.md) instead.")
+        bool, typer.Option("--markdown", help="Print docs/scenario_reference.md instead.")
     ] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, by which editors complete and check them."""

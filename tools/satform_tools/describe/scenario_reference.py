@@ -24,21 +24,21 @@ from satform_tools.describe.field_text import (
     type_words,
 )
 
-_INTRODUCTION = """# What a scenario may say
+_INTRODUCTION = """# Scenario reference
 
-Every field of a scenario file, as it is declared in the code, by which files are checked and editors
-complete them. Made by `./tools/satform schema --markdown > docs/reference.md`; `ros2 param describe` says
+Every field of a scenario file, as it is declared in the code, by which files are checked and editors complete
+them. Made by `./tools/satform schema --markdown > docs/scenario_reference.md`; `ros2 param describe` says
 the same of those fields that are ROS parameters.
 
 - Quantities are in SI units and radians; frame LVLH has x radial outward, y along-track, z orbit normal.
 - No number is infinite. Where no bounds are given, it lies between -1e15 and 1e15.
-- A *number for all axes, or [x, y, z]* may be written either way. A field without a default has to be given,
-  one with the default *none* may be left out.
-- What stands under **parameter** is a ROS parameter of the satellite's node with that name. It may change in
-  flight, from the step on that the reply names, unless it is *fixed* for the flight. A field whose value is
-  *none* is no parameter. A `kind` is one, too, and fixed.
-- A `kind` is a name under which a package has registered a part
-  ([entry points](../ros_ws/src/satform/README.md#entry-points)): this page has those that the project brings.
+- A *number for all axes, or [x, y, z]* may be written either way. A field without a default is required;
+  one with the default *none* is optional.
+- The column **parameter** has the name of the ROS parameter of the satellite's node. It can be changed in
+  flight, with effect from the step that the reply names, unless it is *fixed* for the flight. A field whose
+  value is *none* is not a parameter. A `kind` is a fixed parameter.
+- A `kind` is a name under which a package has registered a part ([entry
+  points](../ros_ws/src/satform/README.md#entry-points)). This page has the kinds of the project itself.
 """
 
 _PREFIXES: dict[type[Spec], str] = {
@@ -53,7 +53,7 @@ _ELSEWHERE = {(SatelliteFields, "phase_offset"): "phase.offset"}
 
 
 def text() -> str:
-    """The text of `docs/reference.md`."""
+    """The text of `docs/scenario_reference.md`."""
     parts = [_INTRODUCTION, *_section(Scenario, "## Scenario")]
     seen: set[type[Spec]] = {Scenario}
     waiting = _within([Scenario])
