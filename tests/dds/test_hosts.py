@@ -92,7 +92,7 @@ def test_a_cut_cable_costs_the_host_behind_it_and_the_others_fly_on(hosts: Netwo
     hosts.cut("gamma")
     ends = formation.ends()
     assert ends["alpha"][0] == ends["gamma"][0] == 3
-    assert re.search(r"sat3 lost from step \d+ on, .*no answer within 2 s from sat3", ends["alpha"][1])
+    assert re.search(r"sat3 lost at step \d+, .*no answer within 2 s from sat3", ends["alpha"][1])
     assert re.search(r"Lost plant at step \d+ of 1200", ends["gamma"][1])
     bag = read_bag(hosts.folder / "beta-run" / "bag")
     assert bag.complete

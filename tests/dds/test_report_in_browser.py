@@ -17,7 +17,7 @@ from satform.bag.events import Events, Status
 from satform.flight.simulate import simulate
 from satform_tools.report.comparison import compare
 from satform_tools.report.page.render import page_of, page_of_both
-from satform_tools.run.stored_run import Kept
+from satform_tools.run.stored_run import StoredRun
 
 NO_BROWSER = "THE REPORT'S PAGE IS NOT TESTED: there is no Chromium here; install it (apt install chromium)"
 
@@ -56,7 +56,7 @@ def colourful_pixels(browser: Browser, file: Path) -> int:
 
 
 @pytest.fixture(scope="module")
-def kept() -> Kept:
+def stored() -> StoredRun:
     """A short flight of the triangle in which a satellite is lost for a while."""
     scenario = shortened("triangle", 100.0)
     record = simulate(scenario)
@@ -67,7 +67,7 @@ def kept() -> Kept:
 
     everyone = (True, True, True)
     statuses = (status(0, everyone, 3.0), status(80, (True, False, True), 2.0), status(120, everyone, 3.0))
-    return Kept(Path("run/bag"), scenario, record, True, {}, Events(statuses, ()))
+    return StoredRun(Path("run/bag"), scenario, record, True, {}, Events(statuses, ()))
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +77,9 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def page(kept: Kept, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page(stored: StoredRun, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("page") / "report.html"
-    file.write_text(page_of(kept))
+    file.write_text(page_of(stored))
     return file
 
 
@@ -107,7 +107,9 @@ def test_every_figure_is_drawn_without_a_complaint_wide_and_narrow_light_and_dar
     assert (paper > 0.9 and ink < 0.3) if scheme == "light" else (paper < 0.2 and ink > 0.8)
 
 
-def test_the_slider_moves_the_satellites_to_where_they_were(browser: Browser, page: Path, kept: Kept) -> None:
+def test_the_slider_moves_the_satellites_to_where_they_were(
+    browser: Browser, page: Path, stored: StoredRun
+) -> None:
     browser.look(page, 1280, "light")
     at_the_end = browser.value(POSITIONS)
     moved = """new Promise((done) => {
@@ -120,8 +122,10 @@ def test_the_slider_moves_the_satellites_to_where_they_were(browser: Browser, pa
     halfway = browser.value(POSITIONS)
     assert halfway != at_the_end
     for component in range(3):
-        assert halfway[component] == pytest.approx(kept.record.position[100, :, component] / 1e3, rel=1e-6)
-        assert at_the_end[component] == pytest.approx(kept.record.position[-1, :, component] / 1e3, rel=1e-6)
+        assert halfway[component] == pytest.approx(stored.record.position[100, :, component] / 1e3, rel=1e-6)
+        assert at_the_end[component] == pytest.approx(
+            stored.record.position[-1, :, component] / 1e3, rel=1e-6
+        )
     assert browser.value("document.getElementById('moment').textContent") == "50.0 s"
     symbols = "document.getElementById('scene').data.find((trace) => trace.marker && trace.x.length > 1)"
     assert browser.value(f"{symbols}.marker.symbol") == ["circle", "x", "circle"]
@@ -146,11 +150,11 @@ def test_a_page_that_is_open_follows_the_change_to_dark(browser: Browser, page: 
     assert browser.value("document.getElementById('chart-control').data[0].line.color") != before
 
 
-def test_two_flights_are_drawn_on_one_page(browser: Browser, kept: Kept, tmp_path: Path) -> None:
+def test_two_flights_are_drawn_on_one_page(browser: Browser, stored: StoredRun, tmp_path: Path) -> None:
     other = simulate(shortened("triangle", 50.0, "consensus.coupling_gain=2.0e-6"))
-    second = dataclasses.replace(kept, record=other, complete=False, path=Path("other/bag"))
+    second = dataclasses.replace(stored, record=other, complete=False, path=Path("other/bag"))
     file = tmp_path / "both.html"
-    file.write_text(page_of_both(kept, second, compare(kept, second)))
+    file.write_text(page_of_both(stored, second, compare(stored, second)))
     browser.complaints.clear()
     browser.look(file, 400, "light")
     assert browser.complaints == []

@@ -141,7 +141,7 @@ def test_a_run_never_touches_what_is_there_already(
 ) -> None:
     (tmp_path / "mine.txt").write_text("kept")
     assert run_in_process(tmp_path, *SHORT) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
@@ -284,7 +284,7 @@ def test_check_says_everything_about_every_file(tmp_path: Path, capsys: pytest.C
             "kind: matrix, rows: [[0, 1, 0], [1, 0, 0], [0, 0, 0]]",
             "graph: it is not connected",
         ),
-        ("scale: 0.75", "scale: 0.76", "make a lap in the same time only if"),
+        ("scale: 0.75", "scale: 0.76", "have equal periods only if"),
         ("step: 0.5,", "step: 600.0,", "consensus: closed once in 600 s, arc_length"),
         ("reaching_gain: 0.1", "reaching_gain: 5.0", "the sampled law diverges"),
     ],
@@ -302,10 +302,10 @@ def test_check_warns_of_what_is_unwise(
     assert said in printed
 
 
-def test_show_tells_the_graph_its_roots_and_who_hears_whom(capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_describes_the_graph_its_roots_and_in_neighbours(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["show", "line_six", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    assert data["graph"]["hears"]["sat3"] == ["sat2", "sat4"]
+    assert data["graph"]["in_neighbours"]["sat3"] == ["sat2", "sat4"]
     assert data["consensus"]["modal_roots"][1][0] == pytest.approx(-2.67949e-4, rel=1e-5)
     # With hold and coupling_gain = tracking_gain * rate_gain no delay makes a mode unstable.
     assert data["consensus"]["delay_margin"] is None
@@ -455,7 +455,7 @@ def test_without_a_record_a_flight_to_the_end_is_flown_but_not_judged(
     fly_like(monkeypatch)
     assert run_lockstep(tmp_path / "run") == 0
     printed = capsys.readouterr().out
-    assert "nothing to judge by" in printed
+    assert "nothing is judged" in printed
     assert (
         "DDS and waiting 50 % (50000 us), plant 20 % (20000 us), slowest satellite 30 % (30000 us)" in printed
     )

@@ -15,10 +15,10 @@ import pytest
 
 from satform_setup import machine, workspace
 from satform_setup.command import ensure, finished
-from satform_setup.errors import SetupError, pip_fault
+from satform_setup.errors import SetupError, pip_error_text
 from satform_setup.installer import asks_for_pip, wanted_requirements
 from satform_setup.layout import Layout, folder_digest, read_stamp, write_stamp
-from satform_setup.logged_process import end_leftovers
+from satform_setup.logged_process import end_orphans
 from satform_setup.ros_distribution import WHEELS, WHEELS_MARK, check_python_of_ros, find_ros
 from satform_setup.variables import applied, base_variables, shell_variables
 from satform_setup.virtual_environment import remove_venv, venv_fits, wanted_venv
@@ -67,7 +67,7 @@ def make_package(sources, name, dependencies=""):
     ],
 )
 def test_what_pip_prints_becomes_the_sentence_of_its_cause(output, words):
-    assert words in pip_fault(output, "3.12.3")
+    assert words in pip_error_text(output, "3.12.3")
 
 
 @pytest.mark.parametrize(
@@ -360,7 +360,7 @@ def test_what_a_killed_set_up_left_running_is_ended_with_its_children_and_nothin
         deadline = time.monotonic() + 20
         while not (grandchildren := children.read_text().split()) and time.monotonic() < deadline:
             time.sleep(0.02)  # another process's child, of whose start nobody tells
-        end_leftovers(Layout(project))
+        end_orphans(Layout(project))
         assert orphan.wait(5) == -signal.SIGKILL
         assert [pid for pid in grandchildren if _runs(pid)] == []
         assert grandchildren

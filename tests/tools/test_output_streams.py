@@ -122,10 +122,10 @@ def test_a_mistake_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(scenario_list, "show", fails)
     with pytest.raises(KeyError):
         cli.main(["list"])
-    assert errors.fault_sentences(KeyError("a")) == []
+    assert errors.error_sentences(KeyError("a")) == []
 
 
 def test_every_problem_of_a_scenario_is_a_sentence_of_its_own() -> None:
     with pytest.raises(ValueError, match="name") as caught:
         parse_scenario("name: 1\n", "f.yaml")
-    assert len(errors.fault_sentences(caught.value)) > 3
+    assert len(errors.error_sentences(caught.value)) > 3

@@ -247,8 +247,8 @@ def test_two_flights_of_one_scenario_are_the_same_to_the_last_bit(
     flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["report", str(flown), str(flown), "--out", str(tmp_path)]) == 0
-    assert "The same to the last bit." in capsys.readouterr().out
-    assert "The same to the last bit." in (tmp_path / "report.html").read_text()
+    assert "Bitwise equal." in capsys.readouterr().out
+    assert "Bitwise equal." in (tmp_path / "report.html").read_text()
 
 
 def test_two_flights_that_differ_are_told_apart_number_by_number(
@@ -309,7 +309,7 @@ def test_more_than_is_understood_is_a_sentence(
     words: tuple[str, ...], flown: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["report", *(str(flown) if word == "flown" else word for word in words)]) == 2
-    assert re.search(r"satform: .*(one run is told|--export is for one run)", capsys.readouterr().err)
+    assert re.search(r"satform: .*(report takes one run|--export is for one run)", capsys.readouterr().err)
 
 
 def test_the_extremes_of_a_series_are_its_own_samples_with_every_peak_and_trough() -> None:

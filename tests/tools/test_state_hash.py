@@ -61,7 +61,7 @@ def test_a_flight_on_the_wall_clock_has_no_hash_and_says_why(bag: Path) -> None:
     kept = replace(find(bag), clocked=True)
     assert kept.state_hash == ""
     rows = dict(provenance([kept]).rows)
-    assert rows["state hash"] == "none: on the wall clock every run has bits of its own"
+    assert rows["state hash"] == "none: runs against the wall clock are not bitwise reproducible"
 
 
 def test_a_part_of_a_flight_has_no_hash_and_says_why(tmp_path: Path, scenario, record) -> None:

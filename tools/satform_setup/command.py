@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Decides at each start whether there is something to set up, does it, and starts the program."""
+"""The set-up at each start: checks, builds what is missing, and starts the program."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn
 
-from satform_setup.errors import SetupError, os_fault
+from satform_setup.errors import SetupError, os_error_text
 from satform_setup.layout import Layout, read_stamp
 from satform_setup.ros_distribution import WHEELS, WHEELS_MARK, find_ros
 from satform_setup.variables import applied, shell_variables
-from satform_setup.virtual_environment import make_venv, remove_venv, venv_fits, wanted_venv, why_anew
+from satform_setup.virtual_environment import make_venv, rebuild_reason, remove_venv, venv_fits, wanted_venv
 from satform_setup.workspace import build_workspace, remove_workspace, wanted_install
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from satform_setup.logged_process import Job
 
-FAULT = 2  # exit code of a set-up that could not be finished
+SETUP_FAILED = 2  # exit code of a set-up that could not be finished
 INTERRUPTED = 130
 
 
@@ -40,13 +40,13 @@ def main(arguments: Sequence[str]) -> int:
         return _run(layout, list(arguments), os.environ)
     except SetupError as error:
         print(f"satform: {error}", file=sys.stderr)
-        return FAULT
+        return SETUP_FAILED
     except KeyboardInterrupt:
         print("\nsatform: interrupted; the next use starts again what was not finished", file=sys.stderr)
         return INTERRUPTED
     except OSError as error:
-        print(f"satform: {os_fault(error)}", file=sys.stderr)
-        return FAULT
+        print(f"satform: {os_error_text(error)}", file=sys.stderr)
+        return SETUP_FAILED
 
 
 def _run(layout: Layout, arguments: list[str], environment: Mapping[str, str]) -> int:
@@ -67,7 +67,7 @@ def _run(layout: Layout, arguments: list[str], environment: Mapping[str, str]) -
 
 def _setup(layout: Layout, ros: str, options: list[str], environment: Mapping[str, str]) -> int:
     if any(option != "--clean" for option in options):
-        raise SetupError("usage: satform setup [--clean]   (--clean makes the environment anew)")
+        raise SetupError("usage: satform setup [--clean]   (--clean makes a new environment)")
     clean = "--clean" in options
     if clean or not finished(layout, ros):
         ensure(layout, ros, environment, clean=clean)
@@ -113,7 +113,7 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
         layout: paths of the project.
         ros: where ROS comes from, see `find_ros`.
         environment: the shell's variables.
-        clean: make everything anew.
+        clean: make everything again.
 
     Returns:
         The build's stamp.
@@ -121,24 +121,24 @@ def ensure(layout: Layout, ros: str, environment: Mapping[str, str], *, clean: b
     Raises:
         SetupError: the set-up could not be finished.
     """
-    from satform_setup.logged_process import Job, end_leftovers  # noqa: PLC0415 - later starts do without
+    from satform_setup.logged_process import Job, end_orphans  # noqa: PLC0415 - later starts do without
 
     _require_own_folder(layout)
     with layout.launcher.open("rb") as lock:
         _take(lock)
-        end_leftovers(layout)
+        end_orphans(layout)
         job = Job(layout, ros, environment)
         if clean:
             remove_workspace(layout)
-        anew = clean or not venv_fits(layout, ros)
-        if anew:
+        renew = clean or not venv_fits(layout, ros)
+        if renew:
             _renew_venv(job)
         # Sources saved while they are built make the stamp unfit at the next start, not now.
         fresh = finished(layout, ros)
         if fresh:
             return fresh
         stamp = build_workspace(job)
-        _keep_bytecode(job, stamp, everything=anew)
+        _compile_bytecode(job, stamp, everything=renew)
         return stamp
 
 
@@ -149,20 +149,20 @@ def _ensure_docs_packages(layout: Layout, ros: str, environment: Mapping[str, st
         SetupError: it could not be installed.
     """
     from satform_setup.installer import docs_packages_fit, install_docs_packages  # noqa: PLC0415
-    from satform_setup.logged_process import Job, end_leftovers  # noqa: PLC0415
+    from satform_setup.logged_process import Job, end_orphans  # noqa: PLC0415
 
     job = Job(layout, ros, environment)
     if docs_packages_fit(job):
         return
     with layout.launcher.open("rb") as lock:
         _take(lock)
-        end_leftovers(layout)
+        end_orphans(layout)
         if not docs_packages_fit(job):
             install_docs_packages(job, shell_variables(WHEELS, environment) | {WHEELS_MARK: "1"})
 
 
 def _require_own_folder(layout: Layout) -> None:
-    """Refuse to make anew what another user has made, and say why it cannot be used as it is.
+    """Refuse to replace the environment of another user, with the reason for which it cannot be used.
 
     Raises:
         SetupError: the folder has an environment and this user may not write in it.
@@ -213,7 +213,7 @@ for name in sys.argv[1:]:
 _COMPILE = "import compileall, sys; [compileall.compile_dir(folder, quiet=2) for folder in sys.argv[1:]]"
 
 
-def _keep_bytecode(job: Job, stamp: dict[str, Any], *, everything: bool) -> None:
+def _compile_bytecode(job: Job, stamp: dict[str, Any], *, everything: bool) -> None:
     """Compile what nodes, command line and tests import, once: else every process would do it again.
 
     pip and uv leave that to the first import, which keeps nothing where `PYTHONDONTWRITEBYTECODE` is set or
@@ -251,7 +251,7 @@ def _renew_venv(job: Job) -> None:
     from satform_setup.machine import check_machine  # noqa: PLC0415 - later starts do without
 
     layout = job.layout
-    reason = why_anew(read_stamp(layout.venv_stamp), wanted_venv(layout, job.ros))
+    reason = rebuild_reason(read_stamp(layout.venv_stamp), wanted_venv(layout, job.ros))
     if Path(sys.executable).parent == layout.python.parent:
         # This Python belongs to what is about to be removed: the launcher looks for another and starts over.
         print(f"satform: {reason}", file=sys.stderr)

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What can go wrong in a set-up, said in one sentence to the person who can mend it."""
+"""Errors of the set-up as sentences with a remedy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class SetupError(Exception):
 _DISK_FULL = "the disk is full; free about 2 GB and"
 
 # Ordered: without a network pip also finds "no matching distribution", so causes come before their effects.
-_PIP_FAULTS = (
+_PIP_ERRORS = (
     (r"No space left on device|Errno 28|Disk quota exceeded|Errno 122", _DISK_FULL),
     (
         r"CERTIFICATE_VERIFY_FAILED|SSLError|SSLCertVerificationError",
@@ -45,7 +45,7 @@ _PIP_FAULTS = (
 _NO_WHEEL = re.compile(r"No matching distribution found for (?P<requirement>\S+)")
 
 
-def pip_fault(output: str, python: str) -> str:
+def pip_error_text(output: str, python: str) -> str:
     """Say in one clause why pip failed.
 
     Args:
@@ -55,7 +55,7 @@ def pip_fault(output: str, python: str) -> str:
     Returns:
         A clause that ends where "run the same command again" fits.
     """
-    for pattern, clause in _PIP_FAULTS:
+    for pattern, clause in _PIP_ERRORS:
         if re.search(pattern, output):
             return clause
     missing = _NO_WHEEL.search(output)
@@ -67,7 +67,7 @@ def pip_fault(output: str, python: str) -> str:
     return "pip failed;"
 
 
-def os_fault(error: OSError) -> str:
+def os_error_text(error: OSError) -> str:
     """Say in one sentence what the operating system refused."""
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
         return f"{_DISK_FULL} run the same command again"

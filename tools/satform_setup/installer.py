@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Installs the pinned packages: with uv for its speed, with pip where only pip knows the way to them."""
+"""Installs the pinned packages with uv, or with pip where only pip knows the index."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from satform_setup.errors import SetupError, pip_fault
+from satform_setup.errors import SetupError, pip_error_text
 from satform_setup.layout import digest, read_stamp, write_stamp
 from satform_setup.logged_process import Job, Progress, run_logged
 from satform_setup.ros_distribution import WHEELS
@@ -137,5 +137,5 @@ def _pip(job: Job, arguments: list[str], variables: Mapping[str, str], progress:
     outcome = run_logged(job, command, variables, progress, layout.root)
     if outcome.code:
         progress.end()
-        clause = pip_fault(outcome.output, platform.python_version())
-        raise SetupError(f"{clause} run the same command again (pip's own words: {layout.log})")
+        clause = pip_error_text(outcome.output, platform.python_version())
+        raise SetupError(f"{clause} run the same command again (output of pip: {layout.log})")

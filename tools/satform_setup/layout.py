@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the set-up keeps what it makes, and how it marks it as finished."""
+"""Paths of the set-up, and the stamps that mark finished parts."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs pip and colcon: their output into the log, their progress on the screen, their end with ours."""
+"""Runs pip and colcon with their output in the log and their progress on the screen."""
 
 from __future__ import annotations
 
@@ -66,13 +66,13 @@ class Progress:
         """Show steps from now on.
 
         Args:
-            counted: start of the lines of output that tell of one more step.
+            counted: start of the output lines that mark one more step.
             total: number of steps.
         """
         self._counted, self._total, self._steps = counted, total, 0
 
-    def see(self, line: str) -> None:
-        """Take notice of one line of a program's output."""
+    def read_line(self, line: str) -> None:
+        """Count one line of a program's output."""
         if self._counted and line.startswith(self._counted):
             self._steps += 1
             if self._live:
@@ -123,15 +123,15 @@ def run_logged(
             for line in process.stdout or ():
                 log.write(line)
                 lines.append(line)
-                progress.see(line)
+                progress.read_line(line)
             code = process.wait()
         except BaseException:
-            end_leftovers(job.layout)
+            end_orphans(job.layout)
             raise
     return Outcome(code, "".join(lines))
 
 
-def end_leftovers(layout: Layout) -> None:
+def end_orphans(layout: Layout) -> None:
     """End what a set-up that was killed has left running: it would write into the next one.
 
     Only the holder of the lock may call this: what then still bears the mark of this folder's set-up is an
@@ -148,12 +148,12 @@ def end_leftovers(layout: Layout) -> None:
         for process in orphans:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.kill(int(process.name), signal.SIGKILL)
-        # They are nobody's children here, so their end is told by nothing but /proc.
+        # They are no children of this process, so their end shows only in /proc.
         time.sleep(0.05)
 
 
 def _variables(process: Path) -> list[bytes]:
-    # It may end while it is looked at, or belong to someone else.
+    # It may have ended, or belong to another user.
     try:
         return (process / "environ").read_bytes().split(b"\0")
     except OSError:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a machine must have before anything is installed."""
+"""Requirements on the machine, checked before anything is installed."""
 
 from __future__ import annotations
 
@@ -163,5 +163,5 @@ def _python_package(part: str) -> str:
 
 
 def _compiler(chosen: str | None, names: tuple[str, ...], path: str) -> bool:
-    words = (chosen or "").split()
-    return any(shutil.which(name, path=path) for name in (words[:1] or names))
+    command = (chosen or "").split()
+    return any(shutil.which(name, path=path) for name in (command[:1] or names))

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which ROS 2 Jazzy this shell offers: a sourced one, or none, and then the one from the PyPI wheels."""
+"""Finds ROS 2 Jazzy: a sourced one, or else that of the PyPI wheels."""
 
 from __future__ import annotations
 

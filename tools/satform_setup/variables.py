@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The variables of the programs that run in the environment, and the wheels' traps about them."""
+"""Environment variables of the programs that run in the environment."""
 
 from __future__ import annotations
 

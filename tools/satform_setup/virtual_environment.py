@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the virtual environment."""
+"""Makes and removes the virtual environment."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def venv_fits(layout: Layout, ros: str) -> bool:
     return read_stamp(layout.venv_stamp) == wanted_venv(layout, ros) and os.access(layout.python, os.X_OK)
 
 
-def why_anew(stamp: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+def rebuild_reason(stamp: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     """Say why a virtual environment is made.
 
     Args:
@@ -56,7 +56,9 @@ def why_anew(stamp: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     changed = [name for name in wanted if stamp.get(name) != wanted[name]]
     if not stamp or not changed:
         return "making the environment of this folder"
-    return f"making the environment anew, for it was made with another {' and another '.join(changed)}"
+    return (
+        f"making a new environment, since the old one was made with another {' and another '.join(changed)}"
+    )
 
 
 def make_venv(job: Job) -> None:
@@ -84,7 +86,7 @@ def make_venv(job: Job) -> None:
     outcome = run_logged(job, command, variables, progress, layout.root)
     progress.end()
     if outcome.code:
-        raise SetupError(f"{' '.join(command)} failed; its own words: {layout.log}")
+        raise SetupError(f"{' '.join(command)} failed; its output: {layout.log}")
     install_requirements(job, variables)
     write_stamp(layout.venv_stamp, wanted_venv(layout, job.ros))
 

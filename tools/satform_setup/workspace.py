@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the ROS workspace: all of it at first, later only what has changed."""
+"""Builds the ROS workspace: all of it at first, later what has changed."""
 
 from __future__ import annotations
 
@@ -251,6 +251,6 @@ def _colcon(job: Job, names: list[str]) -> None:
     if outcome.code:
         failed = re.findall(r"^Failed\s+<<<\s+(\S+)", outcome.output, re.MULTILINE)
         raise SetupError(
-            f"{' and '.join(failed) or 'the workspace'} cannot be built; all of colcon's words: "
-            f"{layout.log}, the last of them:\n{last_lines(layout.log, 25)}"
+            f"{' and '.join(failed) or 'the workspace'} cannot be built; output of colcon: "
+            f"{layout.log}, its last lines:\n{last_lines(layout.log, 25)}"
         )

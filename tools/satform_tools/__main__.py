@@ -22,9 +22,9 @@ except KeyboardInterrupt:
     sys.exit(130)
 except (ImportError, MemoryError, OSError, RuntimeError) as error:
     # The program itself cannot be loaded, as where memory is limited.
-    from satform_tools.errors import fault_sentences
+    from satform_tools.errors import error_sentences
 
-    sentences = fault_sentences(error)
+    sentences = error_sentences(error)
     if not sentences:
         raise
     sys.stderr.writelines(f"satform: {sentence}\n" for sentence in sentences)

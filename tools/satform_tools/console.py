@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How commands speak: tables and lines, coloured on a terminal, plain text elsewhere, JSON for machines."""
+"""Output of commands: tables and lines, coloured on a terminal, plain text elsewhere, or JSON."""
 
 import json
 import math
@@ -86,12 +86,12 @@ def plain_table(content: Table) -> str:
 
 
 def as_json(data: Any) -> None:
-    """Print data for a machine."""
+    """Print data as JSON."""
     write(f"{to_json(data)}\n")
 
 
 def as_json_line(data: Any) -> None:
-    """Print data for a machine that reads line by line."""
+    """Print data as one line of JSON."""
     write(f"{json.dumps(_finite(data), ensure_ascii=False, allow_nan=False)}\n")
 
 

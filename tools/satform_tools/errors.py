@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What goes wrong in a command, as sentences for the person who typed it."""
+"""Errors of commands as sentences for the user."""
 
 import errno
 from pathlib import Path
@@ -24,13 +24,13 @@ class CommandError(Exception):
 
 
 class InfeasibleError(CommandError):
-    """What was asked for is well formed, but nothing keeps its constraints."""
+    """The request is valid, but no solution meets its constraints."""
 
     exit_code: ClassVar[int] = EXIT_MISSED
 
 
 def sentence_of(error: OSError) -> str:
-    """What the operating system refused, and where."""
+    """The sentence about an error of the operating system."""
     if error.errno == errno.ENOSPC:
         # Standard output has a name that is no path.
         is_path = "/" in str(error.filename or "")
@@ -39,13 +39,13 @@ def sentence_of(error: OSError) -> str:
     elif error.errno in {errno.EMFILE, errno.ENFILE}:
         reason = "too many files are open (ulimit -n)"
     else:
-        # The system begins its words with a capital letter; ours may hold names that are written so.
+        # The system begins its text with a capital letter; ours may begin with a name.
         reason = error.strerror.lower() if error.strerror else str(error) or type(error).__name__
     return f"{error.filename}: {reason}" if error.filename else reason
 
 
-def fault_sentences(error: Exception) -> list[str]:
-    """What an error means for the person who typed the command.
+def error_sentences(error: Exception) -> list[str]:
+    """The sentences about an error.
 
     Args:
         error: that ended the command.
@@ -65,7 +65,7 @@ def fault_sentences(error: Exception) -> list[str]:
         case MemoryError():
             return ["there is not enough memory for that on this machine (ulimit -v, or a container's limit)"]
         case RecursionError():
-            return ["what was given is nested too deeply to be read"]
+            return ["the input is nested too deeply to be read"]
         case UnicodeError():
             return [f"a text is not UTF-8: {error}"]
         case ImportError() if "cannot allocate memory" in str(error).lower() or "map segment" in str(error):

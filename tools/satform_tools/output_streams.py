@@ -1,8 +1,8 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Standard output and error as they may come: closed, full, or read by someone who has seen enough.
+"""Standard output and error where they are closed, full, or read by a process that has ended.
 
-A reader who goes away, as `head` does, ends nothing: what is left to print is dropped, and the command ends
+If the reader ends, as `head` does, the rest of the output is dropped, and the command continues and ends
 with its own exit code.
 """
 
@@ -12,7 +12,7 @@ from contextlib import suppress
 
 
 def prepare() -> None:
-    """Have three standard streams, and signs that a terminal cannot show replaced by question marks.
+    """Open missing standard streams, and replace characters that a terminal cannot show by question marks.
 
     A file that is opened while a standard stream is closed takes its number, and whatever is printed there.
     """
@@ -56,7 +56,7 @@ def note(text: str) -> None:
 
 
 def finish() -> None:
-    """Write out what was kept back of standard output.
+    """Flush standard output.
 
     Raises:
         OSError: it cannot be written, as where a disk is full.
@@ -74,7 +74,7 @@ def finish() -> None:
 
 
 def drop() -> None:
-    """Let what is still printed vanish, also what Python writes out at its end."""
+    """Discard all further output, also what Python flushes at its end."""
     with suppress(OSError, ValueError, AttributeError):
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, sys.stdout.fileno())

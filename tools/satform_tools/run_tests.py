@@ -42,6 +42,7 @@ PARTS = (
     Part("ruff check", ("-m", "ruff", "check", ".")),
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
     Part("licence headers", ("tools/lint/licence_headers.py",)),
+    Part("words of names and docs", ("tools/lint/words.py",)),
     Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED)),
     Part("unit tests", (*_MEASURED, *_PYTEST, "2", "tests/unit")),
     # A flight over DDS waits a good part of its time, and has a domain of its own: three keep two cores busy.

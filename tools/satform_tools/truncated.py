@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Long lists as people read them: all of a short one, the beginning of a long one and how many there are."""
+"""Prints long lists truncated: all of a short one, else its first entries and the total number."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from satform_tools import console
 from satform_tools.console import Table
 
 MOST = 40
-"""Entries that are printed one by one; of longer lists only the first few are."""
+"""Longest list that is printed whole."""
 
 FEW = 10
 """Entries of a longer list that are printed."""

@@ -12,7 +12,7 @@ import pytest
 from satform.common.spec import specs
 from satform.scenario import ScenarioError, parse_scenario
 from satform_tools.describe import json_schema
-from satform_tools.describe.field_text import GROUPS, type_words
+from satform_tools.describe.field_text import GROUPS, type_text
 
 ORBIT = """
 name: angled
@@ -89,7 +89,7 @@ def test_every_scalar_field_that_asks_for_radians_offers_degrees() -> None:
     for group in GROUPS:
         for kind, spec in specs(group).items():
             for name, field in spec.model_fields.items():
-                words = type_words(field)
+                words = type_text(field)
                 scalar = words.startswith("number")
                 if scalar and asks.search(field.description or "") and "deg" not in words:
                     missing.append(f"{kind}.{name}: {field.description}")

@@ -93,7 +93,7 @@ def test_a_run_whose_record_has_no_room_is_lost_and_leaves_no_part_of_a_file(dis
     scenario = shipped("triangle", "timing.duration=2000.0", "expect=[]")
     outcome = run_command.run(scenario, "inprocess", record=True, out=disk / "run")
     assert outcome.exit_code == EXIT_LOST
-    assert f"flown to step {scenario.timing.steps}, but the record cannot be kept" in outcome.reason
+    assert f"flown to step {scenario.timing.steps}, but the record cannot be stored" in outcome.reason
     assert "the disk is full" in outcome.reason
     assert f"{disk} has" in outcome.reason
     assert not (disk / "run" / folders.RECORD).exists()
@@ -116,7 +116,7 @@ def test_a_run_without_room_for_its_result_leaves_no_empty_one(
     monkeypatch.setattr(run_command, "save_scenario", save_and_fill_the_disk)
     outcome = run_command.run(shortened("triangle", 10.0), "inprocess", record=False, out=disk / "run")
     assert outcome.exit_code == EXIT_LOST
-    assert outcome.reason.startswith(f"the result cannot be kept: {disk}/run/result.json: the disk is full")
+    assert outcome.reason.startswith(f"the result cannot be stored: {disk}/run/result.json: the disk is full")
     assert not (disk / "run" / folders.RESULT).exists()
 
 

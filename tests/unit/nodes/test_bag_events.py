@@ -16,9 +16,9 @@ from satform.flight.simulate import simulate
 from satform.plot.style import Unit
 from satform_nodes.bag.definitions import definition
 from satform_nodes.transport import topics
-from satform_tools.report.event_log import connections, happenings
+from satform_tools.report.event_log import flight_events, graph_states
 from satform_tools.report.page.charts import graph_charts
-from satform_tools.run.stored_run import Kept
+from satform_tools.run.stored_run import StoredRun
 
 NAMES = ["sat1", "sat2", "sat3"]
 COMPLETE = {"edge_receivers": [0, 0, 1, 1, 2, 2], "edge_senders": [1, 2, 0, 2, 0, 1]}
@@ -70,9 +70,9 @@ def events() -> Events:
 
 
 @pytest.fixture
-def kept(events: Events) -> Kept:
+def kept(events: Events) -> StoredRun:
     scenario = shortened("triangle", 20.0)
-    return Kept(Path("bag"), scenario, simulate(scenario), True, {}, events)
+    return StoredRun(Path("bag"), scenario, simulate(scenario), True, {}, events)
 
 
 def test_events_are_what_the_nodes_said(events: Events) -> None:
@@ -87,8 +87,8 @@ def test_events_are_what_the_nodes_said(events: Events) -> None:
     assert change.value == (0.1, 0.2, 0.3)
 
 
-def test_what_happened_is_told_with_its_time(kept: Kept) -> None:
-    assert [(entry.time, entry.kind, entry.text) for entry in happenings(kept)] == [
+def test_what_happened_is_told_with_its_time(kept: StoredRun) -> None:
+    assert [(entry.time, entry.kind, entry.text) for entry in flight_events(kept)] == [
         (5.0, "loss", "sat2 lost: no answer within 10 s"),
         (7.5, "gain", "sat3: controller.switching_gain is now [0.1, 0.2, 0.3]"),
         (10.0, "return", "sat2 back"),
@@ -96,8 +96,8 @@ def test_what_happened_is_told_with_its_time(kept: Kept) -> None:
     ]
 
 
-def test_nobody_hears_who_is_lost(kept: Kept) -> None:
-    lost = connections(kept)[1]
+def test_nobody_hears_who_is_lost(kept: StoredRun) -> None:
+    lost = graph_states(kept)[1]
     assert lost.hears.tolist() == [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
     alive = next(chart for chart in graph_charts(kept, Unit("s", 1.0)) if chart.key == "alive")
     gone = alive.lines[1]

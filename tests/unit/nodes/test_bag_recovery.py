@@ -191,6 +191,6 @@ def test_the_command_says_what_there_is_and_from_which_step_on_it_is_missing(
     rosbag2_format.read(bag.parent / "bag_recovered")
     # Neither the old nor the new bag is ever written over.
     assert cli.main(["recover", str(bag.parent)]) == 2
-    assert "is there already" in capsys.readouterr().err.replace("\n", " ")
+    assert "already exists" in capsys.readouterr().err.replace("\n", " ")
     assert cli.main(["recover", str(bag.parent / "bag_recovered"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["whole"] is True

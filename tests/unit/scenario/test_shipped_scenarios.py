@@ -37,7 +37,7 @@ def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> 
     # in the chief's place, as in their source, where another satellite stays or is compared with them.
     # Formations of 100 km and more fly under CW as in their sources; what that costs is said.
     meant = ("graph: ", "is of first order in the distance")
-    meant += ("start in the same place",) if name in RESPONSES else ()
+    meant += ("start at the same position",) if name in RESPONSES else ()
     # What small thrusters do to a flight is what one of them shows.
     meant += ("it flies saturated at first",) if name == "thruster_limited" else ()
     said = [warning for warning in warnings(shipped(name)) if not any(words in warning for words in meant)]

@@ -52,14 +52,14 @@ LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 100.0}
             {"graph": {"kind": "none"}, "graph_schedule": [{"at": 10.0, "add": [["sat1", "sat2"]]}]},
             "not even all graphs together are connected",
         ),
-        ({"checkpoint_period": 10.0}, "checkpoints are kept, but nobody comes back from one"),
+        ({"checkpoint_period": 10.0}, "checkpoints are written, but no satellite rejoins from one"),
         (
             {"faults": [{**LOST, "rejoin_at": 200.0}], "checkpoint_period": 150.0},
-            "before its first checkpoint at 150 s; it comes back with its flight plan alone",
+            "before its first checkpoint at 150 s; it rejoins with its flight plan alone",
         ),
         (
             {"faults": [{**LOST, "rejoin_at": 2000.0, "memory": "plan"}]},
-            "sat2 is to be back at 2000 s, after the flight's end",
+            "sat2 rejoins at 2000 s, after the flight's end",
         ),
     ],
 )

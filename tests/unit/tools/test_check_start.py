@@ -40,8 +40,8 @@ def warnings(scenario: Scenario, about: str) -> list[str]:
 
 @pytest.mark.parametrize("laps", [0, 1, -2])
 def test_two_satellites_in_one_place_are_named_however_many_periods_their_phases_are_apart(laps: int) -> None:
-    (said,) = warnings(two(laps * LAP), "start in the same place")
-    assert said == "satellites: a and b start in the same place, (0, 1000, 0) m"
+    (said,) = warnings(two(laps * LAP), "start at the same position")
+    assert said == "satellites: a and b start at the same position, (0, 1000, 0) m"
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,7 @@ def test_a_start_beyond_a_limit_is_said_to_end_the_flight_at_once(change: str, s
 
 
 def test_satellites_that_exchange_nothing_may_share_a_place_to_be_compared() -> None:
-    assert not warnings(two(0.0, "graph={kind: none}"), "start in the same place")
+    assert not warnings(two(0.0, "graph={kind: none}"), "start at the same position")
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ SCHEDULED: dict[str, Any] = {
         ("fault", 121.0, "faults[0].at: 121 s is between two steps; it holds from the next one at 130 s"),
         ("until", 121.0, "faults[0].until: 121 s is between two steps"),
         ("checkpoint", 127.0, "checkpoint_period: 127 s is taken as 130 s"),
-        ("delay", 21.0, "links.default.delay: what takes 21 s arrives at the next step, after 30 s"),
+        ("delay", 21.0, "links.default.delay: a delay of 21 s ends at the next step, after 30 s"),
         ("period", 27.0, "links.default.period: 27 s is taken as 30 s"),
         ("outage", 121.0, "links.default.outages[0].begin: 121 s is between two steps"),
         ("expectation", 127.0, "expect[0].at: 127 s is judged at the step at 130 s"),

@@ -83,5 +83,5 @@ def test_a_name_that_is_no_shipped_scenario_is_refused_before_anything_flies(
     elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["gallery", "triangle", "triangel"]) == 2
-    assert "'triangel' is no scenario that comes with the project" in capsys.readouterr().err
+    assert "'triangel' is not a shipped scenario" in capsys.readouterr().err
     assert not list(elsewhere.iterdir())

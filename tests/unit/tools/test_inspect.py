@@ -31,7 +31,7 @@ from satform_tools.inspect import watch as watch_command
 from satform_tools.inspect.echo import intervals
 from satform_tools.inspect.monitor import sentences
 from satform_tools.inspect.parameters import as_parameter
-from satform_tools.inspect.snapshot import Frame, LinkLook, SatelliteLook, as_text
+from satform_tools.inspect.snapshot import Frame, LinkStatus, SatelliteStatus, as_text
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +39,7 @@ def machine_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Descriptions and holds of the test's own, and no domain set."""
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    monkeypatch.setattr(domains, "ABSTRACT", f"\0test looking {os.getpid()}/")
+    monkeypatch.setattr(domains, "ABSTRACT", f"\0test observe {os.getpid()}/")
     for name in ("ROS_DOMAIN_ID", "SATFORM_HOLDS_DOMAIN", "XDG_RUNTIME_DIR"):
         monkeypatch.delenv(name, raising=False)
 
@@ -88,7 +88,7 @@ def test_of_several_runs_one_has_to_be_named(tmp_path: Path) -> None:
         with pytest.raises(CommandError, match=sentence):
             target_domain.domain(None)
         assert target_domain.domain(5) == 5
-        assert "no formation is flying on domain 5; runs under way" in target_domain.nobody_flies(5)
+        assert "no formation is flying on domain 5; runs under way" in target_domain.no_formation_sentence(5)
 
 
 def test_without_a_run_the_sentence_says_how_to_have_one() -> None:
@@ -214,13 +214,13 @@ def test_a_reader_who_has_seen_enough_ends_a_look_in_peace(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     @contextmanager
-    def looking(_domain: int, _patience: float, _namespace: str | None) -> Iterator[None]:
+    def observe(_domain: int, _patience: float, _namespace: str | None) -> Iterator[None]:
         yield None
 
     def closed(*_: Any, **__: Any) -> NoReturn:
         raise BrokenPipeError
 
-    monkeypatch.setattr(observer_node, "looking", looking)
+    monkeypatch.setattr(observer_node, "observe", observe)
     monkeypatch.setattr(module, function, closed)
     # The command takes the stream away; the test gives it back.
     monkeypatch.setattr(sys, "stdout", sys.stdout)
@@ -238,11 +238,11 @@ def test_the_rate_is_messages_less_one_over_the_time_between_the_first_and_the_l
     assert intervals([1.0]) is None
 
 
-def look(name: str, alive: bool = True) -> SatelliteLook:
-    return SatelliteLook(name, alive, False, (1.0, -2.0, math.nan), 0.5, 1e-3, 12.5)
+def look(name: str, alive: bool = True) -> SatelliteStatus:
+    return SatelliteStatus(name, alive, False, (1.0, -2.0, math.nan), 0.5, 1e-3, 12.5)
 
 
-def frame(links: tuple[LinkLook, ...], events: tuple[str, ...] = ()) -> Frame:
+def frame(links: tuple[LinkStatus, ...], events: tuple[str, ...] = ()) -> Frame:
     return Frame(
         title="triangle on domain 3",
         phase="flying",
@@ -266,10 +266,10 @@ def test_a_frame_says_where_the_flight_is_and_how_fast() -> None:
 
 
 def test_of_many_links_the_oldest_are_named_and_those_never_heard_before_all() -> None:
-    links = tuple(LinkLook(f"s{index}", "s0", float(index)) for index in range(30))
-    text = as_text(frame((*links, LinkLook("one", "two", math.nan))))
+    links = tuple(LinkStatus(f"s{index}", "s0", float(index)) for index in range(30))
+    text = as_text(frame((*links, LinkStatus("one", "two", math.nan))))
     assert "on 31 links [s]: one<-two -, s29<-s0 29, s28<-s0 28" in text
-    assert text.endswith("and 19 that are younger")
+    assert text.endswith("and 19 with newer messages")
 
 
 def test_the_newest_events_are_shown() -> None:

@@ -193,7 +193,7 @@ def test_the_policies_say_in_the_words_of_ros_what_the_permissions_say_in_those_
 
 
 def test_a_keystore_is_never_written_over(keystore: Path) -> None:
-    with pytest.raises(CommandError, match="is there already and is not an empty folder"):
+    with pytest.raises(CommandError, match="already exists and is not an empty folder"):
         make(shipped("triangle"), keystore, 30, ANY_DOMAIN)
 
 

@@ -71,7 +71,7 @@ def test_a_torn_file_of_one_process_does_not_hide_the_others(
     (tmp_path / "7.json").write_text(whole)
     (tmp_path / "8.json").write_text(whole[:40])
     assert flight_trace.spans(tmp_path) == [Span("sat1", "a", 1, 2)]
-    assert "8.json: is no whole trace" in capsys.readouterr().err
+    assert "8.json: is not a complete trace" in capsys.readouterr().err
 
 
 def test_spans_within_spans_come_back_from_the_marks_of_a_process(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Basilisk's own relative-motion feedback beside the in-process run, for those who have Basilisk installed.
+"""Relative-motion feedback of Basilisk beside the in-process run, where Basilisk is installed.
 
 Run alone with a Python that has `bsk`: `python tools/satform_tools/bench/basilisk.py 10 100`.
 It is no dependency: with Basilisk absent it says so.
@@ -38,7 +38,7 @@ def steps_per_second(count: int, steps: int = 200) -> float:
     simulation = SimulationBaseClass.SimBaseClass()
     process = simulation.CreateNewProcess("flight")
     process.addTask(simulation.CreateNewTask("step", int(STEP * _NANOSECONDS)))
-    kept = _formation(simulation, count)
+    parts = _formation(simulation, count)
     simulation.InitializeSimulation()
     simulation.ConfigureStopTime(int(STEP * _NANOSECONDS))
     simulation.ExecuteSimulation()
@@ -46,12 +46,12 @@ def steps_per_second(count: int, steps: int = 200) -> float:
     begin = time.process_time()
     simulation.ExecuteSimulation()
     seconds = time.process_time() - begin
-    del kept
+    del parts
     return steps / seconds
 
 
 def _formation(simulation: Any, count: int) -> list[Any]:
-    """Chief and deputies with their modules in the task; what has to be kept alive."""
+    """Chief and deputies with their modules in the task; what has to stay alive."""
     from Basilisk.architecture import messaging  # noqa: PLC0415 - optional
     from Basilisk.fswAlgorithms import hillFrameRelativeControl, hillStateConverter  # noqa: PLC0415
     from Basilisk.simulation import extForceTorque, simpleNav  # noqa: PLC0415
@@ -59,7 +59,7 @@ def _formation(simulation: Any, count: int) -> list[Any]:
     earth = _earth()
     speed = (MU / RADIUS) ** 0.5
     mass = messaging.VehicleConfigMsg().write(messaging.VehicleConfigMsgPayload(massSC=100.0))
-    kept = [earth, mass]
+    parts = [earth, mass]
 
     def spacecraft_at(offset: float, name: str) -> tuple[Any, Any]:
         body = _spacecraft(earth, [RADIUS + offset, 0.0, 0.0], [0.0, speed, 0.0], name)
@@ -68,7 +68,7 @@ def _formation(simulation: Any, count: int) -> list[Any]:
         navigation.scStateInMsg.subscribeTo(body.scStateOutMsg)
         simulation.AddModelToTask("step", body, 30)
         simulation.AddModelToTask("step", navigation, 20)
-        kept.extend([body, navigation])
+        parts.extend([body, navigation])
         return body, navigation
 
     _, chief = spacecraft_at(0.0, "chief")
@@ -90,8 +90,8 @@ def _formation(simulation: Any, count: int) -> list[Any]:
         for module, priority in ((hill, 10), (law, 9), (force, 8)):
             module.ModelTag = f"{type(module).__name__}{index}"
             simulation.AddModelToTask("step", module, priority)
-            kept.append(module)
-    return kept
+            parts.append(module)
+    return parts
 
 
 def _diagonal(gain: float) -> list[float]:
@@ -131,8 +131,8 @@ def main() -> int:
             file=sys.stderr,
         )
         return 2
-    for word in sys.argv[1:] or ["10", "100", "1000"]:
-        print(f"{word} deputies: {steps_per_second(int(word)):.4g} steps/s", flush=True)
+    for count in sys.argv[1:] or ["10", "100", "1000"]:
+        print(f"{count} deputies: {steps_per_second(int(count)):.4g} steps/s", flush=True)
     return 0
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of a benchmark, each a cost beside a yardstick of the same minute, and how they have changed."""
+"""Figures of benchmarks beside a yardstick of the same run, their history and its comparison."""
 
 import json
 import os
@@ -31,9 +31,9 @@ class Figure:
     Attributes:
         name: of what was measured, the same in every history file.
         seconds: cost of each repetition, s for a unit such as a step or a message.
-        yardstick: what it is held against: `numpy loop` or `round trip`.
+        yardstick: what it is compared with: `numpy loop` or `round trip`.
         yardstick_seconds: cost of the yardstick right before each repetition, s.
-        details: other figures of it in SI units, for those who look closer.
+        details: other figures of it in SI units.
     """
 
     name: str
@@ -93,7 +93,7 @@ def repeated(
 
     Args:
         name: of what is measured.
-        yardstick: name of what it is held against.
+        yardstick: name of what it is compared with.
         unit: measures the yardstick, s.
         measure: measures the thing, s.
         repetitions: how often.
@@ -142,10 +142,10 @@ def machine() -> dict[str, Any]:
 
 
 def write(figures: Sequence[Figure], folder: Path) -> Path:
-    """Keep figures as a JSON file named by the moment.
+    """Write figures as a JSON file named by the time.
 
     Args:
-        figures: to keep.
+        figures: to write.
         folder: made where it is missing.
 
     Returns:
@@ -211,7 +211,7 @@ def compare(before: Sequence[Figure], after: Sequence[Figure]) -> list[Change]:
 
 
 def _change(before: Figure, after: Figure) -> Change:
-    # Of a single repetition nobody knows how noisy it is.
+    # The noise of a single repetition is unknown.
     several = min(len(before.ratios), len(after.ratios)) > 1
     apart = min(after.ratios) > max(before.ratios) or max(after.ratios) < min(before.ratios)
     noticeable = abs(after.ratio / before.ratio - 1.0) > NOTICEABLE

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What one step of one satellite's flight software costs, without anything that brings it its messages."""
+"""CPU time of one step of a satellite's flight software, without messages."""
 
 import time
 
@@ -32,9 +32,9 @@ def step_cost(scenario: Scenario, index: int = 0, steps: int = 1000) -> float:
     kind = scenario.consensus.announces
     neighbours = plan.membership.graph.neighbours(index)
     satellite = Satellite(plan.satellite(index), len(plan.membership.possible_graph.neighbours(index)))
-    said = np.zeros((len(neighbours), 1 + WIDTH[kind]))
+    messages = np.zeros((len(neighbours), 1 + WIDTH[kind]))
     for row, neighbour in enumerate(neighbours):
-        said[row, 1:] = numbers(Satellite(plan.satellite(neighbour)).announce())
+        messages[row, 1:] = numbers(Satellite(plan.satellite(neighbour)).announce())
     start = satellite.plan.start
     position, velocity = start.position.tolist(), start.velocity.tolist()
     turned = None
@@ -44,7 +44,7 @@ def step_cost(scenario: Scenario, index: int = 0, steps: int = 1000) -> float:
     for _ in range(_WARM_UP + steps):
         begin = time.thread_time_ns()
         motion = Motion(np.array(position), np.array(velocity))
-        told = Received.whole(said[:, 1:], said[:, 0])
-        satellite.act(motion, told, satellite.state.step, turned)
+        received = Received.whole(messages[:, 1:], messages[:, 0])
+        satellite.act(motion, received, satellite.state.step, turned)
         costs.append(time.thread_time_ns() - begin)
     return float(np.median(costs[_WARM_UP:])) * 1e-9

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far the linear truth models are from inertial propagation: the table of docs/models.md."""
+"""Errors of the linear truth models against inertial propagation: the table of docs/models.md."""
 
 import math
 from collections.abc import Mapping

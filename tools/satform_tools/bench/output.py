@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What `satform bench` prints and keeps: figures as tables or JSON, and how they have changed."""
+"""Prints and stores figures of `satform bench`, and prints how they have changed."""
 
 import statistics
 from collections.abc import Sequence
@@ -15,15 +15,15 @@ from satform_tools.console import Table
 from satform_tools.errors import CommandError
 
 
-def show(figures: Sequence[Figure], keep: Path | None, *, as_json: bool) -> None:
-    """Print figures, and keep them where a folder is named.
+def show(figures: Sequence[Figure], folder: Path | None, *, as_json: bool) -> None:
+    """Print figures, and store them where a folder is given.
 
     Args:
         figures: to print.
-        keep: folder of the history; None to keep nothing.
-        as_json: whether for a machine.
+        folder: of the history; None to store nothing.
+        as_json: whether to print JSON.
     """
-    path = None if keep is None else history.write(figures, keep)
+    path = None if folder is None else history.write(figures, folder)
     if as_json:
         console.as_json(
             {
@@ -52,7 +52,7 @@ def show(figures: Sequence[Figure], keep: Path | None, *, as_json: bool) -> None
     load = ", ".join(f"{value:.1f}" for value in about["load_average"])
     console.line(f"{about['processor']}, {about['cores']} cores, load {load}")
     if path is not None:
-        console.line(f"kept in {path}")
+        console.line(f"stored in {path}")
 
 
 def compare(before: Path, after: Path | None, folder: Path, *, as_json: bool) -> bool:
@@ -62,7 +62,7 @@ def compare(before: Path, after: Path | None, folder: Path, *, as_json: bool) ->
         before: earlier file.
         after: later file; None for the newest in the folder besides the earlier one.
         folder: of the history.
-        as_json: whether for a machine.
+        as_json: whether to print JSON.
 
     Returns:
         Whether something has got slower beyond the noise.

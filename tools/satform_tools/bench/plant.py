@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How fast the inertial truth is at gravity of degree 10, beside brahe's own propagator and SciPy's."""
+"""Speed of inertial propagation with gravity of degree 10, beside brahe's propagator and SciPy's."""
 
 import math
 import time
@@ -149,7 +149,7 @@ def _by_brahe(starts: Array, method: Any, step: float | None) -> Flight:
         numerics = numerics.with_initial_step(step)
 
     def flight() -> Array:
-        # brahe turns the Earth by parameters of the whole process, which nobody else may have set.
+        # brahe's Earth orientation is global to the process.
         brahe.set_global_eop_provider_from_static_provider(brahe.StaticEOPProvider.from_zero())
         ends = []
         for start in starts:

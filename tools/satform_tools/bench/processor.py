@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Processor time of a flight's processes, which other work on the machine hardly changes."""
+"""CPU time of the processes of a flight, nearly independent of other load on the machine."""
 
 import os
 from pathlib import Path
@@ -13,9 +13,9 @@ class ProcessorClock:
 
     def __init__(self) -> None:
         self._processes: list[int] = []
-        self._looks: list[tuple[int, float]] = []
+        self._readings: list[tuple[int, float]] = []
 
-    def look(self, steps: int, _total: int) -> None:
+    def read(self, steps: int, _total: int) -> None:
         """Take a reading; to be given to a flight as what is called with its progress.
 
         Args:
@@ -25,19 +25,19 @@ class ProcessorClock:
             self._processes = _node_processes()
         times = [_processor_time(process) for process in self._processes]
         if times and None not in times:
-            self._looks.append((steps, sum(time for time in times if time is not None)))
+            self._readings.append((steps, sum(time for time in times if time is not None)))
 
     def per_step(self) -> float:
         """Processor time of a step, s, from the first reading to the last; NaN with fewer than two."""
-        if len(self._looks) < 2 or self._looks[-1][0] == self._looks[0][0]:
+        if len(self._readings) < 2 or self._readings[-1][0] == self._readings[0][0]:
             return float("nan")
-        (first, begin), (last, end) = self._looks[0], self._looks[-1]
+        (first, begin), (last, end) = self._readings[0], self._readings[-1]
         return (end - begin) / (last - first)
 
 
 def _node_processes() -> list[int]:
-    """Processes that the nursery's server of this process has given birth to."""
-    from multiprocessing import forkserver  # noqa: PLC0415 - only where there is a nursery
+    """Child processes of the process server."""
+    from multiprocessing import forkserver  # noqa: PLC0415 - only where there is a process server
 
     # There is no public way to ask for the server's number.
     server = getattr(forkserver._forkserver, "_forkserver_pid", None)
@@ -55,7 +55,7 @@ def _processor_time(process: int) -> float | None:
 
 
 def _stat(process: int) -> list[str]:
-    """What Linux tells of a process after its name, from its state on; nothing when it has ended."""
+    """The fields of a process in /proc after its name; empty when it has ended."""
     try:
         text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

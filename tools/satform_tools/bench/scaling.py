@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How steps in a second depend on the number of satellites, over DDS and in one process."""
+"""Speed over the number of satellites, over DDS and in one process."""
 
 import math
 import tempfile
@@ -15,7 +15,7 @@ from satform_tools.run.round_trip import median_round_trip
 
 _RING = """
 name: ring
-title: Satellites on one circle, each hearing its two neighbours
+title: Satellites on one circle, each receiving from its two neighbours
 text: Made for measuring speed.
 orbit: {{period: 6000.0}}
 timing: {{step: 1.0, duration: {steps}.0}}
@@ -23,15 +23,15 @@ dynamics: {{kind: cw, perturbations: [{{kind: harmonic, amplitude: 0.01, phase_s
 graph: {{kind: {graph}}}
 consensus: {{kind: arc_length, tracking_gain: 1.0e-3, coupling_gain: 1.0e-6, rate_gain: 1.0e-3}}
 nominal_motion: {{period: 6000.0}}
-node_timeout: {silence}
+node_timeout: {timeout}
 satellite_defaults:
   curve: {{kind: circle, radius: 50.0e3}}
   controller: {{kind: sliding_mode, boundary_layer: 0.1}}
 satellites:
 """
 
-_SILENCE, _SILENCE_OF_A_SATELLITE = 10.0, 0.1
-"""Silence that is tolerated at least, and for each satellite, s: the first step of many takes its time."""
+_TIMEOUT, _TIMEOUT_PER_SATELLITE = 10.0, 0.1
+"""Smallest node timeout, and per satellite, s: the first step of a large formation takes longer."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,8 @@ def ring(count: int, steps: int, graph: str = "ring") -> Scenario:
     satellites = "".join(
         f"  - {{name: s{index}, arc_length: {1000.0 * (index * 7 % count)}}}\n" for index in range(count)
     )
-    silence = max(_SILENCE, _SILENCE_OF_A_SATELLITE * count)
-    text = _RING.format(steps=steps, graph=graph, silence=silence) + satellites
+    timeout = max(_TIMEOUT, _TIMEOUT_PER_SATELLITE * count)
+    text = _RING.format(steps=steps, graph=graph, timeout=timeout) + satellites
     return parse_scenario(text, f"a ring of {count}")
 
 
@@ -113,11 +113,11 @@ def over_dds(
         round_trips: bare ones that are measured right before; 0 for none, which makes their figures NaN.
 
     Returns:
-        How fast it was.
+        The figures of the flight.
 
     Raises:
         RuntimeError: a process was lost.
-        KeyboardInterrupt: it was stopped by a signal, which is meant for the measuring as well.
+        KeyboardInterrupt: it was stopped by a signal, which also stops the measurement.
     """
     from satform_bringup.supervisor.run import fly  # noqa: PLC0415
     from satform_nodes.transport.executor import STOCK  # noqa: PLC0415
@@ -130,7 +130,7 @@ def over_dds(
             flown,
             Path(folder),
             record=record,
-            progress=clock.look,
+            progress=clock.read,
             group=group,
             environment={STOCK: "1"} if stock else None,
         )

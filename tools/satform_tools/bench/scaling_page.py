@@ -64,12 +64,12 @@ class Row:
     def cells(self) -> tuple[str, ...]:
         """The row as text, one cell per heading."""
         processes = -(-self.satellites // self.group)
-        words = (str(self.satellites), self.graph, str(processes))
+        label = (str(self.satellites), self.graph, str(processes))
         if self.flown is None:
-            return (*words, f"not flown: {self.reason[:120]}", "", "", "", "")
+            return (*label, f"not flown: {self.reason[:120]}", "", "", "", "")
         memory = self.flown.memory_per_process / 1e6
         return (
-            *words,
+            *label,
             f"{self.flown.steps_per_second:.3g}",
             f"{1e3 * self.flown.processor_per_step:.3g} ms",
             f"{self.flown.start_seconds:.3g} s",
@@ -86,23 +86,23 @@ def measure(counts: Sequence[int], steps: int) -> Iterator[Row]:
         steps: steps of each flight; from 100 satellites on 20, to bound the duration.
     """
     for count in counts:
-        stacked = min(-(-count // PROCESSES_OF_GROUPS), LARGEST_GROUP)
-        groups = {stacked, *([1] if count <= MOST_PROCESSES else [])}
-        for words, graph in GRAPHS.items():
+        together = min(-(-count // PROCESSES_OF_GROUPS), LARGEST_GROUP)
+        groups = {together, *([1] if count <= MOST_PROCESSES else [])}
+        for label, graph in GRAPHS.items():
             if graph != "ring" and count < 6:
                 continue
             for group in sorted(groups):
-                row = _measured(count, group, words, ring(count, steps if count < 100 else 20, graph))
+                row = _measured(count, group, label, ring(count, steps if count < 100 else 20, graph))
                 console.line("  ".join(row.cells()))
                 yield row
 
 
-def _measured(count: int, group: int, words: str, scenario: Scenario) -> Row:
+def _measured(count: int, group: int, label: str, scenario: Scenario) -> Row:
     try:
         flown = over_dds(count, group, 0, record=False, scenario=scenario, round_trips=0)
     except RuntimeError as error:
-        return Row(count, words, group, None, str(error), _load())
-    return Row(count, words, group, flown, "", _load())
+        return Row(count, label, group, None, str(error), _load())
+    return Row(count, label, group, flown, "", _load())
 
 
 def _load() -> float:
@@ -143,16 +143,16 @@ def _draw(rows: Sequence[Row]) -> None:
 
     figure = Figure(figsize=(9.0, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for words in GRAPHS:
+    for label in GRAPHS:
         for grouped in (False, True):
-            own = [row for row in rows if row.flown and row.graph == words and (row.group > 1) == grouped]
+            own = [row for row in rows if row.flown and row.graph == label and (row.group > 1) == grouped]
             if not own:
                 continue
-            label = f"{words}, {'grouped' if grouped else 'one process each'}"
+            legend = f"{label}, {'grouped' if grouped else 'one process each'}"
             counts = [row.satellites for row in own]
             style = "o--" if grouped else "o-"
-            left.plot(counts, [1e3 * r.flown.processor_per_step for r in own if r.flown], style, label=label)
-            right.plot(counts, [r.flown.start_seconds for r in own if r.flown], style, label=label)
+            left.plot(counts, [1e3 * r.flown.processor_per_step for r in own if r.flown], style, label=legend)
+            right.plot(counts, [r.flown.start_seconds for r in own if r.flown], style, label=legend)
     for axes, title in ((left, "CPU time per step, ms"), (right, "start-up, s")):
         axes.set(xscale="log", yscale="log", xlabel="satellites", title=title)
         axes.grid(visible=True, alpha=0.3)

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From the command to the first step: whole commands as a user types them."""
+"""Start-up time of whole commands, from the command to the first step."""
 
 import json
 import os
@@ -28,8 +28,8 @@ def command_to_first_step(satellites: int) -> tuple[float, float]:
         satellites: on a ring, each in a process of its own, with a recorder.
 
     Returns:
-        Wall-clock time from the command to the first command that the plant hears, and of this the time from
-        the first process on, s.
+        Wall-clock time from the command to the first command that the plant receives, and of this the time
+        from the first process on, s.
 
     Raises:
         RuntimeError: the command failed, or has not ended in time.
@@ -37,20 +37,20 @@ def command_to_first_step(satellites: int) -> tuple[float, float]:
     with tempfile.TemporaryDirectory() as folder:
         scenario = Path(folder) / "ring.json"
         scenario.write_text(ring(satellites, 1).to_json(), encoding="utf-8")
-        words = ["run", str(scenario), "--json", "--out", str(Path(folder) / "run")]
+        arguments = ["run", str(scenario), "--json", "--out", str(Path(folder) / "run")]
         # All processes of a machine mark their traces by one clock.
         environment = {**os.environ, trace.FOLDER: folder}
         begin = time.monotonic_ns()
-        printed = _printed(words, environment)
+        printed = _printed(arguments, environment)
         first = _first_mark_of_plant(Path(folder))
         start = float(json.loads(printed)["speed"]["start_seconds"])
     return (first - begin) * 1e-9, start
 
 
-def _printed(words: list[str], environment: dict[str, str]) -> str:
+def _printed(arguments: list[str], environment: dict[str, str]) -> str:
     """What a command prints; one that does not end in time is ended as Ctrl-C ends it, with its processes."""
     command = subprocess.Popen(
-        [sys.executable, "-m", "satform_tools", *words],
+        [sys.executable, "-m", "satform_tools", *arguments],
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -60,12 +60,12 @@ def _printed(words: list[str], environment: dict[str, str]) -> str:
         output, errors = command.communicate(timeout=_TIMEOUT)
     except subprocess.TimeoutExpired:
         _end(command)
-        raise RuntimeError(f"satform {' '.join(words)}: has not ended within {_TIMEOUT:g} s") from None
+        raise RuntimeError(f"satform {' '.join(arguments)}: has not ended within {_TIMEOUT:g} s") from None
     except BaseException:
         _end(command)
         raise
     if command.returncode:
-        raise RuntimeError(f"satform {' '.join(words)}: {errors.strip() or output.strip()}")
+        raise RuntimeError(f"satform {' '.join(arguments)}: {errors.strip() or output.strip()}")
     return output
 
 
@@ -79,7 +79,7 @@ def _end(command: subprocess.Popen[str]) -> None:
 
 
 def _first_mark_of_plant(folder: Path) -> int:
-    """When the plant heard the first command, ns of the monotonic clock."""
+    """When the plant received the first command, ns of the monotonic clock."""
     for path in folder.glob("*.json"):
         if path.stem.isdigit():
             data = json.loads(path.read_text(encoding="utf-8"))

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The figures of `satform bench`: each measured in turns with its yardstick."""
+"""Figures of `satform bench`, each measured alternating with its yardstick."""
 
 import math
 import statistics
@@ -30,7 +30,7 @@ _ROUND_TRIPS = 500
 
 
 def round_trip(repetitions: int) -> list[Figure]:
-    """A bare message there and back between two processes, against the numpy loop."""
+    """Round trip of a bare message between two processes, against the numpy loop."""
     return [
         repeated(
             ROUND_TRIP,
@@ -52,13 +52,13 @@ def lockstep(
             scaling.over_dds(count, group, steps, record=record, stock=stock, round_trips=_ROUND_TRIPS)
             for _ in range(repetitions)
         ]
-        words = [f"lockstep, {count} satellites"]
-        words += [f"{group} to a process"] if group > 1 else []
-        words += ["recorded"] if record else []
-        words += ["stock executor"] if stock else []
+        labels = [f"lockstep, {count} satellites"]
+        labels += [f"{group} to a process"] if group > 1 else []
+        labels += ["recorded"] if record else []
+        labels += ["stock executor"] if stock else []
         found.append(
             Figure(
-                ", ".join(words),
+                ", ".join(labels),
                 tuple(1.0 / run.steps_per_second for run in runs),
                 ROUND_TRIP,
                 tuple(run.round_trip for run in runs),

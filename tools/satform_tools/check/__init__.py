@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is allowed in a scenario but unwise: one module a subject, put together here.
+"""Warnings about scenarios that are valid but unwise: one module a subject, put together here.
 
 A module gives a function that takes the scenario and returns sentences, each with the field it is about;
 it is listed in `SUBJECTS`, in whose order the sentences are printed.

@@ -13,7 +13,7 @@ from satform_tools.check.reference_motion import steady_motions
 
 
 def controller_warnings(scenario: Scenario) -> list[str]:
-    """Sentences about control laws that a disturbance overpowers or that the step makes useless."""
+    """Sentences about gains below the disturbance bound and steps too long for the gains."""
     found: dict[str, list[str]] = {}
     bound, centre = _disturbance(scenario)
     steady = steady_motions(scenario)
@@ -30,7 +30,7 @@ def controller_warnings(scenario: Scenario) -> list[str]:
 
 
 def _disturbance(scenario: Scenario) -> tuple[Array, Array]:
-    """Largest magnitude and centre of what the scenario declares, m/s^2, shapes (N, 3)."""
+    """Bound and centre of the declared disturbances, m/s^2, shapes (N, 3)."""
     count = len(scenario.satellites)
     bound, centre = np.zeros((count, 3)), np.zeros((count, 3))
     if isinstance(scenario.dynamics, PerturbedDynamicsSpec):

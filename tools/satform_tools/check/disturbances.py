@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is unwise about links, changes of the graph, losses and what is done about silence."""
+"""Warnings about links, topology changes and losses of satellites, and about their timeouts."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class PlannedState:
 
     Attributes:
         at: from when, s.
-        reason: why.
+        reason: reason of the change.
         flying: how many satellites fly.
         edges: of the graph of those that fly.
         connectivity: lambda_2 of that graph.
@@ -75,9 +75,9 @@ def _link_warnings(scenario: Scenario) -> list[str]:
     if scenario.links is None:
         return []
     names = [satellite.name for satellite in scenario.satellites]
-    possible = {(names[speaker], names[listener]) for speaker, listener in scenario.possible_graph().edges}
+    possible = {(names[sender], names[receiver]) for sender, receiver in scenario.possible_graph().edges}
     found = [
-        f"links.edges: the graph never lets {edge.receiver} hear {edge.sender}; this link carries nothing"
+        f"links.edges: the graph has no edge from {edge.sender} to {edge.receiver}; this link is never used"
         for edge in scenario.links.edges
         if (edge.sender, edge.receiver) not in possible
     ]
@@ -88,14 +88,14 @@ def _link_warnings(scenario: Scenario) -> list[str]:
     bound = scenario.consensus.neighbour_timeout
     if longest > bound:
         found.append(
-            f"consensus.neighbour_timeout: {bound:g} s is shorter than the age of {longest:g} s that "
-            "messages reach by delay, jitter and period of their link; neighbours time out without a fault"
+            f"consensus.neighbour_timeout: {bound:g} s is shorter than the largest message age of "
+            f"{longest:g} s by delay, jitter and period of a link; healthy neighbours time out"
         )
     return found + _age_warnings(scenario, max(link.delay + link.jitter for link in own), rarest)
 
 
 def _age(link: LinkSpec) -> float:
-    """Age in s to which a word grows on a link on which nothing is lost."""
+    """Largest age of a message in s on a link without loss."""
     return link.delay + link.jitter + link.period
 
 
@@ -115,16 +115,16 @@ def _age_warnings(scenario: Scenario, delay: float, period: float) -> list[str]:
     if law.neighbour_values == "hold" and max(delay, period) > scenario.timing.step:
         slower = _slowed(graph, law, delay + 0.5 * period)
         found.append(
-            f"consensus.neighbour_values: hold takes words of up to {delay + period:g} s for new, which "
+            f"consensus.neighbour_values: hold uses values of up to {delay + period:g} s as new, which "
             f"slows the formation down to about {100.0 * slower:.3g} % of its rate; extrapolate does not"
         )
     return found
 
 
 def _slowed(graph: Graph, law: ArcLengthGainsSpec, age: float) -> float:
-    """Fraction of the nominal rate that is left where all hold words of one age, by the mean number heard."""
-    heard = float(graph.adjacency.sum(axis=1).mean())
-    return law.tracking_gain / (law.tracking_gain + law.coupling_gain * heard * age)
+    """Fraction of the nominal rate that remains where all hold messages of one age, by the mean in-degree."""
+    in_degree = float(graph.adjacency.sum(axis=1).mean())
+    return law.tracking_gain / (law.tracking_gain + law.coupling_gain * in_degree * age)
 
 
 def _schedule_warnings(scenario: Scenario) -> list[str]:
@@ -134,12 +134,14 @@ def _schedule_warnings(scenario: Scenario) -> list[str]:
     graphs = [scenario.communication_graph(), *(event.graph for _, event in changes)]
     if not scenario.possible_graph().connected():
         return ["graph_schedule: not even all graphs together are connected; some satellites never agree"]
-    if any(graph.connected() for graph in graphs) or _together(graphs[len(graphs) // 2 :]):
+    if any(graph.connected() for graph in graphs) or _union_is_connected(graphs[len(graphs) // 2 :]):
         return []
-    return ["graph_schedule: the graphs of its second half are not connected together; nobody need agree"]
+    return [
+        "graph_schedule: the union of its graphs in the second half is not connected; agreement is not sure"
+    ]
 
 
-def _together(graphs: list[Graph]) -> bool:
+def _union_is_connected(graphs: list[Graph]) -> bool:
     return Graph(np.maximum.reduce([graph.adjacency for graph in graphs])).connected()
 
 
@@ -150,13 +152,13 @@ def _loss_warnings(scenario: Scenario) -> list[str]:
             continue
         if fault.rejoin_at >= scenario.timing.duration:
             found.append(
-                f"faults: {fault.satellite} is to be back at {fault.rejoin_at:g} s, after the flight's end"
+                f"faults: {fault.satellite} rejoins at {fault.rejoin_at:g} s, after the flight's end"
             )
         period = scenario.checkpoint_period
         if fault.memory == "checkpoint" and period is not None and fault.at < period:
             found.append(
                 f"faults: {fault.satellite} is lost at {fault.at:g} s, before its first checkpoint at "
-                f"{period:g} s; it comes back with its flight plan alone"
+                f"{period:g} s; it rejoins with its flight plan alone"
             )
     returns = any(
         isinstance(event, SatelliteRejoined)
@@ -164,12 +166,12 @@ def _loss_warnings(scenario: Scenario) -> list[str]:
         for event in events
     )
     if scenario.checkpoint_period is not None and not returns and not scenario.tolerated_losses:
-        found.append("checkpoint_period: checkpoints are kept, but nobody comes back from one")
+        found.append("checkpoint_period: checkpoints are written, but no satellite rejoins from one")
     return found
 
 
 def _end_warnings(scenario: Scenario) -> list[str]:
-    """About a formation that its last state leaves in parts for long, unless it was so from the start."""
+    """A sentence about a formation that stays disconnected for long at its end, unless it began so."""
     states = describe_schedule(scenario)
     if not states or states[-1].connected or not scenario.communication_graph().connected():
         return []
@@ -177,6 +179,6 @@ def _end_warnings(scenario: Scenario) -> list[str]:
     if last.at > (1.0 - _LONG) * scenario.timing.duration:
         return []
     return [
-        f"graph: from {last.at:g} s on ({last.reason}) those who fly are not connected; parts of the "
+        f"graph: from {last.at:g} s on ({last.reason}) the living satellites are not connected; parts of the "
         "formation never agree again"
     ]

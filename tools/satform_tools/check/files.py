@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checking scenario files without flying them."""
+"""The command `check`: validates scenario files and prints errors and warnings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ class Checked:
 
     Attributes:
         file: as the user named it.
-        problems: why it cannot fly; empty when it can.
-        warnings: what is unwise.
+        problems: errors; empty when it can fly.
+        warnings: about what is valid but unwise.
     """
 
     file: str
@@ -33,7 +33,7 @@ def check(files: Sequence[str], *, as_json: bool) -> int:
 
     Args:
         files: paths, or names of scenarios.
-        as_json: whether to print for a machine.
+        as_json: whether to print JSON.
 
     Returns:
         Exit code: 2 when a file cannot fly.

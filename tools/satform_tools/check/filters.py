@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about filters whose model is not the motion that they are to estimate."""
+"""Warnings about filters whose model lacks an acceleration of the true motion."""
 
 import numpy as np
 
@@ -12,11 +12,11 @@ from satform.flight.compile import flight_plan
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 
-_PLACES = 8
-"""Places along a satellite's path at which the model is held against the motion."""
+_SAMPLES = 8
+"""Points along a satellite's path at which the model is compared with the true motion."""
 
 _STEPS = 16
-"""Steps from each place: what goes to and fro between them is noise, for which the filter has a density."""
+"""Steps from each point: what alternates between them is noise, for which the filter has a density."""
 
 _NOISE = 4.0
 """Standard deviations of its mean by which an acceleration has to stand out to be no noise."""
@@ -57,13 +57,13 @@ def filter_warnings(scenario: Scenario) -> list[str]:
 
 
 def unmodelled_acceleration(scenario: Scenario) -> Array:
-    """Mean acceleration that the truth has beyond the Clohessy-Wiltshire equations, along each path.
+    """Mean acceleration of the truth model beyond the Clohessy-Wiltshire equations, along each path.
 
     Args:
         scenario: what is flown.
 
     Returns:
-        m/s^2, LVLH, shape (places, N, 3); zero where it cannot be told from noise.
+        m/s^2, LVLH, shape (samples, N, 3); zero where it is not distinct from noise.
     """
     plans = [flight_plan(scenario, index) for index in range(len(scenario.satellites))]
     timing = scenario.timing
@@ -71,10 +71,10 @@ def unmodelled_acceleration(scenario: Scenario) -> Array:
     model = cw.HeldInputStep.over(scenario.orbit.rate, timing.step)
     still = np.zeros((len(plans), 3))
     means = []
-    for place in range(_PLACES):
+    for sample in range(_SAMPLES):
         starts = []
         for plan in plans:
-            along = plan.arc_length + place / _PLACES * plan.path.period
+            along = plan.arc_length + sample / _SAMPLES * plan.path.period
             desired = plan.path.reference(along, plan.rate, np.zeros_like(plan.rate))
             starts.append(Motion(desired.position, desired.velocity))
         dynamics = scenario.dynamics.build(setting)

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about pointing that the plan makes singular, into the sun or at the own position, or too fast."""
+"""Warnings about singular attitudes of the plan: short lines of sight, the Sun, and fast turns."""
 
 import math
 from dataclasses import dataclass

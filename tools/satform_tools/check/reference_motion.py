@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What steady motion along its path asks of each satellite of a scenario."""
+"""Extremes of the steady motion of each satellite along its path."""
 
 from satform.flight.compile import flight_plan
 from satform.orbits.path_reference import SteadyMotion, steady_motion

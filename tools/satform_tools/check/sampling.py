@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about loops that are closed once a step and do not decay at that step."""
+"""Warnings about sampled loops that are not stable at the control period."""
 
 from satform.control.sampled_stability import SampledLoop
 from satform.evaluation.sampled_loops import sampled_loops
@@ -19,7 +19,7 @@ _WHAT = {
 
 
 def sampling_warnings(scenario: Scenario) -> list[str]:
-    """Sentences about loops whose errors do not shrink from step to step close to what is wanted."""
+    """Sentences about loops whose spectral radius is not below 1."""
     return [
         _sentence(loop, scenario.timing.step)
         for loop in sampled_loops(scenario)

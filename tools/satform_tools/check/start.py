@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about the start: who is where, how far apart the phases are, what is beyond its limit already."""
+"""Warnings about the start: coincident positions, phase differences, distances and limits."""
 
 from collections.abc import Iterator
 
@@ -15,17 +15,17 @@ from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 
 _MOST_PAIRS = 20_000
-"""Of satellites, that are looked at: all pairs of two hundred."""
+"""Largest number of pairs of satellites that are checked: all pairs of two hundred."""
 
 _MOST_SENTENCES = 5
-"""Of one kind; more are counted."""
+"""Largest number of sentences of one kind; more are counted."""
 
-_SAME_PLACE = 1e-9
-"""Relative to the distance from the chief, below which two satellites are in one place."""
+_SAME_POSITION = 1e-9
+"""Largest distance of coincident satellites relative to the distance from the chief."""
 
 
 def start_warnings(scenario: Scenario) -> list[str]:
-    """Sentences about a start from which the formation cannot fly as it is meant."""
+    """Sentences about a start that the scenario probably does not intend."""
     return [
         *_beyond_limits(scenario),
         *_few(list(_coincident(scenario))),
@@ -64,7 +64,7 @@ def _linked_pairs(scenario: Scenario) -> Iterator[tuple[int, int]]:
 
 
 def _parts(graph: Graph) -> list[int]:
-    """Number of the connected part of each satellite, whichever way the edges point."""
+    """Number of the weakly connected component of each satellite."""
     part = list(range(len(graph)))
 
     def root(node: int) -> int:
@@ -73,20 +73,20 @@ def _parts(graph: Graph) -> list[int]:
             node = part[node]
         return node
 
-    for speaker, listener in graph.edges:
-        part[root(speaker)] = root(listener)
+    for sender, receiver in graph.edges:
+        part[root(sender)] = root(receiver)
     return [root(node) for node in range(len(part))]
 
 
 def _coincident(scenario: Scenario) -> Iterator[str]:
     position = motion_at_start(scenario).position
     names = [satellite.name for satellite in scenario.satellites]
-    # Satellites that exchange nothing are flown side by side to be compared, and may share a place.
+    # Satellites that exchange no messages are compared with each other, and may coincide.
     for first, second in _linked_pairs(scenario):
         apart = float(np.linalg.norm(position[first] - position[second]))
-        if apart <= _SAME_PLACE * max(1.0, float(np.linalg.norm(position[first]))):
+        if apart <= _SAME_POSITION * max(1.0, float(np.linalg.norm(position[first]))):
             yield (
-                f"satellites: {names[first]} and {names[second]} start in the same place, "
+                f"satellites: {names[first]} and {names[second]} start at the same position, "
                 f"{_vector(position[first])} m"
             )
 
@@ -101,14 +101,14 @@ def _far_phases(scenario: Scenario) -> Iterator[str]:
     for first, second in _linked_pairs(scenario):
         period = min(periods[first], periods[second])
         apart = abs(phase[second] - phase[first])
-        if period <= 0.0 or apart <= 0.5 * period * (1.0 + _SAME_PLACE):
+        if period <= 0.0 or apart <= 0.5 * period * (1.0 + _SAME_POSITION):
             continue
         turns = round((phase[second] - phase[first]) / period)
         nearer = float(plans[second].arc_length) - turns * period
         yield (
             f"satellites: the phases of {names[first]} and {names[second]} differ by {apart:g} m, "
             f"{apart / period:.4g} of a period of {period:g} m, and agreement makes up for all of it; at an "
-            f"arc_length of {nearer:.10g} m {names[second]} has the same place on its orbit, and a phase "
+            f"arc_length of {nearer:.10g} m {names[second]} has the same position on its orbit, and a phase "
             f"that differs by {abs(phase[second] - turns * period - phase[first]):g} m"
         )
 
@@ -125,10 +125,10 @@ def _too_close(scenario: Scenario) -> Iterator[str]:
             follows = other in scenario.communication_graph().neighbours(index)
             if other == index or apart > law.safe_distance or not (follows or other > index):
                 continue
-            keeps = "which its potential is to keep out of" if follows else "and its law does not look at it"
+            law_text = "which its potential is to avoid" if follows else "which its law does not use"
             yield (
                 f"satellites: {name} starts {apart:.6g} m from {names[other]}, within the safe_distance of "
-                f"{law.safe_distance:g} m, {keeps}"
+                f"{law.safe_distance:g} m, {law_text}"
             )
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about thrust limits: commands at the start beyond them, and integral action that winds up."""
+"""Warnings about thrust limits: commands and burns beyond them, integrator wind-up, parameter drift."""
 
 from collections.abc import Sequence
 
@@ -19,11 +19,11 @@ from satform.scenario import Scenario
 from satform.scenario.parts import Timing
 
 _IMPULSIVE = frozenset({"impulsive_guidance", "timed_burns"})
-"""Laws whose commands are burns: a saturated one is a burn of the wrong size."""
+"""Laws whose commands are burns, which must not saturate."""
 
 
 def thrust_warnings(scenario: Scenario) -> list[str]:
-    """Sentences about thrusters that cannot do what they will be asked for."""
+    """Sentences about thrusters that cannot apply what will be commanded."""
     return [
         *_winding_up(scenario),
         *_beyond_at_start(scenario),

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about times: what is rounded to steps, what lies beyond the end, what outlasts the flight."""
+"""Warnings about times: rounded to steps, after the end, or longer than the flight."""
 
 from collections.abc import Iterator
 from typing import TypeAlias
@@ -13,10 +13,10 @@ from satform.scenario import Scenario
 from satform.scenario.expectation import AtTime
 
 _SLACK = 1e-6
-"""Of a step, by which a time may miss it and still count as on it."""
+"""Fraction of a step by which a time may differ from it and still counts as on it."""
 
 _MOST_SENTENCES = 8
-"""Of one kind; more are counted."""
+"""Largest number of sentences of one kind; more are counted."""
 
 Laws: TypeAlias = list[tuple[str, ControllerSpec]]
 
@@ -56,16 +56,16 @@ def _rounded_plans(laws: Laws, step: float) -> Iterator[str]:
         if isinstance(law, ImpulsiveGuidanceSpec):
             if _off(law.start_time, step):
                 yield _rounded(f"{path}.start_time", law.start_time, round(law.start_time / step) * step)
-            for place, waypoint in enumerate(law.waypoints):
+            for index, waypoint in enumerate(law.waypoints):
                 if _off(waypoint.duration, step):
                     flown = round(waypoint.duration / step) * step
-                    yield _rounded(f"{path}.waypoints[{place}].duration", waypoint.duration, flown)
+                    yield _rounded(f"{path}.waypoints[{index}].duration", waypoint.duration, flown)
         if isinstance(law, TimedBurnsSpec):
-            for place, burn in enumerate(law.burns):
+            for index, burn in enumerate(law.burns):
                 begin = max(0, round(burn.time / step - 0.5)) * step
                 if abs(burn.time - begin - 0.5 * step) > _SLACK * step:
                     yield (
-                        f"{path}.burns[{place}].time: {burn.time:.10g} s is flown from {begin:.10g} s to "
+                        f"{path}.burns[{index}].time: {burn.time:.10g} s is flown from {begin:.10g} s to "
                         f"{begin + step:.10g} s, its middle at {begin + 0.5 * step:.10g} s"
                     )
 
@@ -76,24 +76,24 @@ def _rounded(field: str, written: float, flown: float) -> str:
 
 def _rounded_events(scenario: Scenario) -> Iterator[str]:
     step = scenario.timing.step
-    for place, fault in enumerate(scenario.faults):
+    for index, fault in enumerate(scenario.faults):
         for name in ("at", "until", "back"):
             time = getattr(fault, name, None)
             if time is not None and _off(time, step):
-                yield _next(f"faults[{place}].{name}", time, step)
-    for place, change in enumerate(scenario.graph_schedule):
+                yield _next(f"faults[{index}].{name}", time, step)
+    for index, change in enumerate(scenario.graph_schedule):
         if _off(change.at, step):
-            yield _next(f"graph_schedule[{place}].at", change.at, step)
+            yield _next(f"graph_schedule[{index}].at", change.at, step)
     period = scenario.checkpoint_period
     if period is not None and _off(period, step):
         flown = max(1, round(period / step)) * step
         yield f"checkpoint_period: {period:.10g} s is taken as {flown:.10g} s, a whole number of steps"
     for path, link in _links(scenario):
         yield from _rounded_links(path, link, step)
-    for place, expectation in enumerate(scenario.expect):
+    for index, expectation in enumerate(scenario.expect):
         if isinstance(expectation, AtTime) and expectation.at is not None and _off(expectation.at, step):
             judged = round(expectation.at / step) * step
-            yield f"expect[{place}].at: {expectation.at:.10g} s is judged at the step at {judged:.10g} s"
+            yield f"expect[{index}].at: {expectation.at:.10g} s is judged at the step at {judged:.10g} s"
 
 
 def _next(field: str, time: float, step: float) -> str:
@@ -104,61 +104,61 @@ def _next(field: str, time: float, step: float) -> str:
 def _links(scenario: Scenario) -> list[tuple[str, LinkSpec]]:
     if scenario.links is None:
         return []
-    edges = [(f"links.edges[{place}]", edge) for place, edge in enumerate(scenario.links.edges)]
+    edges = [(f"links.edges[{index}]", edge) for index, edge in enumerate(scenario.links.edges)]
     return [("links.default", scenario.links.default), *edges]
 
 
 def _rounded_links(path: str, link: LinkSpec, step: float) -> Iterator[str]:
     if _off(link.delay, step) and link.jitter == 0.0:
         arrival = step_at(link.delay, step) * step
-        yield f"{path}.delay: what takes {link.delay:.10g} s arrives at the next step, after {arrival:.10g} s"
+        yield f"{path}.delay: a delay of {link.delay:.10g} s ends at the next step, after {arrival:.10g} s"
     if _off(link.period, step):
         flown = max(1, round(link.period / step)) * step
         yield f"{path}.period: {link.period:.10g} s is taken as {flown:.10g} s, a whole number of steps"
-    for place, window in enumerate(link.outages):
+    for index, window in enumerate(link.outages):
         for name in ("begin", "end"):
             if _off(getattr(window, name), step):
-                yield _next(f"{path}.outages[{place}].{name}", getattr(window, name), step)
+                yield _next(f"{path}.outages[{index}].{name}", getattr(window, name), step)
 
 
 def _late_plans(laws: Laws, scenario: Scenario) -> Iterator[str]:
-    """What a plan of impulses still has to do when the flight ends."""
+    """Impulses of a plan after the end of the flight."""
     step, steps = scenario.timing.step, scenario.timing.steps
     end = f"after the flight's end at {scenario.timing.duration:.10g} s"
     for path, law in laws:
         if isinstance(law, TimedBurnsSpec):
-            for place, burn in enumerate(law.burns):
+            for index, burn in enumerate(law.burns):
                 if max(0, round(burn.time / step - 0.5)) >= steps:
-                    yield f"{path}.burns[{place}].time: {burn.time:.10g} s is {end}; it is never flown"
+                    yield f"{path}.burns[{index}].time: {burn.time:.10g} s is {end}; it is never flown"
         if isinstance(law, ImpulsiveGuidanceSpec):
             at = round(law.start_time / step)
             if at >= steps:
                 yield f"{path}.start_time: {law.start_time:.10g} s is {end}; nothing of the tour is flown"
                 continue
-            for place, waypoint in enumerate(law.waypoints):
+            for index, waypoint in enumerate(law.waypoints):
                 at += round(waypoint.duration / step)
-                stops = waypoint.arrival == "stop" or place == len(law.waypoints) - 1
+                stops = waypoint.arrival == "stop" or index == len(law.waypoints) - 1
                 # The burn that stops there is held over a step of its own.
                 if at + stops > steps:
-                    yield f"{path}.waypoints[{place}]: is reached at {at * step:.10g} s, {end}"
+                    yield f"{path}.waypoints[{index}]: is reached at {at * step:.10g} s, {end}"
                     break
                 at += stops
 
 
 def _late_events(scenario: Scenario) -> Iterator[str]:
     duration = scenario.timing.duration
-    for place, fault in enumerate(scenario.faults):
+    for index, fault in enumerate(scenario.faults):
         until = getattr(fault, "until", None)
         if until is not None and until > duration:
             yield (
-                f"faults[{place}].until: {until:g} s is after the flight's end at {duration:g} s; the fault "
+                f"faults[{index}].until: {until:g} s is after the flight's end at {duration:g} s; the fault "
                 "lasts to the end"
             )
     for path, link in _links(scenario):
-        for place, window in enumerate(link.outages):
+        for index, window in enumerate(link.outages):
             if window.begin >= duration:
                 yield (
-                    f"{path}.outages[{place}]: begins at {window.begin:g} s, after the flight's end at "
+                    f"{path}.outages[{index}]: begins at {window.begin:g} s, after the flight's end at "
                     f"{duration:g} s"
                 )
 
@@ -168,7 +168,7 @@ def _too_long(scenario: Scenario) -> Iterator[str]:
     duration = scenario.timing.duration
     end = f"but the flight lasts {duration:g} s"
     if scenario.checkpoint_period is not None and scenario.checkpoint_period > duration:
-        yield f"checkpoint_period: {scenario.checkpoint_period:g} s, {end}: no checkpoint is kept"
+        yield f"checkpoint_period: {scenario.checkpoint_period:g} s, {end}: no checkpoint is written"
     for path, link in _links(scenario):
         if link.delay >= duration:
             yield f"{path}.delay: {link.delay:g} s, {end}: no message arrives"

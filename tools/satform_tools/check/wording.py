@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Words that several subjects of `check` share."""
+"""Texts that several subjects of `check` share."""
 
 from collections.abc import Sequence
 

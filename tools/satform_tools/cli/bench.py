@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `satform bench ...`: measure speed, each figure beside a reference of the same run."""
+"""The commands `satform bench ...`: measure speed, each figure beside a yardstick of the same run."""
 
 # ruff: noqa: PLC0415
 
@@ -23,7 +23,7 @@ History = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Folder in which the figures become a JSON file for `bench compare`."),
 ]
-Repetitions = Annotated[int, typer.Option(min=1, help="Repetitions, alternating with the reference.")]
+Repetitions = Annotated[int, typer.Option(min=1, help="Repetitions, alternating with the yardstick.")]
 Counts = Annotated[
     list[int] | None, typer.Option("--satellites", "-n", min=1, help="Number of satellites. Repeatable.")
 ]
@@ -60,7 +60,7 @@ def measure_all(
 
 @app.command("ping-pong")
 def ping_pong(repetitions: Repetitions = 3, history: History = None, json: Json = False) -> None:
-    """Round trip of a bare message between two processes: the reference of all figures over DDS."""
+    """Round trip of a bare message between two processes: the yardstick of all figures over DDS."""
     from satform_tools.bench import output as bench_output
     from satform_tools.bench import suite
 
@@ -207,7 +207,7 @@ def compare(
     ] = None,
     json: Json = False,
 ) -> None:
-    """List what has got slower beyond the noise, by ratios to the references; exits with 0 all the same."""
+    """List what has got slower beyond the noise, by ratios to their yardsticks; exits with 0 all the same."""
     from satform_tools.bench import output as bench_output
 
     bench_output.compare(before, after, HISTORY, as_json=json)

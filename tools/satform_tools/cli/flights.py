@@ -141,7 +141,7 @@ def run(
     if json:
         console.as_json(result.data())
     else:
-        tables.print_outcome(result)
+        tables.print_result(result)
     raise typer.Exit(result.exit_code)
 
 

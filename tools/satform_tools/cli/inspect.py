@@ -16,7 +16,7 @@ from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
 from satform_tools.cli.options import Json
 
 if TYPE_CHECKING:
-    from satform_tools.inspect.observer_node import Looker
+    from satform_tools.inspect.observer_node import Observer
 
 _SELECTION = (
     "By default the only formation that runs on this machine; with several, or one on another machine, "
@@ -112,7 +112,7 @@ def _observing(command: Callable[..., int | None]) -> Callable[..., None]:
 
 
 @contextmanager
-def _observer(domain: int | None, namespace: str | None, timeout: float) -> Iterator["Looker"]:
+def _observer(domain: int | None, namespace: str | None, timeout: float) -> Iterator["Observer"]:
     from satform_tools.cli import names
     from satform_tools.run import ros_packages
 
@@ -120,7 +120,7 @@ def _observer(domain: int | None, namespace: str | None, timeout: float) -> Iter
     from satform_tools.inspect import observer_node, target_domain
 
     space = None if namespace is None else names.namespace(namespace)
-    with observer_node.looking(target_domain.domain(domain), timeout, space) as found:
+    with observer_node.observe(target_domain.domain(domain), timeout, space) as found:
         try:
             yield found
         except BrokenPipeError:
@@ -131,7 +131,7 @@ def _observer(domain: int | None, namespace: str | None, timeout: float) -> Iter
 
 @topics.callback()
 @_observing
-def list_topics(observer: "Looker", *, as_json: bool) -> None:
+def list_topics(observer: "Observer", *, as_json: bool) -> None:
     """List topics with their types and numbers of publishers and subscriptions."""
     from satform_tools.inspect import graph
 
@@ -140,7 +140,7 @@ def list_topics(observer: "Looker", *, as_json: bool) -> None:
 
 @topics.command("info")
 @_observing
-def topic_info(observer: "Looker", topic: Topic, *, as_json: bool) -> None:
+def topic_info(observer: "Observer", topic: Topic, *, as_json: bool) -> None:
     """Show publishers and subscriptions of a topic with their QoS."""
     from satform_tools.inspect import graph
 
@@ -150,7 +150,7 @@ def topic_info(observer: "Looker", topic: Topic, *, as_json: bool) -> None:
 @topics.command("hz")
 @_observing
 def topic_rate(
-    observer: "Looker",
+    observer: "Observer",
     topic: Topic,
     count: Annotated[int, typer.Option(min=0, help="Lines after which to end; 0 to go on.")] = 0,
     *,
@@ -164,7 +164,7 @@ def topic_rate(
 
 @_observing
 def echo(
-    observer: "Looker",
+    observer: "Observer",
     topic: Topic,
     once: Annotated[bool, typer.Option("--once", help="End after the first message.")] = False,
     field: Annotated[
@@ -183,7 +183,7 @@ def echo(
 
 @nodes.callback()
 @_observing
-def list_nodes(observer: "Looker", *, as_json: bool) -> None:
+def list_nodes(observer: "Observer", *, as_json: bool) -> None:
     """List nodes."""
     from satform_tools.inspect import graph
 
@@ -192,7 +192,7 @@ def list_nodes(observer: "Looker", *, as_json: bool) -> None:
 
 @nodes.command("info")
 @_observing
-def node_info(observer: "Looker", node: NodeName, *, as_json: bool) -> None:
+def node_info(observer: "Observer", node: NodeName, *, as_json: bool) -> None:
     """Show publishers, subscriptions and services of a node."""
     from satform_tools.inspect import graph
 
@@ -201,7 +201,7 @@ def node_info(observer: "Looker", node: NodeName, *, as_json: bool) -> None:
 
 @params.command("list")
 @_observing
-def list_parameters(observer: "Looker", node: NodeName, *, as_json: bool) -> None:
+def list_parameters(observer: "Observer", node: NodeName, *, as_json: bool) -> None:
     """List the parameters of a node with their values."""
     from satform_tools.inspect import parameters
 
@@ -210,7 +210,7 @@ def list_parameters(observer: "Looker", node: NodeName, *, as_json: bool) -> Non
 
 @params.command("get")
 @_observing
-def get_parameter(observer: "Looker", node: NodeName, name: ParameterName, *, as_json: bool) -> None:
+def get_parameter(observer: "Observer", node: NodeName, name: ParameterName, *, as_json: bool) -> None:
     """Print the value of a parameter."""
     from satform_tools.inspect import parameters
 
@@ -219,7 +219,7 @@ def get_parameter(observer: "Looker", node: NodeName, name: ParameterName, *, as
 
 @params.command("describe")
 @_observing
-def describe_parameter(observer: "Looker", node: NodeName, name: ParameterName, *, as_json: bool) -> None:
+def describe_parameter(observer: "Observer", node: NodeName, name: ParameterName, *, as_json: bool) -> None:
     """Show type, meaning, bounds and value of a parameter."""
     from satform_tools.inspect import parameters
 
@@ -229,7 +229,7 @@ def describe_parameter(observer: "Looker", node: NodeName, name: ParameterName, 
 @params.command("set", context_settings={"ignore_unknown_options": True})
 @_observing
 def set_parameter(
-    observer: "Looker",
+    observer: "Observer",
     node: NodeName,
     name: ParameterName,
     value: Annotated[str, typer.Argument(metavar="VALUE", help="As YAML, e.g. '[0.2, 0.2, 0.2]'.")],
@@ -245,7 +245,7 @@ def set_parameter(
 
 @_observing
 def call(
-    observer: "Looker",
+    observer: "Observer",
     service: Annotated[str, typer.Argument(metavar="SERVICE", help="Name of a service.")],
     request: Annotated[
         str, typer.Argument(metavar="[YAML]", help="Fields of the request, e.g. '{names: [scenario]}'.")
@@ -261,7 +261,7 @@ def call(
 
 @_observing
 def watch(
-    observer: "Looker",
+    observer: "Observer",
     once: Annotated[bool, typer.Option("--once", help="Print one frame and end.")] = False,
     *,
     as_json: bool,

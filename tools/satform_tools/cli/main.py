@@ -21,7 +21,7 @@ from satform_tools import console, output_streams
 from satform_tools.cli import bench, flights, inspect, plan, scenarios
 from satform_tools.cli.options import Json
 from satform_tools.cli.renamed_options import RootGroup
-from satform_tools.errors import CommandError, fault_sentences, sentence_of
+from satform_tools.errors import CommandError, error_sentences, sentence_of
 
 app = typer.Typer(
     name="satform",
@@ -110,7 +110,7 @@ def _run(arguments: Sequence[str] | None) -> int:
     except KeyboardInterrupt:
         return EXIT_STOPPED
     except Exception as error:
-        sentences = fault_sentences(error)
+        sentences = error_sentences(error)
         if not sentences:
             # An error of the program itself, which is found by its traceback.
             raise

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Names of ROS as they are given on the command line."""
+"""Names of ROS as they are text on the command line."""
 
 import re
 
@@ -10,11 +10,11 @@ _TOKENS = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
 """A namespace: tokens that begin with no digit, each after a slash, as rmw validates them."""
 
 
-def namespace(given: str) -> str:
+def namespace(text: str) -> str:
     """A namespace from the root of all names.
 
     Args:
-        given: with or without the slash in front; empty or `/` for the root.
+        text: with or without the slash in front; empty or `/` for the root.
 
     Returns:
         For example `/f1`; empty for the root.
@@ -22,10 +22,10 @@ def namespace(given: str) -> str:
     Raises:
         CommandError: it is no namespace of ROS.
     """
-    full = "/" + given.strip("/") if given.strip("/") else ""
+    full = "/" + text.strip("/") if text.strip("/") else ""
     if full and (not _TOKENS.fullmatch(full) or "__" in full):
         raise CommandError(
-            f"--namespace {given!r} is not a namespace of ROS: letters, digits and single underscores, no "
+            f"--namespace {text!r} is not a namespace of ROS: letters, digits and single underscores, no "
             "digit first, with / between the parts, e.g. f1 or /fleet/f1"
         )
     return full

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a field of a specification may hold, as words and links of a page."""
+"""Describes types, defaults and bounds of the fields of a specification as Markdown."""
 
 import types
 from collections.abc import Iterable, Iterator
@@ -32,10 +32,10 @@ _WIDEST = 1e15
 """Magnitude that no number of a scenario exceeds."""
 
 
-def type_words(field: FieldInfo) -> str:
+def type_text(field: FieldInfo) -> str:
     """What a field may hold."""
     metadata = _annotations(field.annotation, *field.metadata)
-    units = [words for validator, words in _ANGLES.items() if validator in metadata]
+    units = [parts for validator, parts in _ANGLES.items() if validator in metadata]
     return " or ".join([_type_of(field.annotation, list(field.metadata)), *units])
 
 
@@ -66,7 +66,7 @@ def _type_of(annotation: Any, metadata: list[Any]) -> str:
         return _tuple_type(annotation, parts, metadata)
     if isinstance(annotation, type) and issubclass(annotation, Spec):
         return _link(annotation)
-    words = {
+    texts = {
         float: "number",
         int: "whole number",
         bool: "true or false",
@@ -74,7 +74,7 @@ def _type_of(annotation: Any, metadata: list[Any]) -> str:
         datetime: "date and time",
         Path: "path of a file",
     }
-    return words.get(annotation) or str(annotation)
+    return texts.get(annotation) or str(annotation)
 
 
 def _tuple_type(annotation: Any, parts: tuple[Any, ...], metadata: list[Any]) -> str:
@@ -88,7 +88,7 @@ def _tuple_type(annotation: Any, parts: tuple[Any, ...], metadata: list[Any]) ->
     return f"[{', '.join(_type_of(part, []) for part in parts)}]"
 
 
-def default_words(field: FieldInfo) -> str:
+def default_text(field: FieldInfo) -> str:
     """What a field is when it is left out; empty when it has to be given."""
     if field.is_required():
         return ""
@@ -111,29 +111,29 @@ def _value(value: Any) -> str:
     return f"{value:.15g}" if isinstance(value, float) else f"{value}"
 
 
-def bounds_words(field: FieldInfo) -> str:
-    """In words; those that all numbers have are left out."""
+def bounds_text(field: FieldInfo) -> str:
+    """In parts; those that all numbers have are left out."""
     found = list(dict.fromkeys(_metadata(field.annotation, list(field.metadata))))
     unit = "letters" if str in choices(field.annotation) else "items"
-    words: list[str] = []
+    parts: list[str] = []
     for item in found:
         match item:
             case Ge(ge) if ge != -_WIDEST:
-                words.append(f"≥ {_limit(ge)}")
+                parts.append(f"≥ {_limit(ge)}")
             case Gt(gt):
-                words.append(f"> {_limit(gt)}")
+                parts.append(f"> {_limit(gt)}")
             case Le(le) if le != _WIDEST:
-                words.append(f"≤ {_limit(le)}")
+                parts.append(f"≤ {_limit(le)}")
             case Lt(lt):
-                words.append(f"< {_limit(lt)}")
+                parts.append(f"< {_limit(lt)}")
             case MinLen(length):
-                words.append(f"at least {length} {unit}" if length > 1 else f"at least one {unit[:-1]}")
+                parts.append(f"at least {length} {unit}" if length > 1 else f"at least one {unit[:-1]}")
             case MaxLen(length):
-                words.append(f"at most {length} {unit}")
+                parts.append(f"at most {length} {unit}")
             case _:
                 pattern = getattr(item, "pattern", None)
-                words += [f"`{pattern}`".replace("|", "\\|")] if pattern else []
-    return ", ".join(words)
+                parts += [f"`{pattern}`".replace("|", "\\|")] if pattern else []
+    return ", ".join(parts)
 
 
 def _metadata(annotation: Any, metadata: list[Any]) -> Iterator[Any]:
@@ -154,10 +154,10 @@ def _limit(value: Any) -> str:
 
 
 def title(spec: type[Spec]) -> str:
-    """A class's name as words, without what all of them end with."""
+    """A class's name as parts, without what all of them end with."""
     name = spec.__name__.removesuffix("Spec")
-    words = "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name)
-    return words.strip().capitalize()
+    parts = "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name)
+    return parts.strip().capitalize()
 
 
 def _link(spec: type[Spec]) -> str:
@@ -179,7 +179,7 @@ def is_registered(spec: type[Spec]) -> bool:
 
 
 def choices(annotation: Any) -> list[Any]:
-    """What a field may hold, without None and without what is said about it."""
+    """The types that a field may hold, without None and annotations."""
     origin = get_origin(annotation)
     if origin is Annotated:
         return choices(get_args(annotation)[0])

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The JSON Schema of scenario files, from the one declaration that also checks them."""
+"""Generates the JSON Schema of scenario files from the declarations that also validate them."""
 
 import json
 from typing import Any

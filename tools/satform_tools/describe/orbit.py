@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The chief's orbit, and how far the CW equations can be trusted about it, as `show` prints them."""
+"""Describes the chief's orbit and the errors of the CW equations about it, for `show`."""
 
 import math
 from dataclasses import asdict

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scenario means before it flies: who hears whom, gains, agreement, processes and topics."""
+"""The command `show`: describes a scenario: graph, gains, modal roots, processes, topics, expectations."""
 
 import math
 from dataclasses import asdict
@@ -31,15 +31,15 @@ from satform_tools.console import Table
 from satform_tools.describe import orbit as describe_orbit
 
 _ALLOWED = {"value", "relative", "absolute", "below", "above"}
-"""Fields of an expectation that say what is allowed."""
+"""Fields of an expectation that give the allowed range."""
 
 
 def show(scenario: Scenario, *, as_json: bool) -> None:
     """Print everything about a scenario.
 
     Args:
-        scenario: to be shown.
-        as_json: whether to print for a machine.
+        scenario: to describe.
+        as_json: whether to print JSON.
     """
     data = describe(scenario)
     if as_json:
@@ -75,7 +75,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "dynamics": scenario.dynamics.model_dump(mode="json"),
         "graph": {
             "kind": getattr(scenario.graph, "kind", ""),
-            "hears": {name: [names[j] for j in graph.neighbours(i)] for i, name in enumerate(names)},
+            "in_neighbours": {name: [names[j] for j in graph.neighbours(i)] for i, name in enumerate(names)},
             "directed": graph.directed,
             "connected": graph.connected(),
             "eigenvalues": [_complex(value) for value in graph.eigenvalues] if _small(graph) else [],
@@ -143,7 +143,7 @@ def _roots(scenario: Scenario) -> list[list[float | list[float]]]:
 
 
 def _delay_margin(scenario: Scenario) -> dict[str, Any]:
-    """Delay of all messages in s that the law that flies bears; no number where any is borne, or unknown."""
+    """Delay margin in s; None where it is infinite or unknown."""
     bound = margin(scenario)
     endless = bound == math.inf
     return {"delay_margin": None if endless else bound, "stable_for_any_delay": endless}
@@ -192,7 +192,7 @@ def _processes(scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def _topics(scenario: Scenario) -> list[dict[str, Any]]:
-    """Name, speaker and listeners of each topic; the recorder, which hears all, is left out."""
+    """Name, publisher and subscribers of each topic, without the recorder, which subscribes to all."""
     return [
         {
             "topic": channel.topic,
@@ -208,16 +208,16 @@ def _print_sources(scenario: Scenario) -> None:
     for source in scenario.sources:
         console.paragraph(f"Source: {source.reference}")
         if source.printed:
-            console.paragraph(f"Printed there: {source.printed}", "  ")
+            console.paragraph(f"Printed values: {source.printed}", "  ")
         if source.chosen:
-            console.paragraph(f"Chosen here: {source.chosen}", "  ")
+            console.paragraph(f"Chosen values: {source.chosen}", "  ")
 
 
 def _print_setting(data: dict[str, Any]) -> None:
     orbit, timing = data["orbit"], data["timing"]
     describe_orbit.print_orbit(orbit)
     console.line(f"flight: {timing['duration']:g} s in {timing['steps']} steps of {timing['step']:g} s")
-    console.line(f"dynamics: {_words(data['dynamics'])}")
+    console.line(f"dynamics: {_fields_text(data['dynamics'])}")
     describe_orbit.print_integration(data["integration_error"])
     console.line(f"digest: {data['digest']}")
     console.line()
@@ -249,8 +249,8 @@ def _print_satellites(satellites: list[dict[str, Any]]) -> None:
     console.line()
     gains: dict[str, list[str]] = {}
     for entry in satellites:
-        gains.setdefault(_words(entry["controller"]), []).append(entry["name"])
-    truncated.lines([f"controller of {truncated.names(names)}: {words}" for words, names in gains.items()])
+        gains.setdefault(_fields_text(entry["controller"]), []).append(entry["name"])
+    truncated.lines([f"controller of {truncated.names(names)}: {texts}" for texts, names in gains.items()])
     console.line()
 
 
@@ -260,13 +260,15 @@ def _print_graph(data: dict[str, Any]) -> None:
         ", connected" if graph["connected"] else ", not connected"
     )
     console.line(f"graph: {graph['kind']} ({kind})")
-    hears = graph["hears"].items()
-    truncated.lines([f"  {name} hears {truncated.names(heard) or 'nobody'}" for name, heard in hears])
+    neighbours = graph["in_neighbours"].items()
+    truncated.lines(
+        [f"  {name} receives from {truncated.names(names) or 'none'}" for name, names in neighbours]
+    )
     if "tracking_gain" in consensus:
         _print_robustness(graph)
     worked_out = {"modal_roots", "delay_margin", "stable_for_any_delay"}
     own = {key: value for key, value in consensus.items() if key not in worked_out}
-    console.line(f"consensus: {_words(own)}")
+    console.line(f"consensus: {_fields_text(own)}")
     rows = [
         (_number(value), ", ".join(_number(root) for root in roots))
         for value, roots in zip(graph["eigenvalues"], consensus["modal_roots"] or repeat([]), strict=False)
@@ -283,7 +285,7 @@ def _print_graph(data: dict[str, Any]) -> None:
 
 
 def _print_loops(loops: list[dict[str, Any]]) -> None:
-    """Each loop that is closed once a step, with the factor by which it shrinks errors."""
+    """Print each sampled loop with its spectral radius."""
     rows = [
         (
             loop["kind"],
@@ -294,7 +296,7 @@ def _print_loops(loops: list[dict[str, Any]]) -> None:
         for loop in loops
     ]
     if rows:
-        truncated.table(Table(("loop", "of", "what", "spectral radius a step"), rows, frozenset({3})))
+        truncated.table(Table(("loop", "of", "control", "spectral radius per step"), rows, frozenset({3})))
         console.line()
 
 
@@ -310,25 +312,26 @@ def _print_robustness(graph: dict[str, Any]) -> None:
     if promised["largest_local"] is not None:
         least = "" if promised["exact"] else "at least "
         console.line(
-            f"liars that resilient_arc_length could bear here: {least}{promised['largest_local']} among the "
-            f"neighbours of each, {least}{promised['largest_total']} in the whole formation"
+            f"Byzantine agents that resilient_arc_length tolerates on this graph: {least}"
+            f"{promised['largest_local']} among the neighbours of each, "
+            f"{least}{promised['largest_total']} in the whole formation"
         )
     console.line(f"promise: {promised['sentence']}")
 
 
 def _print_disturbances(data: dict[str, Any]) -> None:
-    """What is planned to go wrong; nothing is printed where all goes well."""
+    """Print links, faults, checkpoints and topology changes, if any."""
     links, schedule, faults, period = (
         data[key] for key in ("links", "schedule", "faults", "checkpoint_period")
     )
     if links is not None:
-        console.line(f"links: {_link_words(links['default'])}")
-        truncated.lines([_edge_words(edge) for edge in links["edges"]])
-    truncated.lines([_fault_words(fault) for fault in faults])
+        console.line(f"links: {_link_text(links['default'])}")
+        truncated.lines([_edge_text(edge) for edge in links["edges"]])
+    truncated.lines([_fault_text(fault) for fault in faults])
     if period is not None:
         console.line(f"checkpoints: every {period:g} s")
     if data["tolerated_losses"]:
-        console.line(f"losses tolerated beside the planned ones: {data['tolerated_losses']}")
+        console.line(f"tolerated unplanned losses: {data['tolerated_losses']}")
     if schedule:
         rows = [
             (
@@ -340,26 +343,26 @@ def _print_disturbances(data: dict[str, Any]) -> None:
             )
             for entry in schedule
         ]
-        headings = ("from [s]", "because", "flying", "links", "lambda_2 of those who fly")
+        headings = ("from [s]", "reason", "flying", "edges", "lambda_2 of the living")
         truncated.table(Table(headings, rows, frozenset({0, 2, 3})))
     if links is not None or schedule or faults or period is not None:
         console.line()
 
 
-def _edge_words(edge: dict[str, Any]) -> str:
+def _edge_text(edge: dict[str, Any]) -> str:
     own = {key: edge[key] for key in edge if key not in {"sender", "receiver"}}
-    return f"  from {edge['sender']} to {edge['receiver']}: {_link_words(own)}"
+    return f"  from {edge['sender']} to {edge['receiver']}: {_link_text(own)}"
 
 
-def _fault_words(fault: dict[str, Any]) -> str:
+def _fault_text(fault: dict[str, Any]) -> str:
     own = {key: fault[key] for key in fault if key not in {"kind", "satellite"}}
-    return f"fault: {fault['kind']} of {fault['satellite']}, {_words(own)}"
+    return f"fault: {fault['kind']} of {fault['satellite']}, {_fields_text(own)}"
 
 
-def _link_words(fields: dict[str, Any]) -> str:
-    """What a link does; nothing is said of what it does not do."""
+def _link_text(fields: dict[str, Any]) -> str:
+    """The fields of a link that are not zero."""
     own = {key: value for key, value in fields.items() if value}
-    return _words(own) or "as it should be"
+    return _fields_text(own) or "ideal"
 
 
 def _print_processes(data: dict[str, Any]) -> None:
@@ -377,27 +380,27 @@ def _print_expectations(expectations: list[dict[str, Any]]) -> None:
         (
             entry["label"],
             entry["unit"],
-            _words({key: entry[key] for key in entry if key in _ALLOWED}),
+            _fields_text({key: entry[key] for key in entry if key in _ALLOWED}),
             entry["source"] or "regression figure of this software",
         )
         for entry in expectations
     ]
-    truncated.table(Table(("expectation", "unit", "allowed", "where it comes from"), rows))
+    truncated.table(Table(("expectation", "unit", "allowed", "source"), rows))
 
 
-def _words(fields: dict[str, Any]) -> str:
-    """Fields of a specification as words; equal components are said once."""
-    words = [
+def _fields_text(fields: dict[str, Any]) -> str:
+    """Fields of a specification as texts; equal components are printed once."""
+    texts = [
         f"{key} {_value(value)}"
         for key, value in fields.items()
         if key != "kind" and value not in (None, [], ())
     ]
-    return ", ".join([str(fields.get("kind", "")), *words]).lstrip(", ")
+    return ", ".join([str(fields.get("kind", "")), *texts]).lstrip(", ")
 
 
 def _value(value: Any) -> str:
     if isinstance(value, dict):
-        return f"({_words(value)})"
+        return f"({_fields_text(value)})"
     if isinstance(value, list | tuple):
         texts = [_value(item) for item in value]
         return texts[0] if len(set(texts)) == 1 else f"[{', '.join(texts)}]"

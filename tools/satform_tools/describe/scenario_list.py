@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The scenarios that come with the project, at a glance."""
+"""The command `list`: a table of the shipped scenarios."""
 
 from typing import Any
 
@@ -18,7 +18,7 @@ def show(*, as_json: bool) -> int:
         as_json: whether for a machine.
 
     Returns:
-        Exit code: 2 when a scenario cannot be read, which is then said on standard error.
+        Exit code: 2 when a scenario cannot be read, with an error on standard error.
     """
     entries, problems = [], []
     for name in scenario_library.names():

@@ -13,15 +13,15 @@ from satform.scenario import Scenario
 from satform.scenario.parts import SatelliteFields, SatelliteSpec
 from satform_tools.describe.field_text import (
     GROUPS,
-    bounds_words,
+    bounds_text,
     choices,
-    default_words,
+    default_text,
     is_number,
     is_registered,
     numbers,
     plugin,
     title,
-    type_words,
+    type_text,
 )
 
 _INTRODUCTION = """# Scenario reference
@@ -130,18 +130,18 @@ def _table(spec: type[Spec], names: Iterable[str]) -> str:
     for name, field, own, changes in rows:
         cells = [
             f"`{name}`",
-            type_words(field),
-            default_words(field),
-            bounds_words(field),
-            _words(field.description),
+            type_text(field),
+            default_text(field),
+            bounds_text(field),
+            _description_text(field.description),
         ]
         if with_parameters:
-            cells.append(_parameter_words(own, changes=changes))
+            cells.append(_parameter_text(own, changes=changes))
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
 
 
-def _parameter_words(name: str, *, changes: bool) -> str:
+def _parameter_text(name: str, *, changes: bool) -> str:
     if name.endswith("."):
         return f"`{name}*`, its fields"
     return (f"`{name}`" if changes else f"`{name}`, fixed") if name else ""
@@ -166,7 +166,7 @@ def _summary(spec: type[Spec]) -> str:
     return " ".join((spec.__doc__ or "").strip().partition("\n\n")[0].split())
 
 
-def _words(description: str | None) -> str:
+def _description_text(description: str | None) -> str:
     return " ".join((description or "").split()).replace("|", "\\|")
 
 

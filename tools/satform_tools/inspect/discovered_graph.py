@@ -1,8 +1,8 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What has been found of a formation from outside, and whether that is all of it.
+"""Nodes and endpoints of a formation that discovery has found so far, and whether they are complete.
 
-Whoever comes to a flight finds its nodes and their endpoints one by one, in no order.
+An observer that joins a running flight discovers its nodes and endpoints one by one, in no order.
 """
 
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ from satform_nodes.transport.node_names import UNKNOWN_NODE
 
 
 @dataclass(frozen=True)
-class Ends:
-    """Names of the nodes at the two ends of a topic, in order; a node stands there once for each endpoint."""
+class Endpoints:
+    """Names of the nodes that publish and subscribe on a topic, sorted, once for each endpoint."""
 
-    speakers: list[str]
-    listeners: list[str]
+    publishers: list[str]
+    subscribers: list[str]
 
 
 @dataclass(frozen=True)
@@ -32,60 +32,62 @@ class Graph:
     """
 
     nodes: frozenset[str]
-    ends: dict[str, Ends]
+    ends: dict[str, Endpoints]
 
 
-def is_whole(graph: Graph, status: FormationStatus) -> bool:
-    """Whether each satellite that flies is there, is told its state, commands, and hears whom it should.
+def is_complete(graph: Graph, status: FormationStatus) -> bool:
+    """Whether all endpoints of the satellites that fly are found: states, commands, edges of the graph.
 
     Args:
         graph: what has been found.
-        status: what the plant says about the formation.
+        status: of the formation, from the plant.
     """
-    names, ends_of = status.satellites, graph.ends
+    names, endpoints_of = status.satellites, graph.ends
     flying = [name for name, alive in zip(names, status.alive, strict=True) if alive]
     own = {PLANT, RECORDER, *names}
-    if any(not _is_found(ends, graph, own) for ends in ends_of.values()):
+    if any(not _is_found(ends, graph, own) for ends in endpoints_of.values()):
         return False
     recorders = [RECORDER] if RECORDER in graph.nodes else []
-    spoken = {topics.STATUS: (PLANT, flying)}
+    expected = {topics.STATUS: (PLANT, flying)}
     if recorders:
-        spoken[topics.CLOCK] = (PLANT, [])
+        expected[topics.CLOCK] = (PLANT, [])
     for name in flying:
-        spoken[topics.state(name)] = (PLANT, [name])
-        spoken[topics.command(name)] = (name, [PLANT])
-    # Of the rest, which depends on the scenario, whatever somebody says is recorded.
+        expected[topics.state(name)] = (PLANT, [name])
+        expected[topics.command(name)] = (name, [PLANT])
+    # All other topics of satellites, which depend on the scenario, are recorded once they have a publisher.
     about = {topic_name(kind, name) for kind in KINDS_OF_A_SATELLITE for name in flying}
-    spoken |= {
-        topic: (ends_of[topic].speakers[0], [])
-        for topic in about & ends_of.keys() - spoken.keys()
-        if own.intersection(ends_of[topic].speakers)
+    expected |= {
+        topic: (endpoints_of[topic].publishers[0], [])
+        for topic in about & endpoints_of.keys() - expected.keys()
+        if own.intersection(endpoints_of[topic].publishers)
     }
-    missing = Ends([], [])
+    missing = Endpoints([], [])
     if any(
-        speaker not in ends_of.get(topic, missing).speakers
-        or not set(listeners + recorders).issubset(ends_of.get(topic, missing).listeners)
-        for topic, (speaker, listeners) in spoken.items()
+        sender not in endpoints_of.get(topic, missing).publishers
+        or not set(subscribers + recorders).issubset(endpoints_of.get(topic, missing).subscribers)
+        for topic, (sender, subscribers) in expected.items()
     ):
         return False
-    edges = zip(status.edge_receivers, status.edge_senders, strict=True)
     return all(
-        any(names[hears] in ends_of.get(topic, missing).listeners for topic in _words_of(names[heard]))
-        for hears, heard in edges
-        if names[hears] in flying and names[heard] in flying
+        any(
+            names[receiver] in endpoints_of.get(topic, missing).subscribers
+            for topic in _announcement_topics(names[sender])
+        )
+        for receiver, sender in zip(status.edge_receivers, status.edge_senders, strict=True)
+        if names[receiver] in flying and names[sender] in flying
     )
 
 
-def _is_found(ends: Ends, graph: Graph, own: set[str]) -> bool:
-    """Whether it is known whose the ends of a topic are, and whoever listens has someone to listen to."""
-    there = {*ends.speakers, *ends.listeners}
+def _is_found(ends: Endpoints, graph: Graph, own: set[str]) -> bool:
+    """Whether the nodes of a topic's endpoints are known, and its subscribers have a publisher."""
+    there = {*ends.publishers, *ends.subscribers}
     # An endpoint may be found before the node that it belongs to, and that before its name.
     if UNKNOWN_NODE in there or not graph.nodes >= own & there:
         return False
-    # What others listen to that nobody says, a tool with a display for instance, is not the formation's.
-    return bool(ends.speakers) or not own.intersection(ends.listeners)
+    # A topic that only other tools subscribe to, such as a display, is not the formation's.
+    return bool(ends.publishers) or not own.intersection(ends.subscribers)
 
 
-def _words_of(satellite: str) -> tuple[str, str]:
-    """Topics on which a satellite tells its neighbours of itself, one or the other."""
+def _announcement_topics(satellite: str) -> tuple[str, str]:
+    """Topics of which a satellite publishes one for its neighbours."""
     return topics.arc_length(satellite), topics.motion(satellite)

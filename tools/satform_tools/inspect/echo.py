@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is said on a topic, and how often."""
+"""Prints the messages of a topic, and its message rate."""
 
 import csv
 import io
@@ -18,41 +18,41 @@ from satform_tools import console
 from satform_tools.errors import CommandError
 from satform_tools.inspect.graph import full_name, known_topic
 from satform_tools.inspect.message_values import flat, interface, pick, plain
-from satform_tools.inspect.observer_node import Looker, latched, passing
+from satform_tools.inspect.observer_node import Observer, best_effort, latched
 
 _QUEUE = 10
-"""Messages that wait here at most; what passes faster than it can be printed is left out."""
+"""Queue depth; messages that arrive faster than they can be printed are dropped."""
 
 _RATE_QUEUE = 100
-"""Messages that wait to be counted; they are only counted, so that none is to be left out."""
+"""Queue depth of a subscription that only counts, so that no message is missed."""
 
 _REPORT = 1.0
 """Wall-clock time between two lines of a rate, s."""
 
 
-def echo(looker: Looker, topic: str, *, once: bool, field: str, form: str) -> None:
-    """Print messages as they pass, until the publishers are gone or the reader goes.
+def echo(observer: Observer, topic: str, *, once: bool, field: str, form: str) -> None:
+    """Print messages as they arrive, until no publisher is left or the reader of the output closes it.
 
     Args:
-        looker: in the formation's domain.
+        observer: in the formation's domain.
         topic: name of the topic.
         once: end after the first message.
         field: dotted name of the part to be printed; empty for all of it.
         form: `yaml`, `json` (one line a message) or `csv` (with a line of names first).
 
     Raises:
-        CommandError: there is no such topic or field, or nothing is said for too long.
+        CommandError: there is no such topic or field, or no message arrives within the timeout.
     """
-    name, kind = _wait_for_topic(looker, topic)
+    name, kind = _wait_for_topic(observer, topic)
     waiting: deque[Any] = deque()
 
-    # rclpy asks a callback for its parameters, which a method of deque cannot tell.
-    def keep(message: Any) -> None:
+    # rclpy inspects the parameters of a callback, which a method of deque does not have.
+    def store(message: Any) -> None:
         waiting.append(message)
 
-    looker.node.create_subscription(interface(kind), name, keep, _quality(looker, name, _QUEUE))
+    observer.node.create_subscription(interface(kind), name, store, _quality(observer, name, _QUEUE))
     first = True
-    while _next_message(looker, name, waiting, first):
+    while _next_message(observer, name, waiting, first):
         data = plain(waiting.popleft())
         _print(pick(data, field) if field else data, form, name=field, first=first)
         first = False
@@ -60,29 +60,29 @@ def echo(looker: Looker, topic: str, *, once: bool, field: str, form: str) -> No
             return
 
 
-def rate(looker: Looker, topic: str, *, count: int, as_json: bool) -> None:
-    """Print how often something is said on a topic, once a second, until the publishers are gone.
+def rate(observer: Observer, topic: str, *, count: int, as_json: bool) -> None:
+    """Print the message rate of a topic once a second, until no publisher is left.
 
     Args:
-        looker: in the formation's domain.
+        observer: in the formation's domain.
         topic: name of the topic.
         count: lines after which to end; 0 to go on.
-        as_json: print a line of JSON instead of words.
+        as_json: print lines of JSON.
 
     Raises:
-        CommandError: there is no such topic, or nothing is said for too long.
+        CommandError: there is no such topic, or no message arrives within the timeout.
     """
-    name, kind = _wait_for_topic(looker, topic)
+    name, kind = _wait_for_topic(observer, topic)
     moments: deque[float] = deque()
-    quality = passing(_RATE_QUEUE)
-    looker.node.create_subscription(
+    quality = best_effort(_RATE_QUEUE)
+    observer.node.create_subscription(
         interface(kind), name, lambda _: moments.append(time.monotonic()), quality, raw=True
     )
     lines = 0
     last: list[float] = []
-    while _next_message(looker, name, moments, not last):
-        looker.wait(lambda: False, _REPORT)
-        # The interval across two lines counts, too: of what is said slowly there is no other.
+    while _next_message(observer, name, moments, not last):
+        observer.wait(lambda: False, _REPORT)
+        # The interval across two lines counts, too: slow topics have no other.
         window = [*last, *moments]
         last = window[-1:]
         moments.clear()
@@ -90,7 +90,7 @@ def rate(looker: Looker, topic: str, *, count: int, as_json: bool) -> None:
         if found is None:
             continue
         lines += 1
-        console.as_json_line(found) if as_json else console.line(_rate_words(found))
+        console.as_json_line(found) if as_json else console.line(_rate_text(found))
         sys.stdout.flush()
         if lines == count:
             return
@@ -112,7 +112,7 @@ def intervals(moments: list[float]) -> dict[str, float] | None:
     }
 
 
-def _rate_words(found: dict[str, float]) -> str:
+def _rate_text(found: dict[str, float]) -> str:
     return (
         f"{found['rate']:.1f} /s of wall-clock time ({found['messages']} messages; intervals "
         f"{1e3 * found['shortest']:.2f} to {1e3 * found['longest']:.2f} ms, "
@@ -120,38 +120,38 @@ def _rate_words(found: dict[str, float]) -> str:
     )
 
 
-def _wait_for_topic(looker: Looker, topic: str) -> tuple[str, str]:
-    """Full name and type of a topic, as soon as someone who speaks there has been found."""
+def _wait_for_topic(observer: Observer, topic: str) -> tuple[str, str]:
+    """Full name and type of a topic, as soon as a publisher has been discovered."""
     if not topic.startswith("/"):
-        looker.require_formation()
-    name = full_name(looker, topic)
-    if not looker.wait(
-        lambda: bool(looker.node.get_publishers_info_by_topic(name)), min(2.0, looker.patience)
+        observer.require_formation()
+    name = full_name(observer, topic)
+    if not observer.wait(
+        lambda: bool(observer.node.get_publishers_info_by_topic(name)), min(2.0, observer.timeout)
     ):
-        looker.find_formation()
-    return known_topic(looker, topic)
+        observer.find_formation()
+    return known_topic(observer, topic)
 
 
-def _next_message(looker: Looker, topic: str, waiting: deque[Any], first: bool) -> bool:
-    """Wait for a message; False once nobody is left to say anything."""
+def _next_message(observer: Observer, topic: str, waiting: deque[Any], first: bool) -> bool:
+    """Wait for a message; False once no publisher is left."""
 
-    def heard_or_over() -> bool:
-        return bool(waiting) or not (first or looker.node.get_publishers_info_by_topic(topic))
+    def received_or_ended() -> bool:
+        return bool(waiting) or not (first or observer.node.get_publishers_info_by_topic(topic))
 
-    # After the first message a silence may last: a formation may be held, or be waiting for someone.
-    while not looker.wait(heard_or_over, looker.patience):
+    # After the first message there is no timeout: the formation may be paused or wait for a process.
+    while not observer.wait(received_or_ended, observer.timeout):
         if first:
             raise CommandError(
-                f"nothing is said on {topic} within {looker.patience:g} s; --timeout SECONDS waits longer"
+                f"no message on {topic} within {observer.timeout:g} s; --timeout SECONDS waits longer"
             )
     return bool(waiting)
 
 
-def _quality(looker: Looker, topic: str, depth: int) -> QoSProfile:
-    """Best effort, except where all that is said is kept for latecomers: there little is said."""
-    publishers = looker.node.get_publishers_info_by_topic(topic)
-    kept = all(entry.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for entry in publishers)
-    return latched(depth) if publishers and kept else passing(depth)
+def _quality(observer: Observer, topic: str, depth: int) -> QoSProfile:
+    """Best effort, or latched where all publishers latch: those publish rarely."""
+    publishers = observer.node.get_publishers_info_by_topic(topic)
+    latches = all(entry.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for entry in publishers)
+    return latched(depth) if publishers and latches else best_effort(depth)
 
 
 def _print(data: Any, form: str, *, name: str, first: bool) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS messages as plain data and back, by the fields of their definitions."""
+"""Converts ROS messages to plain data and back, by the fields of their definitions."""
 
 import difflib
 import importlib
@@ -18,7 +18,7 @@ _MANY = re.compile(
 )
 """A field of many values as rosidl's Python writes its type."""
 
-_PLACE = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
+_ELEMENT = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
 
 
 def interface(name: str) -> Any:
@@ -39,7 +39,7 @@ def interface(name: str) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """A message, or what stands in one, as dictionaries, lists, texts and numbers."""
+    """A message or a field of one as dictionaries, lists, strings and numbers."""
     if hasattr(value, "get_fields_and_field_types"):
         return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
     if isinstance(value, np.ndarray | array):
@@ -52,7 +52,7 @@ def plain(value: Any) -> Any:
 
 
 def flat(data: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Numbers and texts of plain data, each with its dotted name."""
+    """Numbers and strings of plain data, each with its dotted name."""
     if isinstance(data, dict):
         for name, value in data.items():
             yield from flat(value, f"{prefix}.{name}" if prefix else name)
@@ -64,13 +64,13 @@ def flat(data: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def pick(data: Any, field: str) -> Any:
-    """What stands at a dotted name such as `position.x` or `alive[0]` in plain data.
+    """The part of plain data at a dotted name such as `position.x` or `alive[0]`.
 
     Raises:
         CommandError: there is nothing of that name.
     """
     for part in field.split("."):
-        match = _PLACE.fullmatch(part)
+        match = _ELEMENT.fullmatch(part)
         name = match[1] if match else part
         if not isinstance(data, dict) or name not in data:
             there = f"there are {', '.join(data)}" if isinstance(data, dict) else "it has no fields"
@@ -84,13 +84,13 @@ def pick(data: Any, field: str) -> Any:
     return data
 
 
-def fill(message: Any, data: Any, place: str = "") -> Any:
+def fill(message: Any, data: Any, path: str = "") -> Any:
     """Set the fields of a message from plain data; those that are not named stay as they are.
 
     Args:
         message: to be filled.
         data: names and values.
-        place: dotted name of the message in the one that it is part of.
+        path: dotted name of the message in the one that it is part of.
 
     Returns:
         The message.
@@ -99,7 +99,7 @@ def fill(message: Any, data: Any, place: str = "") -> Any:
         CommandError: a name or a value does not fit.
     """
     kinds = message.get_fields_and_field_types()
-    what = place or type(message).__name__.removesuffix("_Request")
+    what = path or type(message).__name__.removesuffix("_Request")
     if not isinstance(data, dict):
         wanted = "{" + ", ".join(f"{name}: ..." for name in kinds) + "}"
         raise CommandError(f"{what}: found {data!r}; it has to be of the form {wanted}")
@@ -108,24 +108,24 @@ def fill(message: Any, data: Any, place: str = "") -> Any:
             close = difflib.get_close_matches(str(name), kinds, n=1)
             known = f"did you mean {close[0]}?" if close else f"there are {', '.join(kinds) or 'none'}"
             raise CommandError(f"{what}: there is no field {name!r}; {known}")
-        _set(message, name, value, f"{place}.{name}" if place else name)
+        _set(message, name, value, f"{path}.{name}" if path else name)
     return message
 
 
-def _set(message: Any, name: str, value: Any, place: str) -> None:
+def _set(message: Any, name: str, value: Any, path: str) -> None:
     old = getattr(message, name)
     kind = message.get_fields_and_field_types()[name]
     if hasattr(old, "get_fields_and_field_types"):
-        fill(old, value, place)
+        fill(old, value, path)
         return
     try:
-        setattr(message, name, _converted(kind, value, place))
+        setattr(message, name, _converted(kind, value, path))
     except (AssertionError, TypeError, ValueError, OverflowError):
-        raise CommandError(f"{place}: found {value!r}; it has to be of the type {kind}") from None
+        raise CommandError(f"{path}: found {value!r}; it has to be of the type {kind}") from None
 
 
-def _converted(kind: str, value: Any, place: str) -> Any:
-    """A value as a field of a kind takes it; rclpy's own setters check nothing unless they are told to."""
+def _converted(kind: str, value: Any, path: str) -> Any:
+    """A value checked and converted for a field; the setters of rclpy check nothing by default."""
     many = _MANY.fullmatch(kind)
     if many:
         inner, most, count = many["sequence"] or many["array"], many["most"], many["count"]
@@ -133,10 +133,10 @@ def _converted(kind: str, value: Any, place: str) -> Any:
             raise TypeError
         if (count and len(value) != int(count)) or (most and len(value) > int(most)):
             raise ValueError
-        return [_converted(inner, entry, f"{place}[{index}]") for index, entry in enumerate(value)]
+        return [_converted(inner, entry, f"{path}[{index}]") for index, entry in enumerate(value)]
     if "/" in kind:
         package, _, short = kind.partition("/")
-        return fill(interface(f"{package}/msg/{short}")(), value, place)
+        return fill(interface(f"{package}/msg/{short}")(), value, path)
     whole = isinstance(value, int) and not isinstance(value, bool)
     if kind in ("float", "double"):
         if not (whole or isinstance(value, float)):

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of a flying formation: the newest word on each of its topics, taken a few times a second."""
+"""State of a running formation from the newest message of each of its topics, polled a few times a second."""
 
 import math
 import time
@@ -14,20 +14,20 @@ from satform_msgs.msg import ArcLength, Command, FormationStatus, ParameterChang
 
 from satform_nodes.transport import topics
 from satform_tools.inspect import target_domain
-from satform_tools.inspect.observer_node import Looker, passing
-from satform_tools.inspect.snapshot import Frame, LinkLook, SatelliteLook
+from satform_tools.inspect.observer_node import Observer, best_effort
+from satform_tools.inspect.snapshot import Frame, LinkStatus, SatelliteStatus
 
 PERIOD = 0.2
-"""Wall-clock time between two looks, s."""
+"""Wall-clock time between two updates, s."""
 
-_SILENCE = 2.0
-"""Wall-clock time after which a satellite counts as silent while others are heard, s."""
+_STALE_AFTER = 2.0
+"""Wall-clock time without a command after which a satellite counts as stale while others are received, s."""
 
 _RATE_SPAN = 2.0
 """Wall-clock time over which the step rate is taken, s."""
 
 _RARE = 10
-"""Queue of topics on which something is said now and then."""
+"""Queue depth of topics with rare messages."""
 
 _PHASES = {
     getattr(FormationStatus, name): name.lower()
@@ -36,18 +36,18 @@ _PHASES = {
 }
 
 _WARNING = Log.WARN[0] if isinstance(Log.WARN, bytes) else Log.WARN
-"""Level from which on a word of the log is worth a line."""
+"""Lowest log level that is shown."""
 
 _NOTHING = (math.nan, math.nan, math.nan)
 
 
 @dataclass
-class _Newest:
-    """The newest word on a topic.
+class _Latest:
+    """The newest message of a topic.
 
     Attributes:
         message: None before the first.
-        since: wall-clock time at which it was found.
+        since: wall-clock time at which it was taken.
         subscription: of depth one, from which it is taken.
     """
 
@@ -55,47 +55,47 @@ class _Newest:
     since: float = 0.0
     subscription: Any = None
 
-    def hear(self, message: Any) -> None:
+    def store(self, message: Any) -> None:
         self.message, self.since = message, time.monotonic()
 
-    def look(self) -> None:
+    def update(self) -> None:
         _take_all(self.subscription)
 
 
 @dataclass
 class _Satellite:
-    tracking: _Newest
-    command: _Newest
-    word: _Newest
-    first_look: float = field(default_factory=time.monotonic)
+    tracking: _Latest
+    command: _Latest
+    announcement: _Latest
+    created: float = field(default_factory=time.monotonic)
 
-    def look(self) -> None:
-        for newest in (self.tracking, self.command, self.word):
-            newest.look()
+    def update(self) -> None:
+        for newest in (self.tracking, self.command, self.announcement):
+            newest.update()
 
     @property
     def known(self) -> bool:
         return self.tracking.message is not None and self.command.message is not None
 
 
-class Watcher:
-    """Takes the newest word on each topic of a formation, and makes frames of it.
+class FormationMonitor:
+    """Takes the newest message of each topic of a formation, and makes frames of them.
 
-    Messages are taken at each look and not as they come: a queue of one holds the newest.
+    Messages are taken at each update and not as they arrive: a queue of depth one holds the newest.
     """
 
-    def __init__(self, looker: Looker) -> None:
+    def __init__(self, observer: Observer) -> None:
         """Find the formation and subscribe.
 
         Raises:
             CommandError: no formation flies here.
         """
-        self._looker = looker
+        self._observer = observer
         self.events: deque[str] = deque(maxlen=100)
-        # Subscribed to before the present status is asked for, so that no change falls in between.
-        looker.require_formation()
-        self._status = self._newest(FormationStatus, topics.STATUS)
-        self.status = looker.hear_status()
+        # Subscribed before the present status is read, so that no change falls in between.
+        observer.require_formation()
+        self._status = self._latest(FormationStatus, topics.STATUS)
+        self.status = observer.latest_status()
         alive = zip(self.status.satellites, self.status.alive, strict=True)
         self._satellites = {name: self._subscribe(name, bool(living)) for name, living in alive}
         self._steps: deque[tuple[float, int]] = deque()
@@ -103,12 +103,14 @@ class Watcher:
             self._queue(Log, "/rosout"),
             self._queue(DiagnosticArray, "/diagnostics"),
             *(
-                self._queue(ParameterChange, looker.full_name(topics.parameter_changes(name)))
+                self._queue(ParameterChange, observer.full_name(topics.parameter_changes(name)))
                 for name in self._satellites
             ),
         ]
-        runs = [run for run in target_domain.runs_here() if run.domain == looker.domain]
-        self._title = f"{runs[0].scenario} on domain {looker.domain}" if runs else f"domain {looker.domain}"
+        runs = [run for run in target_domain.runs_here() if run.domain == observer.domain]
+        self._title = (
+            f"{runs[0].scenario} on domain {observer.domain}" if runs else f"domain {observer.domain}"
+        )
         if self.status.reason:
             self.events.append(self.status.reason)
 
@@ -118,20 +120,20 @@ class Watcher:
         return self.status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED)
 
     def pause(self) -> None:
-        """Let some time pass before the next look."""
+        """Wait until the next update is due."""
         time.sleep(PERIOD)
 
-    def knows_all(self) -> bool:
-        """Whether every living satellite has been heard, or the flight is over."""
+    def is_complete(self) -> bool:
+        """Whether messages of all living satellites have been received, or the flight is over."""
         alive = dict(zip(self.status.satellites, self.status.alive, strict=True))
         return self.over or all(self._satellites[name].known for name, living in alive.items() if living)
 
-    def look(self) -> bool:
-        """Take what has been said; returns whether the flight is over."""
+    def update(self) -> bool:
+        """Take all new messages; returns whether the flight is over."""
         now = time.monotonic()
         for satellite in self._satellites.values():
-            satellite.look()
-        self._look_at_status()
+            satellite.update()
+        self._update_status()
         for queue in self._rare:
             _take_all(queue)
         self._steps.append((now, self.step()))
@@ -140,13 +142,13 @@ class Watcher:
         return self.over
 
     def step(self) -> int:
-        """Steps taken, as the newest commands and the status tell."""
+        """Steps taken, by the newest commands and the status."""
         commanded = (entry.command.message for entry in self._satellites.values())
         steps = [int(message.step) + 1 for message in commanded if message is not None]
         return max([int(self.status.step), *steps])
 
     def frame(self) -> Frame:
-        """What is known now."""
+        """The state of the formation now."""
         now = time.monotonic()
         lengths = self._arc_lengths()
         moment = max(
@@ -169,59 +171,59 @@ class Watcher:
             events=tuple(self.events),
         )
 
-    def _newest(self, kind: Any, topic: str) -> _Newest:
-        newest = _Newest()
-        newest.subscription = self._looker.node.create_subscription(
-            kind, self._looker.full_name(topic), newest.hear, passing(1)
+    def _latest(self, kind: Any, topic: str) -> _Latest:
+        newest = _Latest()
+        newest.subscription = self._observer.node.create_subscription(
+            kind, self._observer.full_name(topic), newest.store, best_effort(1)
         )
         return newest
 
     def _queue(self, kind: Any, topic: str) -> Any:
-        def tell(message: Any) -> None:
+        def log(message: Any) -> None:
             self.events.extend(sentences(message))
 
-        return self._looker.node.create_subscription(kind, topic, tell, passing(_RARE))
+        return self._observer.node.create_subscription(kind, topic, log, best_effort(_RARE))
 
     def _subscribe(self, name: str, alive: bool) -> _Satellite:
-        # Those that share their motion share no arc length, and the other way round.
+        # Satellites publish their arc length or their motion, by the consensus law.
         if alive:
-            self._looker.wait(lambda: self._announces(name) is not None, self._looker.patience)
+            self._observer.wait(lambda: self._announces(name) is not None, self._observer.timeout)
         announced = self._announces(name) or self._announced_by_others()
         kind, topic = announced or (ArcLength, topics.arc_length(name))
         topic = f"/{name}/{topic.rpartition('/')[2]}"
         return _Satellite(
-            self._newest(Tracking, topics.tracking(name)),
-            self._newest(Command, topics.command(name)),
-            self._newest(kind, topic),
+            self._latest(Tracking, topics.tracking(name)),
+            self._latest(Command, topics.command(name)),
+            self._latest(kind, topic),
         )
 
     def _announces(self, name: str) -> tuple[Any, str] | None:
         for kind, topic in ((ArcLength, topics.arc_length(name)), (RelativeState, topics.motion(name))):
-            if self._looker.node.count_publishers(self._looker.full_name(topic)):
+            if self._observer.node.count_publishers(self._observer.full_name(topic)):
                 return kind, topic
         return None
 
     def _announced_by_others(self) -> tuple[Any, str] | None:
-        """What those announce who are there: the law of agreement is the same for all."""
+        """What other satellites announce: all have the same consensus law."""
         found = (self._announces(name) for name in self.status.satellites)
         return next((announced for announced in found if announced is not None), None)
 
-    def _look_at_status(self) -> None:
-        self._status.look()
+    def _update_status(self) -> None:
+        self._status.update()
         newer = self._status.message
         if newer is not None and newer is not self.status:
             if newer.reason:
                 self.events.append(f"step {newer.step}: {newer.reason}")
             self.status = newer
-        if not self.over and not self._looker.plant_is_there():
+        if not self.over and not self._observer.plant_exists():
             self.status.phase = FormationStatus.ABORTED
-            self.events.append("the plant is gone without a word about the end of the flight")
+            self.events.append("the plant has ended without a final status")
 
     def _rate(self) -> float:
         (first, before), (last, after) = self._steps[0], self._steps[-1]
         return (after - before) / (last - first) if last - first > 0.5 * PERIOD else math.nan
 
-    def _satellite(self, name: str, alive: bool, arc_length: float, now: float) -> SatelliteLook:
+    def _satellite(self, name: str, alive: bool, arc_length: float, now: float) -> SatelliteStatus:
         entry = self._satellites[name]
         tracking, command = entry.tracking.message, entry.command.message
         position, error = _NOTHING, math.nan
@@ -230,12 +232,12 @@ class Watcher:
             reference = _three(tracking.reference_position)
             position = (reference[0] + apart[0], reference[1] + apart[1], reference[2] + apart[2])
             error = math.hypot(*apart)
-        heard = max(entry.command.since, entry.first_look)
-        newest = max(max(other.command.since, other.first_look) for other in self._satellites.values())
-        return SatelliteLook(
+        received = max(entry.command.since, entry.created)
+        newest = max(max(other.command.since, other.created) for other in self._satellites.values())
+        return SatelliteStatus(
             name,
             alive,
-            silent=alive and not self.over and min(now, newest) - heard > _SILENCE,
+            stale=alive and not self.over and min(now, newest) - received > _STALE_AFTER,
             position=position,
             error=error,
             command=math.nan if command is None else math.hypot(*_three(command.acceleration)),
@@ -243,36 +245,36 @@ class Watcher:
         )
 
     def _arc_lengths(self) -> dict[str, float]:
-        """Arc length of each living satellite that shares it, carried by its rate to one moment."""
+        """Arc length of each living satellite that publishes it, propagated by its rate to one time."""
         alive = dict(zip(self.status.satellites, self.status.alive, strict=True))
-        words = {name: entry.word.message for name, entry in self._satellites.items() if alive.get(name)}
-        words = {name: word for name, word in words.items() if isinstance(word, ArcLength)}
-        moment = max(map(_seconds, words.values()), default=0.0)
+        announced = {
+            name: entry.announcement.message for name, entry in self._satellites.items() if alive.get(name)
+        }
+        phases = {name: message for name, message in announced.items() if isinstance(message, ArcLength)}
+        moment = max(map(_seconds, phases.values()), default=0.0)
         return {
-            name: float(word.arc_length + word.rate * (moment - _seconds(word)))
-            for name, word in words.items()
+            name: float(message.arc_length + message.rate * (moment - _seconds(message)))
+            for name, message in phases.items()
         }
 
-    def _links(self, moment: float) -> tuple[LinkLook, ...]:
+    def _links(self, moment: float) -> tuple[LinkStatus, ...]:
         names = list(self.status.satellites)
         links = []
-        for hears, heard in zip(self.status.edge_receivers, self.status.edge_senders, strict=True):
-            listener, speaker = names[hears], names[heard]
-            word = self._satellites[speaker].word.message
-            # A word for the step to come is there before that step.
-            age = math.nan if word is None else max(0.0, moment - _seconds(word))
-            links.append(LinkLook(listener, speaker, age))
+        for receiver, sender in zip(self.status.edge_receivers, self.status.edge_senders, strict=True):
+            message = self._satellites[names[sender]].announcement.message
+            # A message for the next step is sent before that step.
+            age = math.nan if message is None else max(0.0, moment - _seconds(message))
+            links.append(LinkStatus(names[receiver], names[sender], age))
         return tuple(links)
 
 
 def sentences(message: Any) -> list[str]:
-    """What a word of the log, of diagnostics or of a changed gain says, where it is worth a line."""
+    """Lines of a log message, of diagnostics or of a parameter change; none below a warning."""
     if isinstance(message, ParameterChange):
         value = ", ".join(f"{number:g}" for number in message.value)
         return [f"step {message.step}: {message.name} = {value}"]
     if isinstance(message, Log):
-        worth = message.level >= _WARNING
-        return [f"{message.name}: {message.msg}"] if worth else []
+        return [f"{message.name}: {message.msg}"] if message.level >= _WARNING else []
     return [
         f"{entry.name}: {entry.message}" for entry in message.status if entry.level != DiagnosticStatus.OK
     ]
@@ -290,6 +292,6 @@ def _three(vector: Any) -> tuple[float, float, float]:
 
 
 def _take_all(subscription: Any) -> None:
-    """Hand what waits on a subscription to its callback, without an executor's cost for each."""
+    """Pass all queued messages of a subscription to its callback, without the cost of an executor."""
     while (taken := subscription.handle.take_message(subscription.msg_type, False)) is not None:
         subscription.callback(taken[0])

@@ -1,10 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A node that only looks: it says nothing, keeps nobody waiting, and is seen by nobody as a satellite.
+"""Observer node: subscribes to a running formation without any effect on its flight.
 
-Its subscriptions are best effort with shallow queues, so that a publisher neither waits for it nor sends
-it anything twice. What a publisher keeps for latecomers is only given to reliable subscriptions; those
-are made on topics that are rarely spoken on, and dropped once they have been heard.
+Its subscriptions are best effort with short queues, so that no publisher waits for it or retransmits to it.
+Latched messages reach reliable subscriptions only; those are made on topics with rare messages, and
+destroyed once a message has been received.
 """
 
 import os
@@ -28,17 +28,17 @@ from satform_nodes.transport import topics
 from satform_nodes.transport.node_names import local_name
 from satform_tools.errors import CommandError
 from satform_tools.inspect import target_domain
-from satform_tools.inspect.discovered_graph import Ends, Graph, is_whole
+from satform_tools.inspect.discovered_graph import Endpoints, Graph, is_complete
 
-_LOOK = 0.05
-"""Wall-clock time between two looks at what is awaited, s."""
+_POLL_PERIOD = 0.05
+"""Wall-clock time between two checks of a condition, s."""
 
-_CALM = 0.25
-"""Wall-clock time without a new node or topic after which a graph without gaps counts as whole, s."""
+_SETTLING_TIME = 0.25
+"""Wall-clock time without a new node or topic after which a complete graph counts as final, s."""
 
 
-def passing(depth: int) -> QoSProfile:
-    """Quality of service of a subscription that takes what passes, and costs the publisher least."""
+def best_effort(depth: int) -> QoSProfile:
+    """QoS of a subscription that publishers neither wait for nor retransmit to."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
@@ -48,7 +48,7 @@ def passing(depth: int) -> QoSProfile:
 
 
 def latched(depth: int) -> QoSProfile:
-    """Quality of service of a subscription that also hears what was said before it came."""
+    """QoS of a subscription that also receives the last messages published before it."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=depth,
@@ -58,35 +58,35 @@ def latched(depth: int) -> QoSProfile:
 
 
 _NO_LOG_FILE = ["--ros-args", "--disable-external-lib-logs"]
-"""Whoever looks in leaves no file among the logs of ROS, for which there may be no home folder."""
+"""An observer writes no log file, for which there may be no home folder."""
 
 
-class Looker:
+class Observer:
     """A node in the domain of a formation.
 
     Attributes:
-        node: rclpy's node; without log topic, parameters and their services.
+        node: of rclpy, without log topic, parameters and their services.
         domain: DDS domain that it is in.
-        patience: wall-clock time within which what is awaited has to be there, s.
+        timeout: wall-clock time to wait for what is asked for, s.
         namespace: of the formation, such as `/f1`; empty for the root, None until it has been found.
     """
 
-    def __init__(self, node: Node, domain: int, patience: float, namespace: str | None = None) -> None:
+    def __init__(self, node: Node, domain: int, timeout: float, namespace: str | None = None) -> None:
         self.node = node
         self.domain = domain
-        self.patience = patience
+        self.timeout = timeout
         self.namespace = namespace
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(node)
 
     def wait(self, condition: Callable[[], bool], seconds: float) -> bool:
-        """Let messages in until a condition holds; returns whether it came to hold in time."""
+        """Process messages until a condition holds; returns whether it holds within the time."""
         until = time.monotonic() + seconds
         while not condition():
             left = until - time.monotonic()
             if left <= 0.0:
                 return False
-            self._executor.spin_once(timeout_sec=min(left, _LOOK))
+            self._executor.spin_once(timeout_sec=min(left, _POLL_PERIOD))
         return True
 
     def full_name(self, topic: str) -> str:
@@ -98,52 +98,50 @@ class Looker:
         return in_namespace(topic, self.namespace or "")
 
     def require_formation(self) -> None:
-        """Wait until a plant is there, which tells in which namespace the formation is.
+        """Wait until a plant is discovered, which gives the namespace of the formation.
 
         Raises:
             CommandError: there is none, or several and none of them was named.
         """
-        if not self.wait(self._sees_plant, self.patience):
-            raise CommandError(target_domain.nobody_flies(self.domain, self.namespace))
+        if not self.wait(self._finds_plant, self.timeout):
+            raise CommandError(target_domain.no_formation_sentence(self.domain, self.namespace))
 
     def find_formation(self) -> None:
-        """Wait until the formation flies and its nodes and topics have been found.
-
-        Where some do not come, those that are there have to do.
+        """Wait until the formation flies and its nodes and topics have been discovered, at most the timeout.
 
         Raises:
-            CommandError: no plant is there.
+            CommandError: no plant is discovered.
         """
         self.require_formation()
-        heard: list[FormationStatus] = []
-        with self.hearing(FormationStatus, self.full_name(topics.STATUS), heard.append):
-            self.wait(self._graph_is_calm(heard), self.patience)
+        received: list[FormationStatus] = []
+        with self.latched_subscription(FormationStatus, self.full_name(topics.STATUS), received.append):
+            self.wait(self._graph_is_settled(received), self.timeout)
 
-    def hear_status(self) -> FormationStatus:
-        """The newest word about the whole formation.
+    def latest_status(self) -> FormationStatus:
+        """The newest status of the formation.
 
         Raises:
             CommandError: no formation flies here.
         """
         self.require_formation()
-        heard: list[FormationStatus] = []
-        with self.hearing(FormationStatus, self.full_name(topics.STATUS), heard.append):
-            if not self.wait(lambda: bool(heard), self.patience):
+        received: list[FormationStatus] = []
+        with self.latched_subscription(FormationStatus, self.full_name(topics.STATUS), received.append):
+            if not self.wait(lambda: bool(received), self.timeout):
                 raise CommandError(
-                    f"the formation on domain {self.domain} has not begun to fly within {self.patience:g} s"
+                    f"the formation on domain {self.domain} has not begun to fly within {self.timeout:g} s"
                 )
-        return heard[-1]
+        return received[-1]
 
     @contextmanager
-    def hearing(self, kind: Any, topic: str, callback: Callable[[Any], None]) -> Iterator[None]:
-        """Hear what was last said on a topic of rare words, and what is said for the length of the block."""
+    def latched_subscription(self, kind: Any, topic: str, callback: Callable[[Any], None]) -> Iterator[None]:
+        """Subscribe to a latched topic, its last message included, for the length of the block."""
         subscription = self.node.create_subscription(kind, topic, callback, latched(1))
         try:
             yield
         finally:
             self.node.destroy_subscription(subscription)
 
-    def _sees_plant(self) -> bool:
+    def _finds_plant(self) -> bool:
         found = [space for space in self._namespaces() if self.namespace in (None, space)]
         if len(found) > 1:
             raise CommandError(
@@ -155,12 +153,12 @@ class Looker:
         self.namespace = found[0]
         return True
 
-    def plant_is_there(self) -> bool:
-        """Whether the plant of the formation that has been found is still there."""
+    def plant_exists(self) -> bool:
+        """Whether the plant of the formation still exists."""
         return self.namespace in self._namespaces()
 
     def _namespaces(self) -> list[str]:
-        """Namespaces in which a plant tells the status of its formation."""
+        """Namespaces in which a plant publishes the status of its formation."""
         kind = "satform_msgs/msg/FormationStatus"
         found = []
         for topic, kinds in self.node.get_topic_names_and_types():
@@ -172,23 +170,27 @@ class Looker:
                 found.append(space)
         return sorted(found)
 
-    def _graph_is_calm(self, heard: list[FormationStatus]) -> Callable[[], bool]:
-        """Whether all nodes are there with all their topics, and nothing new has come for a moment."""
-        seen: list[Any] = [None]
+    def _graph_is_settled(self, received: list[FormationStatus]) -> Callable[[], bool]:
+        """A condition: all nodes and topics are discovered, and nothing new has appeared for a moment."""
+        previous: list[Any] = [None]
         since = [time.monotonic()]
 
-        def calm() -> bool:
+        def settled() -> bool:
             now = time.monotonic()
             names = (sorted(self.node.get_topic_names_and_types()), sorted(self.node.get_node_names()))
-            if names != seen[0]:
-                seen[0], since[0] = names, now
+            if names != previous[0]:
+                previous[0], since[0] = names, now
             # The endpoints are asked for last: there are many of them.
-            return now - since[0] >= _CALM and bool(heard) and is_whole(self._graph(), heard[-1])
+            return (
+                now - since[0] >= _SETTLING_TIME
+                and bool(received)
+                and is_complete(self._graph(), received[-1])
+            )
 
-        return calm
+        return settled
 
     def _graph(self) -> Graph:
-        """What has been found by now, by the names that it has for the formation's own nodes."""
+        """The graph discovered so far, by names as in the root namespace."""
         node, space = self.node, self.namespace or ""
 
         def names(endpoints: list[Any]) -> list[str]:
@@ -201,7 +203,7 @@ class Looker:
                 name for name, other in node.get_node_names_and_namespaces() if other.rstrip("/") == space
             ),
             {
-                topic if topic in OF_ALL_NAMESPACES else topic.removeprefix(space): Ends(
+                topic if topic in OF_ALL_NAMESPACES else topic.removeprefix(space): Endpoints(
                     names(node.get_publishers_info_by_topic(topic)),
                     names(node.get_subscriptions_info_by_topic(topic)),
                 )
@@ -211,16 +213,16 @@ class Looker:
 
 
 @contextmanager
-def looking(domain: int, patience: float, namespace: str | None = None) -> Iterator[Looker]:
-    """Be in the domain of a formation for the length of the block.
+def observe(domain: int, timeout: float, namespace: str | None = None) -> Iterator[Observer]:
+    """Create an observer node in the domain of a formation, for the length of the block.
 
     Args:
         domain: DDS domain.
-        patience: wall-clock time within which what is awaited has to be there, s.
-        namespace: of the formation that is looked for; None for the only one in the domain.
+        timeout: wall-clock time to wait for what is asked for, s.
+        namespace: of the formation; None for the only one in the domain.
 
     Yields:
-        The one who looks.
+        The observer.
     """
     stay_on_this_machine()
     context = Context()
@@ -229,21 +231,21 @@ def looking(domain: int, patience: float, namespace: str | None = None) -> Itera
         args=_NO_LOG_FILE, context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO
     )
     try:
-        # One who vanishes without a word is spoken to for another 20 s by everyone it listened to.
+        # Publishers keep sending to a participant that ends without leaving, for another 20 s.
         with interrupting():
-            # An underscore hides a node from those who ask for the nodes of the formation.
+            # The underscore hides it from tools that list nodes.
             node = Node(
-                f"_looker_{os.getpid()}",
+                f"_observer_{os.getpid()}",
                 context=context,
                 use_global_arguments=False,
                 enable_rosout=False,
                 start_parameter_services=False,
             )
-            looker = Looker(node, domain, patience, namespace)
+            observer = Observer(node, domain, timeout, namespace)
             try:
-                yield looker
+                yield observer
             finally:
-                looker._executor.shutdown(timeout_sec=0.0)
+                observer._executor.shutdown(timeout_sec=0.0)
                 node.destroy_node()
     finally:
         context.try_shutdown()

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of a running node, read and changed through its services."""
+"""Reads and sets parameters of a running node through its services."""
 
 import difflib
 import math
@@ -17,7 +17,7 @@ from satform_tools import console
 from satform_tools.console import Table
 from satform_tools.errors import CommandError
 from satform_tools.inspect.graph import known_node
-from satform_tools.inspect.observer_node import Looker
+from satform_tools.inspect.observer_node import Observer
 from satform_tools.inspect.service_call import ask
 
 _KINDS = {
@@ -33,33 +33,33 @@ _KINDS = {
 """Name, field of the message, and Python's type of each kind of parameter."""
 
 
-def list_all(looker: Looker, node: str, *, as_json: bool) -> None:
+def list_all(observer: Observer, node: str, *, as_json: bool) -> None:
     """Print the names and values of all parameters of a node."""
-    full = _find(looker, node)
-    names = _names(looker, full)
-    values = dict(zip(names, _values(looker, full, names), strict=True))
+    full = _find(observer, node)
+    names = _names(observer, full)
+    values = dict(zip(names, _values(observer, full, names), strict=True))
     if as_json:
         console.as_json(values)
     else:
         console.table(Table(("parameter", "value"), [(name, _text(value)) for name, value in values.items()]))
 
 
-def get(looker: Looker, node: str, name: str, *, as_json: bool) -> None:
+def get(observer: Observer, node: str, name: str, *, as_json: bool) -> None:
     """Print the value of a parameter."""
-    full = _find(looker, node)
-    (value,) = _values(looker, full, [_known(looker, full, name)])
+    full = _find(observer, node)
+    (value,) = _values(observer, full, [_known(observer, full, name)])
     if as_json:
         console.as_json(value)
     else:
         console.line(_text(value))
 
 
-def describe(looker: Looker, node: str, name: str, *, as_json: bool) -> None:
+def describe(observer: Observer, node: str, name: str, *, as_json: bool) -> None:
     """Print type, meaning, bounds and value of a parameter."""
-    full = _find(looker, node)
-    _known(looker, full, name)
-    descriptor = _descriptor(looker, full, name)
-    (value,) = _values(looker, full, [name])
+    full = _find(observer, node)
+    _known(observer, full, name)
+    descriptor = _descriptor(observer, full, name)
+    (value,) = _values(observer, full, [name])
     described = {
         "name": name,
         "type": _KINDS[descriptor.type][0] if descriptor.type in _KINDS else "not set",
@@ -76,27 +76,27 @@ def describe(looker: Looker, node: str, name: str, *, as_json: bool) -> None:
             console.line(f"{key.replace('_', ' ')}: {_text(entry)}")
 
 
-def change(looker: Looker, node: str, name: str, text: str, *, as_json: bool) -> bool:
-    """Give a parameter another value, and print what the node says to it.
+def change(observer: Observer, node: str, name: str, text: str, *, as_json: bool) -> bool:
+    """Set a parameter, and print the reply of the node.
 
     Args:
-        looker: in the formation's domain.
+        observer: in the formation's domain.
         node: name of the node.
         name: of the parameter.
         text: the value as in a scenario file; whole numbers do for doubles, one number for several.
         as_json: print JSON.
 
     Returns:
-        Whether the node has taken it.
+        Whether the node has accepted it.
 
     Raises:
         CommandError: there is no such node or parameter, or the value is of another type.
     """
-    full = _find(looker, node)
-    _known(looker, full, name)
-    value = as_parameter(_descriptor(looker, full, name).type, name, text)
+    full = _find(observer, node)
+    _known(observer, full, name)
+    value = as_parameter(_descriptor(observer, full, name).type, name, text)
     request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
-    (result,) = ask(looker, SetParameters, f"{full}/set_parameters", request).results
+    (result,) = ask(observer, SetParameters, f"{full}/set_parameters", request).results
     if as_json:
         console.as_json({"successful": result.successful, "reason": result.reason})
     elif result.successful:
@@ -107,7 +107,7 @@ def change(looker: Looker, node: str, name: str, text: str, *, as_json: bool) ->
 
 
 def as_parameter(kind: int, name: str, text: str) -> ParameterValue:
-    """A value of a declared type from what was typed.
+    """A value of a declared type from text of the command line.
 
     Raises:
         CommandError: it is of another type.
@@ -126,7 +126,7 @@ def as_parameter(kind: int, name: str, text: str) -> ParameterValue:
         and isinstance(typed, int | float)
         and _fits(typed, float)
     ):
-        # One number for all; a node that wants several says so.
+        # One number for all axes; the node rejects it where it needs several.
         return ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(typed))
     entries = typed if many and isinstance(typed, list) else [typed]
     if many != isinstance(typed, list) or not all(_fits(entry, python) for entry in entries):
@@ -153,19 +153,19 @@ def _fits(value: Any, python: type) -> bool:
     return type(value) is python
 
 
-def _find(looker: Looker, node: str) -> str:
-    looker.find_formation()
-    return known_node(looker, node)
+def _find(observer: Observer, node: str) -> str:
+    observer.find_formation()
+    return known_node(observer, node)
 
 
-def _names(looker: Looker, node: str) -> list[str]:
-    reply = ask(looker, ListParameters, f"{node}/list_parameters", ListParameters.Request())
+def _names(observer: Observer, node: str) -> list[str]:
+    reply = ask(observer, ListParameters, f"{node}/list_parameters", ListParameters.Request())
     return sorted(reply.result.names)
 
 
-def _values(looker: Looker, node: str, names: list[str]) -> list[Any]:
+def _values(observer: Observer, node: str, names: list[str]) -> list[Any]:
     request = GetParameters.Request(names=names)
-    values = ask(looker, GetParameters, f"{node}/get_parameters", request).values
+    values = ask(observer, GetParameters, f"{node}/get_parameters", request).values
     found = [parameter_value_to_python(value) for value in values]
     return [
         value if isinstance(value, str | None) or not hasattr(value, "__len__") else list(value)
@@ -173,14 +173,14 @@ def _values(looker: Looker, node: str, names: list[str]) -> list[Any]:
     ]
 
 
-def _descriptor(looker: Looker, node: str, name: str) -> ParameterDescriptor:
+def _descriptor(observer: Observer, node: str, name: str) -> ParameterDescriptor:
     request = DescribeParameters.Request(names=[name])
-    (descriptor,) = ask(looker, DescribeParameters, f"{node}/describe_parameters", request).descriptors
+    (descriptor,) = ask(observer, DescribeParameters, f"{node}/describe_parameters", request).descriptors
     return descriptor
 
 
-def _known(looker: Looker, node: str, name: str) -> str:
-    names = _names(looker, node)
+def _known(observer: Observer, node: str, name: str) -> str:
+    names = _names(observer, node)
     if name not in names:
         close = difflib.get_close_matches(name, names, n=1)
         hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(names)}"
@@ -189,12 +189,12 @@ def _known(looker: Looker, node: str, name: str) -> str:
 
 
 def _constraints(descriptor: ParameterDescriptor) -> str:
-    words = [
+    parts = [
         f"from {limits.from_value:g} to {limits.to_value:g}"
         for limits in (*descriptor.floating_point_range, *descriptor.integer_range)
     ]
     return "; ".join(
-        [*words, *([descriptor.additional_constraints] if descriptor.additional_constraints else [])]
+        [*parts, *([descriptor.additional_constraints] if descriptor.additional_constraints else [])]
     )
 
 

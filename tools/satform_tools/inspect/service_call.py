@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Services of a running formation: a question, and its answer within a bounded time."""
+"""Calls services of a running formation, with a timeout."""
 
 from typing import Any
 
@@ -14,55 +14,55 @@ from satform_tools import console
 from satform_tools.errors import CommandError
 from satform_tools.inspect.graph import known_service
 from satform_tools.inspect.message_values import fill, interface, plain
-from satform_tools.inspect.observer_node import Looker
+from satform_tools.inspect.observer_node import Observer
 
 
-def call(looker: Looker, service: str, request: str, *, as_json: bool) -> None:
+def call(observer: Observer, service: str, request: str, *, as_json: bool) -> None:
     """Call a service, and print its reply.
 
     Args:
-        looker: in the formation's domain.
+        observer: in the formation's domain.
         service: its name.
         request: fields and values as YAML, such as `{names: [controller.kind]}`; empty for none.
         as_json: print JSON.
 
     Raises:
-        CommandError: there is no such service, the request is not of its form, or nobody answers.
+        CommandError: there is no such service, the request is not of its form, or no reply arrives in time.
     """
-    looker.find_formation()
-    name, type_name = known_service(looker, service)
+    observer.find_formation()
+    name, type_name = known_service(observer, service)
     kind = interface(type_name)
-    reply = plain(ask(looker, kind, name, fill(kind.Request(), _read(request))))
+    reply = plain(ask(observer, kind, name, fill(kind.Request(), _read(request))))
     if as_json:
         console.as_json(reply)
     elif reply:
         print(yaml.safe_dump(reply, sort_keys=False, allow_unicode=True), end="")
     else:
-        console.line(f"{name} has answered; its reply has no fields")
+        console.line(f"{name} has replied; its reply has no fields")
 
 
-def ask(looker: Looker, kind: Any, service: str, request: Any) -> Any:
+def ask(observer: Observer, kind: Any, service: str, request: Any) -> Any:
     """The reply of a service to a request.
 
     Raises:
-        CommandError: the service is not there, or does not answer in time.
+        CommandError: the service is not there, or does not reply in time.
     """
-    client = looker.node.create_client(kind, service)
+    client = observer.node.create_client(kind, service)
     try:
-        if not looker.wait(client.service_is_ready, looker.patience):
+        if not observer.wait(client.service_is_ready, observer.timeout):
             raise CommandError(
-                f"the service {service} is not there within {looker.patience:g} s{_why_not(service)}"
+                f"the service {service} is not there within {observer.timeout:g} s{_why_not(service)}"
             )
         future = client.call_async(request)
-        if not looker.wait(future.done, looker.patience):
-            raise CommandError(f"the service {service} does not answer within {looker.patience:g} s")
+        if not observer.wait(future.done, observer.timeout):
+            raise CommandError(f"the service {service} does not reply within {observer.timeout:g} s")
         return future.result()
     finally:
-        looker.node.destroy_client(client)
+        observer.node.destroy_client(client)
 
 
 def _why_not(service: str) -> str:
-    """Why a service may not be there at all, to be said after that it is not."""
+    """Why a service may not exist at all; a clause to append."""
     if not service.endswith("parameters"):
         return ""
     return (

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One look at a flying formation, and how it reads on a terminal or in a pipe."""
+"""State of a running formation at one time, as text and as a table on a terminal."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from satform_tools import console
 from satform_tools.console import Table
 
 _LINKS = 12
-"""Links that are named one by one, the oldest first; a complete graph of many has more than anyone reads."""
+"""Largest number of links that are printed one by one, the oldest message first."""
 
 _EVENTS = 6
 """Newest events that are shown."""
@@ -28,22 +28,22 @@ HEADINGS = (
 
 
 @dataclass(frozen=True)
-class SatelliteLook:
-    """What is known of one satellite; nan where nothing has been heard yet or there is no such thing.
+class SatelliteStatus:
+    """State of one satellite; NaN before the first message and for quantities that it does not have.
 
     Attributes:
         name: of the satellite.
         alive: whether the plant waits for it.
-        silent: whether nothing has been heard of it of late, though it counts as alive.
-        position: m, lvlh, as the satellite believes itself.
-        error: m, distance from its reference, as it believes itself.
-        command: m/s^2, length of the acceleration it asks for.
-        arc_length: m, less its phase offset.
+        stale: whether no message of it has been received for a while, though it counts as alive.
+        position: estimated by the satellite, LVLH, m.
+        error: estimated distance from its reference, m.
+        command: magnitude of the commanded acceleration, m/s^2.
+        arc_length: without its phase offset, m.
     """
 
     name: str
     alive: bool
-    silent: bool
+    stale: bool
     position: tuple[float, float, float]
     error: float
     command: float
@@ -51,35 +51,35 @@ class SatelliteLook:
 
 
 @dataclass(frozen=True)
-class LinkLook:
-    """One direction of talk.
+class LinkStatus:
+    """One edge of the communication graph.
 
     Attributes:
-        receiver: satellite that listens.
-        sender: satellite that it listens to.
-        age: s of simulated time since the newest word of the speaker; nan when none has been heard.
+        receiver: satellite that receives.
+        sender: satellite whose messages it receives.
+        age: simulated time since the newest message of the sender, s; NaN before the first.
     """
 
-    listener: str
-    speaker: str
+    receiver: str
+    sender: str
     age: float
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One look at a formation.
+    """State of a formation at one time.
 
     Attributes:
-        title: what flies, and where.
+        title: scenario and domain.
         phase: waiting, flying, finished or aborted.
         step: steps taken.
         last_step: step with which the flight ends.
         time: s, simulated.
-        steps_per_second: of wall-clock time; nan before two looks.
+        steps_per_second: of wall-clock time; NaN before the second update.
         satellites: in the scenario's order.
-        spread: m, largest less smallest arc length at one moment; nan where satellites share none.
+        spread: largest minus smallest arc length at one time, m; NaN where satellites publish none.
         connectivity: algebraic connectivity of the living satellites' graph.
-        links: who listens to whom.
+        links: edges of the communication graph.
         events: sentences, the oldest first.
     """
 
@@ -89,10 +89,10 @@ class Frame:
     last_step: int
     time: float
     steps_per_second: float
-    satellites: tuple[SatelliteLook, ...]
+    satellites: tuple[SatelliteStatus, ...]
     spread: float
     connectivity: float
-    links: tuple[LinkLook, ...]
+    links: tuple[LinkStatus, ...]
     events: tuple[str, ...]
 
 
@@ -127,7 +127,7 @@ def _table(frame: Frame) -> Table:
     rows = [
         (
             entry.name,
-            "silent" if entry.silent else "alive" if entry.alive else "lost",
+            "stale" if entry.stale else "alive" if entry.alive else "lost",
             *(_number(value, "10.1f") for value in entry.position),
             _number(entry.error, ".4g"),
             _number(entry.command, ".3g"),
@@ -136,9 +136,9 @@ def _table(frame: Frame) -> Table:
         for entry in frame.satellites
     ]
     styles = {
-        index: "yellow" if entry.silent else "red"
+        index: "yellow" if entry.stale else "red"
         for index, entry in enumerate(frame.satellites)
-        if entry.silent or not entry.alive
+        if entry.stale or not entry.alive
     }
     return Table(HEADINGS, rows, frozenset(range(2, len(HEADINGS))), styles)
 
@@ -152,13 +152,13 @@ def _lines(frame: Frame) -> list[str]:
     return lines
 
 
-def _links(links: tuple[LinkLook, ...]) -> str:
-    """The ages of links in words, the oldest first."""
-    # Not heard at all is older than any age.
+def _links(links: tuple[LinkStatus, ...]) -> str:
+    """The ages of links as text, the oldest first."""
+    # No message at all is older than any age.
     ordered = sorted(links, key=lambda link: -math.inf if math.isnan(link.age) else -link.age)
-    named = [f"{link.listener}<-{link.speaker} {_number(link.age, 'g')}" for link in ordered[:_LINKS]]
-    more = f", and {len(links) - _LINKS} that are younger" if len(links) > _LINKS else ""
-    return f"age of the newest word on {len(links)} links [s]: {', '.join(named)}{more}"
+    named = [f"{link.receiver}<-{link.sender} {_number(link.age, 'g')}" for link in ordered[:_LINKS]]
+    more = f", and {len(links) - _LINKS} with newer messages" if len(links) > _LINKS else ""
+    return f"age of the newest message on {len(links)} links [s]: {', '.join(named)}{more}"
 
 
 def _number(value: float, form: str) -> str:

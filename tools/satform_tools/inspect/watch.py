@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Watching a formation fly, until the flight has ended: on a terminal, in a pipe, or once."""
+"""Prints the state of a running formation until its flight ends: on a terminal, in a pipe, or once."""
 
 import sys
 import time
@@ -8,20 +8,20 @@ from dataclasses import asdict
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_STOPPED
 from satform_tools import console
-from satform_tools.inspect.monitor import PERIOD, Watcher
-from satform_tools.inspect.observer_node import Looker
+from satform_tools.inspect.monitor import PERIOD, FormationMonitor
+from satform_tools.inspect.observer_node import Observer
 from satform_tools.inspect.snapshot import Frame, as_renderable, as_text
 
 _LINE_PERIOD = 2.0
 """Wall-clock time between two frames where there is no terminal, s."""
 
 
-def watch(looker: Looker, *, once: bool, as_json: bool) -> int:
-    """Show a formation until its flight has ended, or Ctrl-C.
+def watch(observer: Observer, *, once: bool, as_json: bool) -> int:
+    """Print the state of a formation until its flight has ended, or Ctrl-C.
 
     Args:
-        looker: in the formation's domain.
-        once: show one frame only.
+        observer: in the formation's domain.
+        once: print one frame only.
         as_json: print a line of JSON for each frame.
 
     Returns:
@@ -30,46 +30,46 @@ def watch(looker: Looker, *, once: bool, as_json: bool) -> int:
     Raises:
         CommandError: no formation flies here.
     """
-    watcher = Watcher(looker)
+    monitor = FormationMonitor(observer)
     try:
         if once:
-            looker.wait(lambda: watcher.look() or watcher.knows_all(), looker.patience)
-            # The second look gives the step rate.
-            looker.wait(watcher.look, 2.0 * PERIOD)
-            _print(watcher.frame(), as_json)
+            observer.wait(lambda: monitor.update() or monitor.is_complete(), observer.timeout)
+            # The second update gives the step rate.
+            observer.wait(monitor.update, 2.0 * PERIOD)
+            _print(monitor.frame(), as_json)
         elif console.is_terminal(sys.stdout) and not as_json:
-            _live(watcher)
+            _live(monitor)
         else:
-            _in_lines(watcher, as_json, looker.patience)
+            _in_lines(monitor, as_json, observer.timeout)
     except KeyboardInterrupt:
         return EXIT_STOPPED
     return EXIT_DONE
 
 
-def _live(watcher: Watcher) -> None:
+def _live(monitor: FormationMonitor) -> None:
     from rich.live import Live  # noqa: PLC0415 - only a terminal needs it
 
     with Live(auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
         while True:
-            over = watcher.look()
-            live.update(as_renderable(watcher.frame()), refresh=True)
+            over = monitor.update()
+            live.update(as_renderable(monitor.frame()), refresh=True)
             if over:
                 return
-            watcher.pause()
+            monitor.pause()
 
 
-def _in_lines(watcher: Watcher, as_json: bool, patience: float) -> None:
-    due, latest = 0.0, time.monotonic() + patience
+def _in_lines(monitor: FormationMonitor, as_json: bool, timeout: float) -> None:
+    due, latest = 0.0, time.monotonic() + timeout
     while True:
-        over = watcher.look()
+        over = monitor.update()
         now = time.monotonic()
-        # A satellite that says nothing does not keep the others from being shown.
-        if over or (now >= due and (watcher.knows_all() or now >= latest)):
-            _print(watcher.frame(), as_json)
+        # A satellite without messages does not delay the others.
+        if over or (now >= due and (monitor.is_complete() or now >= latest)):
+            _print(monitor.frame(), as_json)
             due = now + _LINE_PERIOD
         if over:
             return
-        watcher.pause()
+        monitor.pause()
 
 
 def _print(frame: Frame, as_json: bool) -> None:

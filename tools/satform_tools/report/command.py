@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Telling of flights that were kept: figures as a table, a page for a browser, files."""
+"""Reports stored flights: prints figures, writes a page for a browser and exports; compares two flights."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -16,13 +16,13 @@ from satform_tools.report import exports, tables
 from satform_tools.report.comparison import Comparison, compare
 from satform_tools.report.formats import Format
 from satform_tools.run.flight_summary import summarise
-from satform_tools.run.stored_run import Kept, find
+from satform_tools.run.stored_run import StoredRun, find
 
 PAGE = "report.html"
 
 
 def report(runs: Sequence[Path], out: Path | None, formats: Sequence[Format], *, as_json: bool) -> None:
-    """Print a kept flight's figures and write its page; of two flights, in what they differ.
+    """Print the figures of a stored flight and write its page; of two flights, their differences.
 
     Args:
         runs: one or two; folder of a run, folder of a bag, or `.mcap` file.
@@ -34,11 +34,11 @@ def report(runs: Sequence[Path], out: Path | None, formats: Sequence[Format], *,
         CommandError: there is no flight, or something cannot be written.
     """
     if len(runs) > 2:
-        raise CommandError(f"one run is told, or two are compared; found {len(runs)}")
+        raise CommandError(f"report takes one run, or two to compare; found {len(runs)}")
     flights = [find(run) for run in runs]
     if len(flights) == 2 and formats:
         raise CommandError("--export is for one run; of two only the page is written")
-    folder = out or _place(flights)
+    folder = out or _report_folder(flights)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if len(flights) == 2:
@@ -49,38 +49,38 @@ def report(runs: Sequence[Path], out: Path | None, formats: Sequence[Format], *,
         raise CommandError(f"the report cannot be written: {sentence_of(error)}") from None
 
 
-def _place(flights: list[Kept]) -> Path:
+def _report_folder(flights: list[StoredRun]) -> Path:
     beside = flights[0].path.parent
     return beside / "report" if len(flights) == 1 else beside / f"report-with-{flights[1].name}"
 
 
-def _report_one(kept: Kept, folder: Path, formats: Sequence[Format], *, as_json: bool) -> None:
+def _report_one(stored: StoredRun, folder: Path, formats: Sequence[Format], *, as_json: bool) -> None:
     from satform_tools.report.page import render  # noqa: PLC0415 - the template engine is needed here only
 
-    verdicts = kept.verdicts()
-    written = [_write(folder / PAGE, render.page_of(kept)), *exports.export(kept, folder, formats)]
+    verdicts = stored.verdicts()
+    written = [_write(folder / PAGE, render.page_of(stored)), *exports.export(stored, folder, formats)]
     if as_json:
-        console.as_json(_data(kept, verdicts, written))
+        console.as_json(_data(stored, verdicts, written))
         return
-    console.heading(f"{kept.scenario.name}: {kept.scenario.title}")
-    if not kept.complete:
-        console.line(f"NOT COMPLETE, {kept.cut_short}: nothing is judged", "bold red")
-    if kept.ended_early:
-        console.line(f"ENDED EARLY after {kept.ended_early}", "bold red")
-    tables.print_summary(summarise(kept.record))
+    console.heading(f"{stored.scenario.name}: {stored.scenario.title}")
+    if not stored.complete:
+        console.line(f"NOT COMPLETE, {stored.cut_short}: nothing is judged", "bold red")
+    if stored.ended_early:
+        console.line(f"ENDED EARLY after {stored.ended_early}", "bold red")
+    tables.print_summary(summarise(stored.record))
     if verdicts:
         console.line()
         tables.print_verdicts(verdicts)
-    if kept.complete:
-        console.line(f"{conclusion_of(kept.scenario, verdicts)}.")
-    console.line(f"state hash {kept.state_hash[:16] or kept.why_no_hash}")
+    if stored.complete:
+        console.line(f"{conclusion_of(stored.scenario, verdicts)}.")
+    console.line(f"state hash {stored.state_hash[:16] or stored.why_no_hash}")
     console.line()
     console.line(f"report: {written[0]}")
     for file in written[1:]:
         console.line(f"        {file}")
 
 
-def _report_both(first: Kept, second: Kept, folder: Path, *, as_json: bool) -> None:
+def _report_both(first: StoredRun, second: StoredRun, folder: Path, *, as_json: bool) -> None:
     from satform_tools.report.page import render  # noqa: PLC0415 - the template engine is needed here only
 
     comparison = compare(first, second)
@@ -89,11 +89,11 @@ def _report_both(first: Kept, second: Kept, folder: Path, *, as_json: bool) -> N
         console.as_json(_data_of_both(first, second, comparison, file))
         return
     console.heading(f"A {first.name} and B {second.name}: {comparison.sentence}")
-    for side, kept in (("A", first), ("B", second)):
-        if not kept.complete:
-            console.line(f"{side} is NOT COMPLETE, {kept.cut_short}: nothing is judged", "bold red")
-        if kept.ended_early:
-            console.line(f"{side} ENDED EARLY after {kept.ended_early}", "bold red")
+    for side, stored in (("A", first), ("B", second)):
+        if not stored.complete:
+            console.line(f"{side} is NOT COMPLETE, {stored.cut_short}: nothing is judged", "bold red")
+        if stored.ended_early:
+            console.line(f"{side} ENDED EARLY after {stored.ended_early}", "bold red")
     _print_comparison(comparison)
     console.line(f"report: {file}")
 
@@ -135,27 +135,27 @@ def _write(file: Path, text: str) -> Path:
     return file
 
 
-def _data(kept: Kept, verdicts: list[Verdict], written: list[Path]) -> dict[str, Any]:
+def _data(stored: StoredRun, verdicts: list[Verdict], written: list[Path]) -> dict[str, Any]:
     return {
-        "scenario": kept.scenario.name,
-        "digest": kept.scenario.digest(),
-        "state_hash": kept.state_hash or None,
-        "source": str(kept.path),
-        "steps": kept.record.steps,
-        "steps_planned": kept.scenario.timing.steps,
-        "complete": kept.complete,
-        "cut_short": kept.cut_short,
-        "early_end": None if kept.record.early_end is None else kept.record.early_end.data(),
-        "summary": summarise(kept.record).data(),
+        "scenario": stored.scenario.name,
+        "digest": stored.scenario.digest(),
+        "state_hash": stored.state_hash or None,
+        "source": str(stored.path),
+        "steps": stored.record.steps,
+        "steps_planned": stored.scenario.timing.steps,
+        "complete": stored.complete,
+        "cut_short": stored.cut_short,
+        "early_end": None if stored.record.early_end is None else stored.record.early_end.data(),
+        "summary": summarise(stored.record).data(),
         "judged": bool(verdicts),
         "expectations": [asdict(verdict) for verdict in verdicts],
-        "omitted_expectations": list(kept.scenario.omitted_expectations),
+        "omitted_expectations": list(stored.scenario.omitted_expectations),
         "report": str(written[0]),
         "files": [str(file) for file in written],
     }
 
 
-def _data_of_both(first: Kept, second: Kept, comparison: Comparison, file: Path) -> dict[str, Any]:
+def _data_of_both(first: StoredRun, second: StoredRun, comparison: Comparison, file: Path) -> dict[str, Any]:
     return {
         "sources": [str(first.path), str(second.path)],
         "digests": [first.scenario.digest(), second.scenario.digest()],

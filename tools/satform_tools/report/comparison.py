@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""In what two flights differ: the bits of every quantity, and what was expected of each."""
+"""Compares two flights: the bits of every quantity, and the verdicts on their expectations."""
 
 import math
 from dataclasses import dataclass
@@ -11,19 +11,19 @@ from satform.numeric.elementwise import Array
 from satform.record.flight_record import QUANTITIES
 from satform.record.tables import UNITS
 from satform.scenario.expectation import Verdict
-from satform_tools.run.stored_run import Kept
+from satform_tools.run.stored_run import StoredRun
 
 
 @dataclass(frozen=True)
 class Difference:
-    """In what one quantity of two flights differs.
+    """Difference of one quantity between two flights.
 
     Attributes:
         quantity: its name in the flight record.
         unit: of it.
         largest: difference of any number, over the steps that both flights have; NaN when there is none.
         step: at which it is.
-        satellite: whose it is.
+        satellite: to which it belongs.
         first: step of the first number that has other bits; None when all have the same.
     """
 
@@ -77,18 +77,18 @@ class Comparison:
 
     @property
     def sentence(self) -> str:
-        """What came of it in one line."""
+        """The conclusion in one line."""
         if self.same:
-            return "The same to the last bit."
+            return "Bitwise equal."
         if self.incomparable:
             return f"Different flights: {self.incomparable}."
         firsts = [entry.first for entry in self.differences if entry.first is not None]
         if not firsts:
-            return "The same to the last bit as far as both go; one of them is longer."
-        return f"Not the same: {len(firsts)} quantities differ, the first at step {min(firsts)}."
+            return "Bitwise equal over the steps of both; one is longer."
+        return f"Not equal: {len(firsts)} quantities differ, the first at step {min(firsts)}."
 
 
-def compare(first: Kept, second: Kept) -> Comparison:
+def compare(first: StoredRun, second: StoredRun) -> Comparison:
     """Two flights side by side.
 
     Args:
@@ -96,7 +96,7 @@ def compare(first: Kept, second: Kept) -> Comparison:
         second: another one, of the same or of another scenario.
 
     Returns:
-        In what they differ.
+        The comparison.
     """
     reason = _incomparable(first, second)
     found = () if reason else tuple(_difference(first, second, name) for name in QUANTITIES)
@@ -108,7 +108,7 @@ def compare(first: Kept, second: Kept) -> Comparison:
     )
 
 
-def _incomparable(first: Kept, second: Kept) -> str:
+def _incomparable(first: StoredRun, second: StoredRun) -> str:
     one, other = first.record, second.record
     if one.satellites != other.satellites:
         return f"one has {_named(one.satellites)}, the other {_named(other.satellites)}"
@@ -121,7 +121,7 @@ def _named(satellites: tuple[str, ...]) -> str:
     return ", ".join(satellites) if len(satellites) <= 6 else f"{len(satellites)} satellites"
 
 
-def _difference(first: Kept, second: Kept, name: str) -> Difference | None:
+def _difference(first: StoredRun, second: StoredRun, name: str) -> Difference | None:
     mine, theirs = getattr(first.record, name), getattr(second.record, name)
     rows = min(len(mine), len(theirs))
     if rows == 0:
@@ -133,8 +133,8 @@ def _difference(first: Kept, second: Kept, name: str) -> Difference | None:
     apart: Array = np.abs(other - one)
     step, satellite, largest = 0, 0, math.nan
     if np.any(np.isfinite(apart)):
-        place = np.unravel_index(int(np.nanargmax(apart)), apart.shape)
-        step, satellite, largest = int(place[0]), int(place[1]), float(apart[place])
+        index = np.unravel_index(int(np.nanargmax(apart)), apart.shape)
+        step, satellite, largest = int(index[0]), int(index[1]), float(apart[index])
     return Difference(
         quantity=name,
         unit=UNITS[name],

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A kept flight in other forms: pictures, and its numbers as a table that other programs read."""
+"""Exports a stored flight: figures as PNG, SVG or PDF, its quantities as CSV or Parquet."""
 
 import csv
 import json
@@ -15,16 +15,16 @@ from satform.numeric.elementwise import Array
 from satform.record.flight_record import FlightRecord
 from satform.record.tables import columns, unit_of
 from satform_tools.report.formats import Format
-from satform_tools.run.stored_run import Kept
+from satform_tools.run.stored_run import StoredRun
 
 
-def export(kept: Kept, folder: Path, formats: Sequence[Format]) -> list[Path]:
-    """Write a flight in other forms; its overview as a picture is always among them.
+def export(stored: StoredRun, folder: Path, formats: Sequence[Format]) -> list[Path]:
+    """Write the exports of a flight; its overview as PNG is always among them.
 
     Args:
-        kept: the flight.
+        stored: the flight.
         folder: existing; files of the same name are replaced.
-        formats: pictures as PNG, SVG or PDF, numbers as CSV or Parquet.
+        formats: figures as PNG, SVG or PDF, quantities as CSV or Parquet.
 
     Returns:
         The files.
@@ -36,14 +36,14 @@ def export(kept: Kept, folder: Path, formats: Sequence[Format]) -> list[Path]:
 
     files: list[Path] = []
     if Format.PNG not in formats:
-        files += figures.draw(kept.scenario, kept.record, folder, "png", ("flight",))
+        files += figures.draw(stored.scenario, stored.record, folder, "png", ("flight",))
     for wanted in dict.fromkeys(formats):
         if wanted is Format.CSV:
-            files.append(_write_csv(kept.record, folder / "flight.csv"))
+            files.append(_write_csv(stored.record, folder / "flight.csv"))
         elif wanted is Format.PARQUET:
-            files.append(_write_parquet(kept, folder / "flight.parquet"))
+            files.append(_write_parquet(stored, folder / "flight.parquet"))
         else:
-            files += figures.draw(kept.scenario, kept.record, folder, wanted.value)
+            files += figures.draw(stored.scenario, stored.record, folder, wanted.value)
     return files
 
 
@@ -60,16 +60,16 @@ def _write_csv(record: FlightRecord, file: Path) -> Path:
 def _rows(record: FlightRecord, table: dict[str, Array]) -> Iterator[list[object]]:
     count = len(record.satellites)
     numbers = zip(*(values.tolist() for values in table.values()), strict=True)
-    places = chain.from_iterable(
+    labels = chain.from_iterable(
         ((step, name) for name in record.satellites) for step in range(len(table["time"]) // count)
     )
-    for place, row in zip(places, numbers, strict=True):
-        # What is not a number is not equal to itself.
-        yield [*place, *("" if value != value else value for value in row)]  # noqa: PLR0124
+    for label, row in zip(labels, numbers, strict=True):
+        # NaN is not equal to itself.
+        yield [*label, *("" if value != value else value for value in row)]  # noqa: PLR0124
 
 
-def _write_parquet(kept: Kept, file: Path) -> Path:
-    """Every number with its bits; units stand where readers look for them.
+def _write_parquet(stored: StoredRun, file: Path) -> Path:
+    """Write all quantities bitwise, with units in the metadata that readers use.
 
     pandas takes `DataFrame.attrs` from `PANDAS_ATTRS`, pyarrow `unit` from the metadata of a field, and
     `polars.read_parquet_metadata` gives `unit.<column>` of the file.
@@ -78,7 +78,7 @@ def _write_parquet(kept: Kept, file: Path) -> Path:
     from arro3.core import DataType, Field, Schema, Table  # noqa: PLC0415
     from arro3.io import write_parquet  # noqa: PLC0415
 
-    record = kept.record
+    record = stored.record
     table = columns(record.satellites, record.time, record.quantities())
     steps = np.repeat(np.arange(record.steps + 1, dtype=np.int64), len(record.satellites))
     names = list(record.satellites) * (record.steps + 1)
@@ -88,8 +88,8 @@ def _write_parquet(kept: Kept, file: Path) -> Path:
         **{name: Column.from_numpy(np.ascontiguousarray(values)) for name, values in table.items()},
     }
     units = {name: unit_of(name) for name in table}
-    about = {"scenario": kept.scenario.to_json(), "digest": kept.scenario.digest()}
-    attributes = {"units": units, "scenario": kept.scenario.name, "digest": kept.scenario.digest()}
+    about = {"scenario": stored.scenario.to_json(), "digest": stored.scenario.digest()}
+    attributes = {"units": units, "scenario": stored.scenario.name, "digest": stored.scenario.digest()}
     metadata = {
         **about,
         **{f"unit.{name}": unit for name, unit in units.items()},

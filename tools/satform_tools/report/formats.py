@@ -1,12 +1,12 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The forms in which a flight is written besides its page; apart, so that the command line loads quickly."""
+"""Export formats; apart from the exports, so that the command line imports quickly."""
 
 from enum import StrEnum
 
 
 class Format(StrEnum):
-    """A form in which a flight is written."""
+    """An export format."""
 
     PNG = "png"
     SVG = "svg"

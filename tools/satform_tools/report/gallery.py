@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The gallery in `docs/`: a picture and the figures of one flight of every shipped scenario.
+"""Writes the gallery in `docs/`: a picture and the figures of one flight of every shipped scenario.
 
 Each PNG file contains the digest of its scenario and the figures of the flight as text. The page is
 written from these texts; a digest that differs from the scenario's shows that a picture is out of date.
@@ -66,9 +66,7 @@ def make(names: Sequence[str], *, stale: bool) -> int:
     known = scenario_library.names()
     for name in names:
         if name not in known:
-            raise CommandError(
-                f"{name!r} is no scenario that comes with the project; name some of {', '.join(known)}"
-            )
+            raise CommandError(f"{name!r} is not a shipped scenario; choose from {', '.join(known)}")
     FOLDER.mkdir(parents=True, exist_ok=True)
     for file in FOLDER.glob("*.png"):
         if file.stem not in known:
@@ -155,7 +153,7 @@ def _judgement(figures: Sequence[dict[str, Any]], scenario: Scenario) -> str:
     """How many expectations are met, and the first figures; missed ones come first."""
     met = sum(figure["met"] for figure in figures)
     shown = sorted(figures, key=lambda figure: bool(figure["met"]))[:_FIGURES_SHOWN]
-    words = [
+    parts = [
         f"{figure['label']} {figure['figure']} {figure['unit']}".rstrip()
         + ("" if figure["met"] else " (**missed**)")
         for figure in shown
@@ -163,7 +161,7 @@ def _judgement(figures: Sequence[dict[str, Any]], scenario: Scenario) -> str:
     more = "; ..." if len(figures) > len(shown) else "."
     own = sum(expectation.regression for expectation in scenario.expect)
     regression = f" ({own} of them regression figures)" if own else ""
-    return f"{met} of {len(figures)} expectations met{regression}: {'; '.join(words)}{more}"
+    return f"{met} of {len(figures)} expectations met{regression}: {'; '.join(parts)}{more}"
 
 
 def _text(name: str) -> dict[str, str]:

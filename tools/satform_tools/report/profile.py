@@ -11,7 +11,7 @@ from satform_tools.run import folders
 
 
 def write(run: Path) -> None:
-    """Write `trace.json` and, where the parts of a step can be told apart, print them and draw `trace.png`.
+    """Write `trace.json` and, where the parts of a step can be separated, print them and draw `trace.png`.
 
     Args:
         run: folder of the run, with the trace of each process in it.

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a run came to, as tables and lines for people."""
+"""Prints the result of a run: expectations, figures of the satellites, timing and speed."""
 
 import math
 from collections.abc import Sequence
@@ -12,62 +12,62 @@ from satform_tools import console
 from satform_tools.console import Table, number
 from satform_tools.run import progress
 from satform_tools.run.flight_summary import Summary
-from satform_tools.run.run_result import Outcome, Speed
+from satform_tools.run.run_result import RunResult, Speed
 
 _PASS, _MISS, _NOTE = "green", "bold red", "yellow"
 
 
-def print_outcome(outcome: Outcome) -> None:
-    """Print the result of a run: expectations, whether they were met, and how fast it was."""
-    console.heading(f"{outcome.scenario.name}: {outcome.scenario.title}")
-    if outcome.verdicts:
-        print_verdicts(outcome.verdicts)
-    for event in outcome.events:
+def print_result(result: RunResult) -> None:
+    """Print the result of a run: expectations with their verdicts, events, conclusion and speed."""
+    console.heading(f"{result.scenario.name}: {result.scenario.title}")
+    if result.verdicts:
+        print_verdicts(result.verdicts)
+    for event in result.events:
         console.line(event)
-    for finding in () if outcome.summary is None else outcome.summary.findings:
+    for finding in () if result.summary is None else result.summary.findings:
         console.line(finding, _NOTE)
-    console.line(conclusion(outcome), _PASS if outcome.exit_code == 0 else _MISS)
-    if outcome.punctuality:
-        _print_punctuality(outcome.punctuality)
+    console.line(conclusion(result), _PASS if result.exit_code == 0 else _MISS)
+    if result.punctuality:
+        _print_punctuality(result.punctuality)
     # The plant's host measures the time.
-    if outcome.speed.steps and outcome.speed.seconds > 0.0:
-        _print_speed(outcome)
-    if outcome.state_hash:
-        console.line(f"state hash {outcome.state_hash[:16]}, the same in every run with the same bits")
+    if result.speed.steps and result.speed.seconds > 0.0:
+        _print_speed(result)
+    if result.state_hash:
+        console.line(f"state hash {result.state_hash[:16]}")
     console.line(
-        f"kept in {outcome.folder}"
-        + (f" ({outcome.messages} messages in the bag)" if outcome.messages else "")
+        f"stored in {result.folder}"
+        + (f" ({result.messages} messages in the bag)" if result.messages else "")
     )
 
 
-def conclusion(outcome: Outcome) -> str:
-    """What came of a run in one line."""
-    flown = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
-    if outcome.stopped:
+def conclusion(result: RunResult) -> str:
+    """The result of a run in one line."""
+    flown = f"step {result.speed.steps} of {result.scenario.timing.steps}"
+    if result.stopped:
         return f"Stopped at {flown}: nothing is judged."
-    if outcome.early_end is not None:
-        missed = sum(not verdict.met for verdict in outcome.verdicts)
-        judged = f" {missed} of {len(outcome.verdicts)} expectations missed." if outcome.verdicts else ""
-        return f"ENDED EARLY after {flown}: {outcome.early_end.sentence}.{judged}"
-    if outcome.lost and not outcome.complete:
-        return f"Lost {', '.join(outcome.lost)} at {flown}: {outcome.reason}."
-    if not outcome.complete:
-        return f"The flight cannot be judged: {outcome.reason or f'it ended at {flown}'}."
-    if outcome.judged_on:
-        return f"Flown to the end. It is judged on host {outcome.judged_on}, which records."
-    if not outcome.recorded:
-        return "Flown to the end. Nothing was recorded, so there is nothing to judge by."
-    if outcome.tolerated:
-        return f"{conclusion_of(outcome.scenario, outcome.verdicts)}."
-    met = sum(verdict.met for verdict in outcome.verdicts)
+    if result.early_end is not None:
+        missed = sum(not verdict.met for verdict in result.verdicts)
+        judged = f" {missed} of {len(result.verdicts)} expectations missed." if result.verdicts else ""
+        return f"ENDED EARLY after {flown}: {result.early_end.sentence}.{judged}"
+    if result.lost and not result.complete:
+        return f"Lost {', '.join(result.lost)} at {flown}: {result.reason}."
+    if not result.complete:
+        return f"The flight cannot be judged: {result.reason or f'it ended at {flown}'}."
+    if result.judged_on:
+        return f"Flown to the end. It is judged on host {result.judged_on}, which records."
+    if not result.recorded:
+        return "Flown to the end. Nothing was recorded, so nothing is judged."
+    if result.tolerated:
+        return f"{conclusion_of(result.scenario, result.verdicts)}."
+    met = sum(verdict.met for verdict in result.verdicts)
     return (
-        f"LOST {', '.join(outcome.lost)}, which the scenario does not allow; the others flew to the end "
-        f"({met} of {len(outcome.verdicts)} expectations met)."
+        f"LOST {', '.join(result.lost)}, which the scenario does not allow; the others flew to the end "
+        f"({met} of {len(result.verdicts)} expectations met)."
     )
 
 
 def print_verdicts(verdicts: Sequence[Verdict]) -> None:
-    """Print each expectation with its figure, what is allowed, and whether it was met."""
+    """Print each expectation with its figure, allowed range and verdict."""
     rows = [
         (
             verdict.label,
@@ -83,7 +83,7 @@ def print_verdicts(verdicts: Sequence[Verdict]) -> None:
 
 
 def print_summary(summary: Summary) -> None:
-    """Print a flight in figures."""
+    """Print the figures of each satellite and of the formation."""
     headings = (
         "satellite",
         "final error [m]",
@@ -111,7 +111,7 @@ def print_summary(summary: Summary) -> None:
     for entry in summary.satellites:
         if entry.absent:
             console.line(
-                f"{entry.name} did not fly in {entry.absent} steps, which have no part in its errors"
+                f"{entry.name} did not fly in {entry.absent} steps, which are excluded from its errors"
             )
     console.line(f"final and mean: from {summary.final_from:g} s to {summary.duration:g} s")
     if len(summary.satellites) > 1:
@@ -126,9 +126,9 @@ def _print_thrusters(summary: Summary) -> None:
     headings = (
         "satellite",
         "propellant used [kg]",
-        "saturated_steps",
-        "below_minimum_impulse_steps",
-        "propellant_depleted_steps",
+        "saturated steps",
+        "below minimum impulse",
+        "propellant depleted",
     )
     rows = [
         (
@@ -156,55 +156,56 @@ def _print_filters(summary: Summary) -> None:
         console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
 
 
-def _print_punctuality(kept: dict[str, Any]) -> None:
-    """How well the plant kept to the clock, and the satellites with it."""
+def _print_punctuality(clock: dict[str, Any]) -> None:
+    """Print how far the plant and the satellites kept to the wall clock."""
     headings = (
         "satellite",
         "missed steps",
         "late commands",
         "timed-out commands",
-        "states left out",
-        "mean age heard [s]",
-        "largest age heard [s]",
-        "processor [s]",
+        "skipped states",
+        "mean message age [s]",
+        "largest message age [s]",
+        "CPU time [s]",
     )
     rows = [
         (
             name,
-            str(kept["misses"].get(name, 0)),
-            str(kept["late"].get(name, 0)),
-            str(kept["timed_out"].get(name, 0)),
+            str(clock["misses"].get(name, 0)),
+            str(clock["late"].get(name, 0)),
+            str(clock["timed_out"].get(name, 0)),
             str(own["skipped"]),
             number(own["age_mean"]),
             number(own["age_largest"]),
             number(own["processor"]),
         )
-        for name, own in kept["satellites"].items()
+        for name, own in clock["satellites"].items()
     ]
     console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
     console.line(
-        f"a step every {1e3 * kept['period']:.3g} ms: begun late by {1e3 * kept['delay_mean']:.3g} ms on the "
-        f"average, {1e3 * kept['delay_99']:.3g} ms at 99 %, {1e3 * kept['delay_largest']:.3g} ms at most; "
-        f"the clock was set anew {kept['overruns']} times; "
-        f"the plant used {kept['processor']:.3g} s of processor"
+        f"step period {1e3 * clock['period']:.3g} ms; start delay {1e3 * clock['delay_mean']:.3g} ms mean, "
+        f"{1e3 * clock['delay_99']:.3g} ms at 99 %, {1e3 * clock['delay_largest']:.3g} ms maximum; "
+        f"{clock['overruns']} overruns; CPU time of the plant {clock['processor']:.3g} s"
     )
 
 
-def _print_speed(outcome: Outcome) -> None:
-    speed = outcome.speed
+def _print_speed(result: RunResult) -> None:
+    speed = result.speed
     start = f", start {speed.start_seconds:.2f} s" if speed.start_seconds else ""
     took = f"{speed.steps} steps in {speed.seconds:.2f} s{start}"
-    console.line(f"{progress.pace(outcome.scenario, speed.steps_per_second)} ({took})")
+    console.line(f"{progress.pace(result.scenario, speed.steps_per_second)} ({took})")
     shares = speed.shares()
-    # A flight that ended early has no tally of its parts.
-    if shares and outcome.complete:
-        console.line(_share_words(speed, shares))
+    # The parts are not measured in a flight that ended early.
+    if shares and result.complete:
+        console.line(_shares_text(speed, shares))
     if speed.ping_pong_seconds is not None:
-        console.line(f"bare message there and back: {1e6 * speed.ping_pong_seconds:.0f} us")
+        console.line(f"bare round trip: {1e6 * speed.ping_pong_seconds:.0f} us")
 
 
-def _share_words(speed: Speed, shares: dict[str, float]) -> str:
+def _shares_text(speed: Speed, shares: dict[str, float]) -> str:
     step = 1e6 * speed.seconds / speed.steps
     parts = [("DDS and waiting", "dds"), ("plant", "plant"), ("slowest satellite", "slowest_satellite")]
-    words = [f"{name} {100 * shares[key]:.0f} % ({step * shares[key]:.0f} us)" for name, key in parts]
-    return f"of a step of {step:.0f} us: {', '.join(words)}"
+    listed = ", ".join(
+        f"{name} {100 * shares[key]:.0f} % ({step * shares[key]:.0f} us)" for name, key in parts
+    )
+    return f"of a step of {step:.0f} us: {listed}"

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A flight's trace: what every process did when, as one file for trace viewers and as a table of a step."""
+"""Traces of a flight's processes: joined in Chrome's trace format, and the times of the parts of a step."""
 
 import json
 import statistics
@@ -20,11 +20,11 @@ _COMMAND = "/command"
 
 @dataclass(frozen=True)
 class Span:
-    """Something that a process did.
+    """An interval in which a process did one thing.
 
     Attributes:
         process: name of its node, or of its first node.
-        name: what it did: the topic whose message it worked on, or a name of its own.
+        name: topic of the message that it processed, or a name of its own.
         begin: ns of the machine's monotonic clock.
         end: likewise.
     """
@@ -49,10 +49,10 @@ class Part:
 
 
 def spans(folder: Path) -> list[Span]:
-    """Everything that the processes marked, in the order of beginnings; a file that is torn is passed over.
+    """The spans of all processes, in the order of their begin; an incomplete file is skipped with a note.
 
     Args:
-        folder: into which they wrote.
+        folder: with a file of each process.
 
     Raises:
         OSError: a file cannot be read.
@@ -64,7 +64,7 @@ def spans(folder: Path) -> list[Span]:
             nodes = data["nodes"] or [path.stem]
             found += _spans_of(_PLANT if _PLANT in nodes else min(nodes), data)
         except (ValueError, KeyError, TypeError, IndexError):
-            console.note(f"{path}: is no whole trace of a process and is left out")
+            console.note(f"{path}: is not a complete trace of a process and is left out")
     return sorted(found, key=lambda span: span.begin)
 
 
@@ -96,7 +96,7 @@ def write(found: list[Span], path: Path) -> None:
 
 
 def parts(found: list[Span]) -> list[Part]:
-    """Where the time of a step goes, along its critical path.
+    """Parts of a step along its critical path, with their times.
 
     A step is from the moment when the plant takes the last command of one step to that of the next. Its last
     command is that of the satellite which was slowest; the path goes through that one.
@@ -105,9 +105,8 @@ def parts(found: list[Span]) -> list[Part]:
         found: spans of a flight in lockstep.
 
     Returns:
-        Medians over all steps but the first; empty when there are too few to tell, where a step has not one
-        command of each satellite (on a busy machine some repeat), and where satellites share a process,
-        whose work on one of them cannot be told from that on another.
+        Medians over all steps but the first; empty for too few steps, where a step does not have one command
+        of each satellite (on a busy machine some are sent again), and where satellites share a process.
     """
     acting, lasts = _by_process(found), step_ends(found)
     rows = []
@@ -128,13 +127,13 @@ def parts(found: list[Span]) -> list[Part]:
 
 
 def step_ends(found: list[Span]) -> list[Span]:
-    """The plant's work on the last command of each step, in whose course it moves on to the next step.
+    """The plant's span of the last command of each step, in which it moves on to the next step.
 
     Args:
         found: spans of a flight in lockstep.
 
     Returns:
-        One for each step; empty where steps cannot be told apart, as `parts` says.
+        One for each step; empty where steps cannot be separated, as in `parts`.
     """
     plant = [span for span in found if span.process == _PLANT and span.name.endswith(_COMMAND)]
     names = {span.name for span in plant}
@@ -143,10 +142,10 @@ def step_ends(found: list[Span]) -> list[Span]:
     steps = [step for step in steps if len(step) == len(names)]
     if any({span.name for span in step} != names for step in steps):
         return []
-    return [step[-1] for step in steps] if _by_process(found).keys() >= _speakers(names) else []
+    return [step[-1] for step in steps] if _by_process(found).keys() >= _publishers(names) else []
 
 
-def _speakers(topics: set[str]) -> set[str]:
+def _publishers(topics: set[str]) -> set[str]:
     return {topic.split("/")[-2] for topic in topics}
 
 
@@ -160,7 +159,7 @@ def _critical_path(
     ]
     if not candidates:
         return None
-    # Acting takes much longer than putting away a neighbour's word.
+    # Acting takes much longer than storing a neighbour's message.
     act = max(candidates, key=lambda span: span.end - span.begin)
     return (
         before.end - before.begin,

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flying a scenario, in this process or over DDS, and judging the flight."""
+"""Runs a scenario, in this process or over DDS, and judges the flight by its expectations."""
 
 import math
 import time
@@ -20,7 +20,7 @@ from satform_tools.errors import CommandError, sentence_of
 from satform_tools.run import folders, host_part, progress, ros_packages
 from satform_tools.run.flight_summary import Summary, summarise
 from satform_tools.run.round_trip import median_round_trip
-from satform_tools.run.run_result import Mode, Outcome, Speed
+from satform_tools.run.run_result import Mode, RunResult, Speed
 
 _ROUND_TRIPS = 3000
 """Bare round trips that are measured."""
@@ -57,21 +57,21 @@ class RunOptions:
 
 def run(
     scenario: Scenario, mode: Mode, *, record: bool, out: Path | None, options: RunOptions | None = None
-) -> Outcome:
-    """Fly a scenario and keep what came of it.
+) -> RunResult:
+    """Fly a scenario, and write and return the result.
 
     Args:
-        scenario: what to fly.
+        scenario: to fly.
         mode: in this process, or as separate processes over DDS.
-        record: whether to keep the flight.
+        record: whether to record the flight.
         out: folder of the run; None for a new one.
         options: of a flight over DDS.
 
     Returns:
-        What came of it; also written to the folder.
+        The result; also written to the folder.
 
     Raises:
-        CommandError: the run cannot be started or kept.
+        CommandError: the run cannot be started or stored.
     """
     options = options or RunOptions()
     _require_fitting(options, mode)
@@ -80,31 +80,31 @@ def run(
     try:
         if mode == "inprocess":
             save_scenario(scenario, folder / SCENARIO_FILE)
-            outcome = _in_process(scenario, folder, record=record)
+            result = _in_process(scenario, folder, record=record)
         else:
-            outcome = _over_dds(scenario, folder, record=record, options=options, host=part)
+            result = _over_dds(scenario, folder, record=record, options=options, host=part)
         if part is not None:
-            outcome = host_part.told(outcome, part)
+            result = host_part.on_host(result, part)
     except OSError as error:
-        raise CommandError(f"the run cannot be kept: {sentence_of(error)}") from None
-    return _kept(outcome)
+        raise CommandError(f"the run cannot be stored: {sentence_of(error)}") from None
+    return _write_result(result)
 
 
-def _kept(outcome: Outcome) -> Outcome:
-    """Write the result; where that cannot be done the outcome says so, and is printed all the same."""
+def _write_result(result: RunResult) -> RunResult:
+    """Write the result; where that fails its reason says so, and it is still returned."""
     try:
-        outcome.write(outcome.folder / folders.RESULT)
+        result.write(result.folder / folders.RESULT)
     except OSError as error:
-        reason = f"the result cannot be kept: {sentence_of(error)}"
-        return replace(outcome, reason="; ".join(filter(None, (outcome.reason, reason))))
-    return outcome
+        reason = f"the result cannot be stored: {sentence_of(error)}"
+        return replace(result, reason="; ".join(filter(None, (result.reason, reason))))
+    return result
 
 
 def _require_fitting(options: RunOptions, mode: Mode) -> None:
-    """Go on only if everything that is asked for can be had together.
+    """Check that the options can be combined.
 
     Raises:
-        CommandError: it cannot.
+        CommandError: they cannot.
     """
     if mode == "inprocess":
         needs_dds = (
@@ -134,23 +134,23 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
         )
 
 
-def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
+def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> RunResult:
     from satform.flight.simulate import simulate  # noqa: PLC0415 - lockstep does without
 
     total = scenario.timing.steps
-    with StopRequest() as request, progress.shown(scenario) as report:
+    with StopRequest() as request, progress.displayed(scenario) as report:
         start = time.perf_counter()
         flight = simulate(scenario, progress=lambda steps: report(steps, total), stop=lambda: request.asked)
         speed = Speed(flight.steps, time.perf_counter() - start, scenario.timing.step)
-        # Asked to stop now, a run still keeps what it has flown.
-        unkept = _keep_record(flight, folder) if record else ""
+        # A run that is stopped still stores the steps flown.
+        unkept = _save_record(flight, folder) if record else ""
     if flight.steps < total and flight.early_end is None:
         reason = "; ".join(filter(None, (f"stopped by {request.name}", unkept)))
-        return Outcome(scenario, "inprocess", folder, speed, recorded=record, reason=reason, stopped=True)
+        return RunResult(scenario, "inprocess", folder, speed, recorded=record, reason=reason, stopped=True)
     ended = "" if flight.early_end is None else flight.early_end.sentence
     reason = "; ".join(filter(None, (ended, unkept)))
     verdicts, summary = _judged(scenario, flight)
-    return Outcome(
+    return RunResult(
         scenario,
         "inprocess",
         folder,
@@ -163,12 +163,12 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> Outcome:
     )
 
 
-def _keep_record(flight: FlightRecord, folder: Path) -> str:
-    """Keep a flight; a sentence where that cannot be done, since the flight is judged all the same."""
+def _save_record(flight: FlightRecord, folder: Path) -> str:
+    """Store a flight; returns a sentence where that fails, since the flight is judged all the same."""
     try:
         folders.save_record(flight, folder / folders.RECORD)
     except OSError as error:
-        return f"flown to step {flight.steps}, but the record cannot be kept: {sentence_of(error)}"
+        return f"flown to step {flight.steps}, but the record cannot be stored: {sentence_of(error)}"
     return ""
 
 
@@ -183,13 +183,13 @@ def _tracing(folder: Path) -> dict[str, str]:
 
 def _over_dds(
     scenario: Scenario, folder: Path, *, record: bool, options: RunOptions, host: HostSpec | None
-) -> Outcome:
+) -> RunResult:
     ros_packages.require()
     from satform_bringup.supervisor.run import fly  # noqa: PLC0415 - in-process runs do without
 
     policy = Policy(options.restart, options.continue_without_recorder, options.rate)
     try:
-        with progress.shown(scenario) as report:
+        with progress.displayed(scenario) as report:
             flight = fly(
                 scenario,
                 folder,
@@ -227,9 +227,9 @@ def _over_dds(
         except CommandError as error:
             reason = reason or str(error)
             if flight.early_end:
-                # Nothing is flown of which there could be a figure.
+                # No step was flown of which there could be a figure.
                 verdicts = tuple(expectation.verdict(math.nan) for expectation in scenario.expect)
-    return Outcome(
+    return RunResult(
         scenario=scenario,
         mode="realtime" if options.rate else "lockstep",
         punctuality=flight.punctuality,
@@ -249,20 +249,20 @@ def _over_dds(
 
 
 def _events(flight: "Flight") -> tuple[str, ...]:
-    """Who was lost or came back, in the order of the steps."""
+    """Sentences about losses and rejoins, in the order of the steps, and warnings."""
     losses = [
         (
             loss.step,
-            f"{loss.name} lost from step {loss.step} on, {'as planned' if loss.planned else loss.reason}",
+            f"{loss.name} lost at step {loss.step}, {'as planned' if loss.planned else loss.reason}",
         )
         for loss in flight.losses
     ]
     returns = [
         (
-            back.step,
-            f"{back.name} back from step {back.step} on, {back.seconds:.2f} s of wall-clock time later",
+            rejoin.step,
+            f"{rejoin.name} rejoined at step {rejoin.step}, {rejoin.seconds:.2f} s of wall-clock time later",
         )
-        for back in flight.returns
+        for rejoin in flight.returns
     ]
     ordered = sorted([*losses, *returns], key=lambda entry: entry[0])
     return (*(sentence for _, sentence in ordered), *flight.warnings)
@@ -288,7 +288,7 @@ def _read(scenario: Scenario, path: Path) -> FlightRecord:
 
 
 def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary | None]:
-    """Verdicts, and the flight in figures, which one of no step has none of."""
+    """Verdicts and summary of a flight; no summary of a flight without a step."""
     return tuple(evaluate(scenario, flight)), summarise(flight) if flight.steps else None
 
 

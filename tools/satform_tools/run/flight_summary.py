@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A flight in figures: what anyone would ask of it, whether or not its scenario expects something."""
+"""Figures of a flight that do not depend on its expectations: errors, delta-v, thruster events, distances."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -15,10 +15,10 @@ from satform.numeric.elementwise import Array
 from satform.record.flight_record import FlightRecord
 
 FINAL_FRACTION = 0.2
-"""The last part of a flight, over which what remains is measured."""
+"""Fraction of the flight at its end over which final errors are taken."""
 
 _MOST_PAIRS = 1000
-"""Distances are measured between at most so many pairs of satellites."""
+"""Largest number of pairs of satellites of which the distance is measured."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class SatelliteSummary:
         delta_v: spent over the whole flight, m/s.
         propellant_used: kg; NaN without a thruster.
         saturated_steps: steps with a command above the thrust limit.
-        below_minimum_impulse_steps: steps with a command below the smallest impulse.
-        propellant_depleted_steps: steps with a command that the tank could not give.
-        absent: steps in which it did not fly; they have no part in the errors.
+        below_minimum_impulse_steps: steps with a command below the minimum impulse.
+        propellant_depleted_steps: steps with a command beyond the remaining propellant.
+        absent: steps in which it did not fly; excluded from the errors.
         mean_nees: mean normalised estimation error squared of its filter after the flight's first fifth, 6
             for a consistent one; NaN without a filter.
         mean_innovation: likewise of its normalised innovation squared.

@@ -28,7 +28,7 @@ def make(out: Path | None, scenario: str) -> Path:
     """Make the folder of a run; an existing run is never touched.
 
     Args:
-        out: where the user wants it; None for a new folder in `runs` where the user stands.
+        out: requested folder; None for a new one in `runs` of the current folder.
         scenario: name of what is flown.
 
     Returns:
@@ -42,7 +42,7 @@ def make(out: Path | None, scenario: str) -> Path:
         if out is None:
             return _new_folder(scenario)
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise CommandError(f"{out} is there already and is not an empty folder; name another with --out")
+            raise CommandError(f"{out} already exists and is not an empty folder; name another with --out")
         out.mkdir(parents=True, exist_ok=True)
         # A folder that was there already may be one that cannot be written to.
         probe = out / RESULT
@@ -55,7 +55,7 @@ def make(out: Path | None, scenario: str) -> Path:
 
 
 def require_text(folder: Path) -> None:
-    """Go on only with a folder whose path is text: parameters and messages of ROS hold nothing else.
+    """Check that the path of a folder is UTF-8 text, as ROS parameters and messages need.
 
     Raises:
         CommandError: it is not.
@@ -86,7 +86,7 @@ def _new_folder(scenario: str) -> Path:
 
 
 def save_record(record: FlightRecord, path: Path) -> None:
-    """Keep a flight as a numpy archive.
+    """Write a flight as a numpy archive.
 
     Args:
         record: the flight.
@@ -109,7 +109,7 @@ def load_record(path: Path) -> FlightRecord:
         path: of the archive.
 
     Returns:
-        The flight, with the bits that were saved.
+        The flight, bitwise equal.
 
     Raises:
         CommandError: there is no such archive, or it holds no flight.
@@ -117,7 +117,7 @@ def load_record(path: Path) -> FlightRecord:
     try:
         archive = read_archive(path)
         head = json.loads(str(archive["head"]))
-        # Records that are older than the filters' covariance have nothing of it.
+        # Records of earlier versions have no covariance of filters.
         arrays = no_estimates(0, len(head["satellites"])) | {
             name: np.asarray(archive[name], dtype=np.float64)
             for name in QUANTITIES

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The part of a flight that one of several hosts has: which it is, and what can be said of it there."""
+"""The part of a flight that runs on one of several hosts: its options and its result."""
 
 from dataclasses import replace
 
@@ -9,17 +9,17 @@ from satform.scenario.deployment import HostSpec
 from satform_tools import console
 from satform_tools.errors import CommandError
 from satform_tools.run import ros_packages
-from satform_tools.run.run_result import Mode, Outcome
+from satform_tools.run.run_result import Mode, RunResult
 
 _ONE_MACHINE: dict[Mode, str] = {
     "inprocess": "a run in one process is on one machine",
-    "realtime": "on the wall clock a flight is on one machine, since clocks of several are not the same",
+    "realtime": "against the wall clock a flight is on one machine, since the clocks of several differ",
 }
 """Why a flight of a mode cannot be on several hosts."""
 
 
 def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec:
-    """The part of the host that this machine is said to be.
+    """The host of the scenario that this machine is.
 
     Args:
         scenario: what is flown.
@@ -51,24 +51,24 @@ def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec
     return host
 
 
-def told(outcome: Outcome, host: HostSpec) -> Outcome:
-    """What came of a flight as it is to be told on one of its hosts.
+def on_host(result: RunResult, host: HostSpec) -> RunResult:
+    """The result of a flight as it is reported on one of its hosts.
 
     Args:
-        outcome: as this machine saw it.
+        result: on this machine.
         host: that this machine was.
 
     Returns:
-        The same, with the host that judges and, where the flight ended early, the one that knows why.
+        The result, with the host that judges and, where the flight ended early, the host that has the reason.
     """
     from satform_bringup.deployment import multi_host_discovery  # noqa: PLC0415 - in-process runs do without
 
-    judge = multi_host_discovery.judge(outcome.scenario).name
-    outcome = replace(outcome, host=host.name, judged_on="" if judge == host.name else judge)
-    flown = outcome.speed.steps == outcome.scenario.timing.steps
-    if flown or outcome.lost or outcome.stopped or outcome.early_end or "plant" in host.runs:
-        return outcome
+    judge = multi_host_discovery.judge(result.scenario).name
+    result = replace(result, host=host.name, judged_on="" if judge == host.name else judge)
+    flown = result.speed.steps == result.scenario.timing.steps
+    if flown or result.lost or result.stopped or result.early_end or "plant" in host.runs:
+        return result
     # Nothing failed here, and a bag that ends with the flight is not the reason.
-    plant = next(other.name for other in outcome.scenario.hosts if "plant" in other.runs)
-    steps = f"step {outcome.speed.steps} of {outcome.scenario.timing.steps}"
-    return replace(outcome, reason=f"it ended at {steps}; host {plant}, which runs the plant, says why")
+    plant = next(other.name for other in result.scenario.hosts if "plant" in other.runs)
+    steps = f"step {result.speed.steps} of {result.scenario.timing.steps}"
+    return replace(result, reason=f"it ended at {steps}; host {plant}, which runs the plant, has the reason")

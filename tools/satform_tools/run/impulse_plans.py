@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Plans of flights by impulses, as tables for people and JSON for machines; the formulas are in `satform`."""
+"""Prints plans of impulsive flights as tables or JSON; the formulas are in `satform.planning`."""
 
 import math
 from collections.abc import Sequence
@@ -54,15 +54,15 @@ def approach(
         start: `x,y,z` in m, LVLH.
         points: `x,y,z,seconds` of each way-point, with `,pass` where the tour does not stop.
         period: of the chief's orbit, s.
-        date: of the start, UTC; None when the light does not matter.
+        date: of the start, UTC; None without a Sun angle.
         longitude: of a geostationary chief, deg east; None likewise.
-        as_json: whether for a machine.
+        as_json: whether to print JSON.
 
     Raises:
         CommandError: a text is not of its form, or the tour cannot be flown.
     """
     if (date is None) != (longitude is None):
-        raise CommandError("the light needs both --date and --longitude")
+        raise CommandError("the Sun angle needs both --date and --longitude")
     if not period > 0.0:
         raise CommandError(f"--period {period:g}: an orbit takes a positive time")
     legs = [_leg(text) for text in points]
@@ -86,7 +86,7 @@ def approach(
     console.line(f"delta-v {plan.delta_v():.6g} m/s in {plan.times[-1]:g} s")
     console.line(f"closest to the chief: {plan.closest_distance:.7g} m at {plan.closest_time:.6g} s")
     if light is not None:
-        console.line(f"light angle at the chief on arrival: {math.degrees(light):.1f} deg")
+        console.line(f"Sun angle at the chief on arrival: {math.degrees(light):.1f} deg")
 
 
 def patrol(
@@ -105,14 +105,14 @@ def patrol(
 
     Args:
         targets: `longitude,inclination,node` of each in deg; None for those of `patrol_three`.
-        longitude: of the watcher at the start, deg east.
+        longitude: of the patrolling satellite at the start, deg east.
         below: depth of its orbit below the geostationary belt, km.
         days: length of the patrol.
         budget: delta-v that is not exceeded, m/s.
         keep_out: distance to every target that is kept from the start to the end, km.
         date: of the start, UTC; None for that of `patrol_three`.
         chief: longitude of the chief in whose LVLH burns are given, deg east.
-        as_json: whether for a machine.
+        as_json: whether to print JSON.
 
     Raises:
         CommandError: a text is not of its form, or a number is out of range.
@@ -169,10 +169,10 @@ def _target(text: str) -> PatrolTarget:
 
 def _light_at_the_end(legs: Sequence[Leg], plan: TourPlan, date: datetime, longitude: float) -> float:
     sun = sun_in_lvlh(days_at(date) + float(plan.times[-1]) / DAY, longitude)
-    place = legs[-1].position
-    if not np.any(place):
+    position = legs[-1].position
+    if not np.any(position):
         return 0.0
-    return math.acos(max(-1.0, min(1.0, float(place @ sun) / float(np.linalg.norm(place)))))
+    return math.acos(max(-1.0, min(1.0, float(position @ sun) / float(np.linalg.norm(position)))))
 
 
 def _approach_data(plan: TourPlan, light: float | None) -> dict[str, Any]:
@@ -231,7 +231,7 @@ def _print_burns(burns: Sequence[Burn], vectors: list[list[float]], chief: float
 
 
 def _print_passes(task: Patrol, planned: Sequence[Encounter], drifting: Sequence[Encounter]) -> None:
-    headings = ("pass", "day", "closest [km]", "light angle [deg]", "sunlit", "angular rate [deg/s]")
+    headings = ("pass", "day", "closest [km]", "Sun angle [deg]", "sunlit", "angular rate [deg/s]")
     rows = []
     for name, passes in (("with burns", planned), ("drifting", drifting)):
         for number, (target, seen) in enumerate(zip(task.targets, passes, strict=True), start=1):

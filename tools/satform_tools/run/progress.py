@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a run is: a bar on a terminal, now and then a line elsewhere; both on standard error."""
+"""Progress of a run on standard error: a bar on a terminal, else a line now and then."""
 
 import sys
 import time
@@ -18,7 +18,7 @@ _LINE_PERIOD = 5.0
 
 
 @contextmanager
-def shown(scenario: Scenario) -> Iterator[Report]:
+def displayed(scenario: Scenario) -> Iterator[Report]:
     """Show the progress of a run for as long as the block lasts.
 
     Args:
@@ -35,7 +35,7 @@ def shown(scenario: Scenario) -> Iterator[Report]:
 
 
 def pace(scenario: Scenario, steps_per_second: float) -> str:
-    """Speed of a run in words."""
+    """Speed of a run as text."""
     factor = steps_per_second * scenario.timing.step
     return f"{steps_per_second:,.0f} steps/s, {factor:,.{0 if factor >= 10 else 2}f} x real time"
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command `recover`: a whole bag from one whose recorder was killed."""
+"""The command `recover`: writes a complete bag from one whose recorder was killed."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,13 +20,13 @@ _SUFFIX = "_recovered"
 
 
 @dataclass(frozen=True)
-class _Told:
-    """What is said of a recovery.
+class _Recovery:
+    """A recovered bag, to be printed.
 
     Attributes:
         recovered: what was written.
         bag: the new bag; None where it holds no flight.
-        why_none: why it holds none.
+        why_none: reason where it holds none.
     """
 
     recovered: "Recovered"
@@ -34,7 +34,7 @@ class _Told:
     why_none: str
 
     def data(self) -> dict[str, Any]:
-        """The same for machines."""
+        """As data for JSON."""
         found: dict[str, Any] = {
             "source": str(self.recovered.source),
             "bag": str(self.recovered.folder),
@@ -53,7 +53,7 @@ class _Told:
         }
 
     def lines(self) -> list[str]:
-        """Sentences for people."""
+        """As lines of text."""
         recovered = self.recovered
         lines = [f"{recovered.messages} messages on {recovered.topics} topics are in {recovered.folder}"]
         if recovered.damage:
@@ -72,12 +72,12 @@ class _Told:
 
 
 def recover(run: Path, out: Path | None, *, as_json: bool) -> None:
-    """Write a whole bag from what can be read of a run's, into a folder of its own.
+    """Write a complete bag from what can be read of a run's bag, into a folder of its own.
 
     Args:
         run: folder of a run, folder of a bag, or `.mcap` file; nothing in it is changed.
         out: folder of the new bag; None for one beside the old.
-        as_json: whether to print for a machine.
+        as_json: whether to print JSON.
 
     Raises:
         CommandError: there is no such bag, nothing of it can be read, or the new one cannot be written.
@@ -91,33 +91,33 @@ def recover(run: Path, out: Path | None, *, as_json: bool) -> None:
     folder = source.with_name(f"{source.stem}{_SUFFIX}") if out is None else out
     try:
         if out is None and is_whole(source):
-            _say_whole(source, as_json=as_json)
+            _print_complete(source, as_json=as_json)
             return
-        told = _told(written(source, folder))
+        recovery = _reread(written(source, folder))
     except BagError as error:
         raise CommandError(str(error)) from None
     except FileExistsError:
-        raise CommandError(f"{folder} is there already; name another folder with --out") from None
+        raise CommandError(f"{folder} already exists; name another folder with --out") from None
     except OSError as error:
         raise CommandError(f"the bag cannot be recovered: {sentence_of(error)}") from None
     if as_json:
-        console.as_json(told.data())
+        console.as_json(recovery.data())
         return
-    for line in told.lines():
+    for line in recovery.lines():
         console.line(line)
 
 
-def _told(recovered: "Recovered") -> _Told:
+def _reread(recovered: "Recovered") -> _Recovery:
     from satform.bag.errors import BagError  # noqa: PLC0415 - needs ROS
     from satform.bag.reader import read_bag  # noqa: PLC0415 - most commands do without
 
     try:
-        return _Told(recovered, read_bag(recovered.folder), "")
+        return _Recovery(recovered, read_bag(recovered.folder), "")
     except BagError as error:
-        return _Told(recovered, None, str(error))
+        return _Recovery(recovered, None, str(error))
 
 
-def _say_whole(source: Path, *, as_json: bool) -> None:
+def _print_complete(source: Path, *, as_json: bool) -> None:
     if as_json:
         console.as_json({"source": str(source), "whole": True})
     else:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flying a recorded flight once more in one process, with all that happened in it, and comparing the bits."""
+"""The command `replay`: repeats a recorded flight in one process, with its events, and compares the bits."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,7 +19,7 @@ from satform_tools import console
 from satform_tools.errors import CommandError
 from satform_tools.run import ros_packages
 
-_SAID = (
+_FROM_SATELLITE = (
     "acceleration",
     "wheel_torque",
     "arc_length",
@@ -34,24 +34,23 @@ _SAID = (
     "innovation",
     "rejected_measurements",
 )
-"""Quantities that are in the bag because the satellite itself said them: the last may be lost with it."""
+"""Quantities that the satellite publishes: the last messages may be lost with it."""
 
 _ANNOUNCED = ("arc_length", "rate")
-"""Those of them that it says a step ahead."""
+"""Those of them that it publishes a step ahead."""
 
 
 @dataclass(frozen=True)
 class Replay:
-    """What came of flying a recorded flight once more.
+    """Result of a replay.
 
     Attributes:
         steps: compared.
-        events: that happened beside what the scenario plans.
+        events: number of unplanned events.
         differences: a sentence for each quantity that differs; empty when all bits are the same.
         state_hash: of the recorded flight; None where it is not the whole one.
-        omitted_expectations: labels of what the longer flight is judged by of which this is a part.
-        early_end: in words, why the flight ended before its last step, the recorded one and the one flown
-            once more; empty when it did not.
+        omitted_expectations: labels of expectations that need a longer flight.
+        early_end: reason for which both flights ended before the last step; empty when they did not.
     """
 
     steps: int
@@ -63,7 +62,7 @@ class Replay:
 
 
 def replay(path: Path, *, as_json: bool) -> int:
-    """Fly a bag's flight once more, say whether the bits are the same, and return the exit code.
+    """Repeat the flight of a bag, print whether it is bitwise equal, and return the exit code.
 
     Raises:
         CommandError: there is no such bag, or it cannot be flown again.
@@ -79,11 +78,11 @@ def replay(path: Path, *, as_json: bool) -> int:
         raise CommandError(str(error)) from None
     if bag.clocked:
         raise CommandError(
-            f"{path}: was flown on the wall clock, whose chances are not in the bag; "
-            "flights in lockstep can be flown again"
+            f"{path}: was flown against the wall clock, which a replay cannot repeat; "
+            "flights in lockstep can be replayed"
         )
     if bag.record.steps < 1 and bag.record.early_end is None:
-        raise CommandError(f"{path}: holds no whole step; there is nothing to be flown again")
+        raise CommandError(f"{path}: holds no whole step; there is nothing to replay")
     found = compare(bag.scenario, bag.record, bag.events)
     if as_json:
         console.as_json(asdict(found))
@@ -95,22 +94,22 @@ def replay(path: Path, *, as_json: bool) -> int:
 
 
 def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
-    """Fly a flight once more and compare.
+    """Repeat a flight and compare.
 
     Args:
         scenario: that was flown.
         record: of the flight, as far as it goes.
-        events: that happened beside what the scenario plans, by step.
+        events: unplanned ones, by step.
 
     Returns:
         The differences.
 
     Raises:
-        CommandError: what happened cannot be done again.
+        CommandError: an event cannot be repeated.
     """
     steps, end = record.steps, record.early_end
     if end is not None:
-        # It ends early once more if it is flown as far as the step at which it did.
+        # It has to reach the step at which it ended early.
         steps = min(scenario.timing.steps, end.step + 1)
     timing = Timing(step=scenario.timing.step, duration=steps * scenario.timing.step)
     shortened = scenario.model_copy(update={"timing": timing})
@@ -118,7 +117,7 @@ def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
     try:
         again = simulate(shortened, events=within)
     except ValueError as error:
-        raise CommandError(f"what happened in the flight cannot be done again: {error}") from None
+        raise CommandError(f"the events of the flight cannot be repeated: {error}") from None
     _forget_unshown(again, record, scenario, within)
     count = sum(len(found) for found in within.values())
     whole = record.steps == scenario.timing.steps or (end is not None and record.steps > 0)
@@ -133,24 +132,24 @@ def compare(scenario: Scenario, record: FlightRecord, events: Plan) -> Replay:
 
 
 def _forget_unshown(again: FlightRecord, record: FlightRecord, scenario: Scenario, events: Plan) -> None:
-    """Leave out what lost satellites had said at last and nobody recorded: it was lost with them."""
+    """Exclude the last messages of lost satellites that were not recorded from the comparison."""
     from satform_nodes.transport import qos  # noqa: PLC0415 - needs ROS
 
-    # A satellite that its scenario kills waits until its words have arrived, but for the last it shows.
+    # A satellite lost as planned waits until its messages are acknowledged, but for its last diagnostics.
     for plan, longest in ((scenario.membership_plan().events, 1), (events, qos.LOCKSTEP.depth)):
         for step, found in plan.items():
             for event in found:
                 if isinstance(event, SatelliteLost) and 0 < step <= record.steps:
-                    for name in _SAID:
-                        # What it announces is for the step after.
+                    for name in _FROM_SATELLITE:
+                        # Announcements are for the next step.
                         end = step + 1 if name in _ANNOUNCED and longest > 1 else step
                         last = slice(max(0, step - longest), end)
-                        again_said, said = getattr(again, name), getattr(record, name)
-                        _forget(again_said[last, event.satellite], said[last, event.satellite])
+                        replayed, recorded = getattr(again, name), getattr(record, name)
+                        _forget(replayed[last, event.satellite], recorded[last, event.satellite])
 
 
 def _forget(again: NDArray[np.float64], recorded: NDArray[np.float64]) -> None:
-    """Leave out the steps of which nothing is recorded."""
+    """Exclude the steps without recorded values."""
     if recorded.size:
         nothing = np.isnan(recorded.reshape(len(recorded), -1)).all(axis=1)
         again[nothing] = recorded[nothing]
@@ -165,7 +164,7 @@ def _print(found: Replay, scenario: Scenario) -> None:
     if not found.differences:
         if found.early_end:
             console.line(f"Ended early: {found.early_end}.", "bold red")
-        console.line("Flown once more in one process: the same to the last bit.", "green")
+        console.line("Replayed in one process: bitwise equal.", "green")
     if found.state_hash is not None:
         console.line(f"state hash {found.state_hash[:16]}")
     if left := left_out(scenario):

@@ -1,8 +1,8 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the system has to give a command, asked before anything large is loaded.
+"""Resource limits of the process, checked before large libraries are loaded.
 
-A library that gets no memory may abort the whole process, which then can say nothing.
+A library that gets no memory may abort the whole process, without an error message.
 """
 
 import resource
@@ -11,7 +11,7 @@ LEAST_MEMORY = 512 * 2**20
 """Address space that numpy, scipy, pydantic and the Earth's models take, bytes."""
 
 LEAST_FILES = 32
-"""Files that are open at a time while modules are loaded and a run is kept."""
+"""Files that are open at a time while modules are loaded and a run is stored."""
 
 
 def complaint() -> str:

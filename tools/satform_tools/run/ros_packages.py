@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether ROS 2 is there, asked before anything that needs it is started."""
+"""Checks that ROS 2 and the ROS packages of the project are installed."""
 
 from importlib.util import find_spec
 
@@ -10,7 +10,7 @@ _NEEDED = ("rclpy", "satform_msgs", "satform_nodes", "satform_bringup")
 
 
 def require() -> None:
-    """Go on only with ROS 2 and the project's own ROS packages.
+    """Require ROS 2 and the project's own ROS packages.
 
     Raises:
         CommandError: one of them is missing.

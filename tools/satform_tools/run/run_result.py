@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What came of a run: verdicts, speed, exit code, and the file that says so."""
+"""Result of a run: verdicts, speed, exit code, and the file `result.json`."""
 
 import math
 import platform
@@ -39,9 +39,9 @@ class Speed:
         seconds: from the first step to the last.
         step_length: simulated time of a step, s.
         start_seconds: from the command to the first step.
-        plant_seconds: of these, the plant's own computation; None where it is not told apart.
+        plant_seconds: of these, the plant's own computation; None where it is not measured.
         satellite_seconds: of these, each satellite's own computation.
-        ping_pong_seconds: of one bare message there and one back; None when it was not measured.
+        ping_pong_seconds: of a bare round trip; None when it was not measured.
     """
 
     steps: int
@@ -72,27 +72,27 @@ class Speed:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What came of a run.
+class RunResult:
+    """Result of a run.
 
     Attributes:
-        scenario: what was to be flown.
+        scenario: of the run.
         mode: how it was flown.
-        folder: where the run is kept.
+        folder: of the run.
         speed: how fast it was.
         verdicts: one for each expectation; empty when nothing could be judged.
         summary: the flight in figures; None when nothing could be judged.
-        recorded: whether there is a record to judge by.
-        lost: names of the processes that were lost though the scenario does not say so, and are not back.
-        events: sentences about who was lost or came back, planned or not.
+        recorded: whether there is a record.
+        lost: names of unplanned lost processes that have not rejoined.
+        events: sentences about losses and rejoins, planned or not.
         reason: why the flight ended early or cannot be judged; empty when neither is so.
         stopped: whether the user stopped it.
         messages: in the bag.
-        punctuality: of a flight on the wall clock: delays, missed steps, ages of what was heard.
+        punctuality: of a real-time flight: delays, missed steps, message ages.
         host: the scenario's host that this machine was; empty when it ran everything.
         judged_on: the host that judges the flight, where it is another one.
-        state_hash: of the record; empty when there is none, or on the wall clock, where every run has
-            bits of its own.
+        state_hash: of the record; empty when there is none, or in real time, where runs are not bitwise
+            reproducible.
         early_end: the quantity that was not finite or beyond its limit, with which the flight ended; None
             when it did not end so.
     """
@@ -180,7 +180,7 @@ class Outcome:
         }
 
     def write(self, path: Path) -> None:
-        """Keep it as a JSON file.
+        """Write it as a JSON file.
 
         Raises:
             OSError: it cannot be written.
@@ -189,7 +189,7 @@ class Outcome:
 
 
 def versions() -> dict[str, str]:
-    """What flies here: version of Python and of each package that has a part in the numbers."""
+    """Versions of Python and of each package that the numbers depend on."""
     found = {"python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
     for name in _PACKAGES:
         try:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Scenarios by name: where they are, which one was meant, and reading them."""
+"""Shipped scenarios by name: finds and loads them, with the nearest spelling in errors."""
 
 import difflib
 from collections.abc import Iterable
@@ -14,13 +14,13 @@ ROOT = Path(__file__).resolve().parents[3]
 """The project's folder."""
 
 SCENARIOS = ROOT / "scenarios"
-"""The scenarios that come with the project."""
+"""Folder of the shipped scenarios."""
 
 _SUFFIXES = (".yaml", ".yml", ".json")
 
 
 def names() -> list[str]:
-    """Names of the scenarios that come with the project."""
+    """Names of the shipped scenarios."""
     return sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
@@ -50,7 +50,7 @@ def find(scenario: str) -> Path:
 
 
 def load(scenario: str, changes: Iterable[str] = (), seed: int | None = None) -> Scenario:
-    """Read a scenario; what its file expects of a longer flight than is wanted is left out, and said.
+    """Load a scenario; expectations that need a longer flight are omitted, with a note.
 
     Args:
         scenario: its name or the path of its file.

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A flight as it was kept, in a bag or in a record: all that a report is made of."""
+"""A stored flight, from a bag or a record: all that a report is made of."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,17 +17,17 @@ from satform_tools.run import folders
 
 
 @dataclass(frozen=True)
-class Kept:
-    """A flight as it was kept.
+class StoredRun:
+    """A stored flight.
 
     Attributes:
         path: of the bag or of the record.
-        scenario: what was flown.
+        scenario: of the flight.
         record: the flight, or as much of it as there is.
         complete: whether it is the whole flight, as far as that went.
-        versions: what flew it, name and version of each part; empty where nothing was noted down.
-        events: what happened besides the numbers; None where nobody noted it down.
-        clocked: whether it was flown on the wall clock.
+        versions: name and version of each part of the software; empty where not recorded.
+        events: recorded ones; None without a bag.
+        clocked: whether it was flown against the wall clock.
     """
 
     path: Path
@@ -40,20 +40,20 @@ class Kept:
 
     @property
     def name(self) -> str:
-        """Of the run's folder, by which people tell runs apart."""
-        place = self.path.resolve()
-        return place.parent.name if place.name in {BAG_FOLDER, folders.RECORD} else place.name
+        """Name of the run's folder."""
+        path = self.path.resolve()
+        return path.parent.name if path.name in {BAG_FOLDER, folders.RECORD} else path.name
 
     @property
     def cut_short(self) -> str:
-        """Where a flight ends that is not complete, in words; empty when it is."""
+        """Where an incomplete flight ends, as text; empty when it is complete."""
         if self.complete:
             return ""
         return f"cut short at step {self.record.steps} of {self.scenario.timing.steps}"
 
     @property
     def ended_early(self) -> str:
-        """After which step a flight ended early, and why, in words; empty when it did not."""
+        """Step and reason of an early end, as text; empty when there is none."""
         end = self.record.early_end
         flown = f"step {self.record.steps} of {self.scenario.timing.steps}"
         return "" if end is None else f"{flown}: {end.sentence}"
@@ -69,14 +69,14 @@ class Kept:
 
     @property
     def why_no_hash(self) -> str:
-        """Why a flight has no state hash, in words; empty when it has one."""
+        """Reason for which a flight has no state hash; empty when it has one."""
         if self.clocked:
-            return "none: on the wall clock every run has bits of its own"
+            return "none: runs against the wall clock are not bitwise reproducible"
         return "" if self.complete else f"none: {self.cut_short}"
 
 
-def find(run: Path) -> Kept:
-    """The flight that a path means.
+def find(run: Path) -> StoredRun:
+    """The flight at a path.
 
     Args:
         run: folder of a run, folder of a bag, or `.mcap` file.
@@ -88,18 +88,18 @@ def find(run: Path) -> Kept:
         CommandError: there is none, or it cannot be read.
     """
     try:
-        kept = _find(run)
+        stored = _find(run)
     except (OSError, ValueError) as error:
         reason = sentence_of(error) if isinstance(error, OSError) else str(error)
         raise CommandError(f"{run}: {reason}") from None
-    if kept.record.steps == 0:
-        end = kept.record.early_end
+    if stored.record.steps == 0:
+        end = stored.record.early_end
         why = "" if end is None else f": {end.sentence}"
-        raise CommandError(f"{kept.path}: not one whole step was recorded{why}")
-    return kept
+        raise CommandError(f"{stored.path}: not one whole step was recorded{why}")
+    return stored
 
 
-def _find(run: Path) -> Kept:
+def _find(run: Path) -> StoredRun:
     if not run.exists():
         raise CommandError(f"{run}: there is no such run or bag")
     if (run / BAG_FOLDER).is_dir():
@@ -107,11 +107,11 @@ def _find(run: Path) -> Kept:
     if (run / folders.RECORD).is_file():
         return _from_record(run)
     if (run / folders.RESULT).is_file():
-        raise CommandError(f"{run}: this run was not recorded, so there is nothing to tell of it")
+        raise CommandError(f"{run}: this run was not recorded, so there is nothing to report")
     return _from_bag(run)
 
 
-def _from_record(folder: Path) -> Kept:
+def _from_record(folder: Path) -> StoredRun:
     scenario = load_scenario(folder / SCENARIO_FILE, recorded=True)
     record = folders.load_record(folder / folders.RECORD)
     names = tuple(satellite.name for satellite in scenario.satellites)
@@ -120,10 +120,10 @@ def _from_record(folder: Path) -> Kept:
             f"{folder}: the record is of {', '.join(record.satellites)}, the scenario has {', '.join(names)}"
         )
     complete = record.steps == scenario.timing.steps or record.early_end is not None
-    return Kept(folder / folders.RECORD, scenario, record, complete, _noted_versions(folder), None)
+    return StoredRun(folder / folders.RECORD, scenario, record, complete, _noted_versions(folder), None)
 
 
-def _from_bag(path: Path) -> Kept:
+def _from_bag(path: Path) -> StoredRun:
     try:
         from satform.bag.errors import BagError  # noqa: PLC0415 - needs ROS
         from satform.bag.reader import read_bag  # noqa: PLC0415 - most commands do without
@@ -133,12 +133,12 @@ def _from_bag(path: Path) -> Kept:
         bag = read_bag(path)
     except BagError as error:
         raise CommandError(str(error)) from None
-    # A bag's own folder is the bag, a report in it would be in the way.
-    place = path if path.is_dir() else path.parent
-    versions = {**_noted_versions(place.parent), **bag.versions}
-    # What a bag's note repeats of its scenario is told from the scenario itself.
+    # A report inside the folder of the bag would become a part of the bag.
+    folder = path if path.is_dir() else path.parent
+    versions = {**_noted_versions(folder.parent), **bag.versions}
+    # The entries of the bag's metadata about its scenario come from the scenario itself.
     versions = {name: version for name, version in versions.items() if name not in {"scenario", "digest"}}
-    return Kept(place, bag.scenario, bag.record, bag.complete, versions, bag.history, bag.clocked)
+    return StoredRun(folder, bag.scenario, bag.record, bag.complete, versions, bag.history, bag.clocked)
 
 
 def _noted_versions(folder: Path) -> dict[str, str]:

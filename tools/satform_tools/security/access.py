@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who may say and hear what: the adjacency matrix and the nodes' work, as lists of topics and services."""
+"""Access of each node: topics and services by the communication graph, as lists of names."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from satform.scenario import Scenario
 from satform_bringup.deployment.security import ENCLAVES
 
 OPERATOR = "operator"
-"""Enclave of the person who looks in and changes gains: hears everything, says nothing to the flight."""
+"""Enclave of an operator: subscribes to all topics, calls all services, publishes no topic of the flight."""
 
 _PARAMETER_SERVICES = (
     "describe_parameters",
@@ -21,15 +21,15 @@ _PARAMETER_SERVICES = (
     "set_parameters",
     "set_parameters_atomically",
 )
-"""Which every ROS 2 node offers."""
+"""Services that every ROS 2 node offers."""
 
-_EVERYONE_SAYS = ("/parameter_events", "/rosout")
-"""What every ROS 2 node publishes."""
+_COMMON_TOPICS = ("/parameter_events", "/rosout")
+"""Topics that every ROS 2 node publishes."""
 
 
 @dataclass(frozen=True)
 class Access:
-    """What one node may do; everything else is denied.
+    """Topics and services that one node may use; all others are denied.
 
     Attributes:
         node: its name.
@@ -52,10 +52,10 @@ class Access:
 
 
 def accesses(scenario: Scenario) -> list[Access]:
-    """What each node of a formation needs, and no more.
+    """The access of each node of a formation, no more than it needs.
 
     Args:
-        scenario: what is flown.
+        scenario: of the formation.
 
     Returns:
         Plant, satellites in their order, recorder, operator.
@@ -64,24 +64,26 @@ def accesses(scenario: Scenario) -> list[Access]:
 
     offers = (services.PAUSE, services.RESUME, services.STEP, services.STOP, services.SET_GRAPH)
     names = [PLANT, *(satellite.name for satellite in scenario.satellites), RECORDER]
-    says: dict[str, list[str]] = {name: [] for name in names}
-    hears: dict[str, list[str]] = {name: [] for name in names}
+    publishes: dict[str, list[str]] = {name: [] for name in names}
+    subscribes: dict[str, list[str]] = {name: [] for name in names}
     for channel in channels(topic_plan(scenario)):
         for name in channel.speakers:
-            says[name].append(channel.topic)
+            publishes[name].append(channel.topic)
         for name in channel.listeners:
-            hears[name].append(channel.topic)
-    flying = [_node(name, says[name], hears[name], offers if name == PLANT else ()) for name in names]
+            subscribes[name].append(channel.topic)
+    flying = [
+        _node(name, publishes[name], subscribes[name], offers if name == PLANT else ()) for name in names
+    ]
     return [*flying, _operator(flying)]
 
 
 def _operator(flying: list[Access]) -> Access:
-    said = {topic for access in flying for topic in access.publishes}
+    published = {topic for access in flying for topic in access.publishes}
     served = {service for access in flying for service in access.replies}
-    return Access(OPERATOR, _EVERYONE_SAYS, tuple(sorted(said)), (), tuple(sorted(served)))
+    return Access(OPERATOR, _COMMON_TOPICS, tuple(sorted(published)), (), tuple(sorted(served)))
 
 
 def _node(name: str, publishes: list[str], subscribes: list[str], offers: tuple[str, ...]) -> Access:
     replies = sorted({*offers, *(f"/{name}/{service}" for service in _PARAMETER_SERVICES)})
-    said = sorted({*publishes, *_EVERYONE_SAYS})
-    return Access(name, tuple(said), tuple(sorted({*subscribes})), tuple(replies))
+    published = sorted({*publishes, *_COMMON_TOPICS})
+    return Access(name, tuple(published), tuple(sorted({*subscribes})), tuple(replies))

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The command `security`: makes a formation's keystore and says what it allows."""
+"""The command `security`: makes a formation's keystore and prints what it permits."""
 
 from pathlib import Path
 
@@ -19,9 +19,9 @@ def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, 
     Args:
         scenario: whose nodes get keys and permissions.
         out: folder of the keystore; None for one by the scenario's name in `keystores`, where the user is.
-        days: for which the certificates hold.
+        days: validity of the certificates.
         domain: DDS domain to which the permissions are restricted; None for all.
-        as_json: whether to print for a machine.
+        as_json: whether to print JSON.
 
     Raises:
         CommandError: ROS is missing, or the keystore cannot be made.
@@ -45,11 +45,11 @@ def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, 
         for access in granted
         if access.node not in {OPERATOR, "recorder"}
     ]
-    console.table(Table(("enclave", "says", "hears"), rows, frozenset({1})))
-    console.line(f"{granted[-1].enclave} hears everything and may call the services of all nodes")
+    console.table(Table(("enclave", "published topics", "subscribed topics"), rows, frozenset({1})))
+    console.line(f"{granted[-1].enclave} subscribes to all topics and may call the services of all nodes")
     console.line(
-        f"kept in {folder}: {POLICIES}, and for each enclave its key, certificate and signed permissions"
+        f"written to {folder}: {POLICIES}, and for each enclave its key, certificate and signed permissions"
     )
     console.line(
-        "whoever has private/ca.key.pem can let others in; it is not needed to fly: keep it elsewhere"
+        "private/ca.key.pem can sign new certificates and is not needed to fly: move it to a safe location"
     )

@@ -17,7 +17,7 @@ _SCHEMAS = "http://www.omg.org/spec/DDS-SECURITY/20170901/"
 _SCHEMA_ATTRIBUTE = "xsi:noNamespaceSchemaLocation"
 _POLICY_VERSION = "0.2.0"
 
-# Among ROS 2 nodes everyone tells everyone which nodes there are.
+# The topic on which ROS 2 nodes exchange their graph.
 _DISCOVERY = "ros_discovery_info"
 
 ANY_DOMAIN = (0, HIGHEST_SECURED)
@@ -73,15 +73,15 @@ def permissions(access: Access, begin: datetime, end: datetime, domains: tuple[i
     requests = [f"rq{name}Request" for name in access.requests]
     replies = [f"rr{name}Reply" for name in access.requests]
     published = [f"rt{name}" for name in access.publishes] + [f"rr{name}Reply" for name in access.replies]
-    heard = [f"rt{name}" for name in access.subscribes] + [f"rq{name}Request" for name in access.replies]
-    for kind, names in (("publish", published + requests), ("subscribe", heard + replies)):
+    subscribed = [f"rt{name}" for name in access.subscribes] + [f"rq{name}Request" for name in access.replies]
+    for kind, names in (("publish", published + requests), ("subscribe", subscribed + replies)):
         _list(SubElement(SubElement(rule, kind), "topics"), "topic", sorted([*names, _DISCOVERY]))
     SubElement(grant, "default").text = "DENY"
     return _text(root)
 
 
 def governance(domains: tuple[int, int]) -> bytes:
-    """What holds for the whole domain, before it is signed: nobody unknown, everything encrypted.
+    """The governance of the domain, before it is signed: no unauthenticated participant, all data encrypted.
 
     Args:
         domains: first and last DDS domain.

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A keystore as SROS 2 lays it out: a certificate authority, and an enclave of keys for each node."""
+"""Makes a keystore in the layout of SROS 2: a certificate authority, and an enclave of keys for each node."""
 
 import os
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from satform_tools.security import documents
 from satform_tools.security.access import Access, accesses
 
 POLICIES = "policies.xml"
-"""In a keystore: who may do what, in the words of SROS 2."""
+"""In a keystore: the policies of all nodes in the format of SROS 2."""
 
 _AUTHORITY = "satform"
 
@@ -29,7 +29,7 @@ _EARLIER = timedelta(days=1)
 
 @dataclass(frozen=True)
 class Authority:
-    """Who signs: certificates of nodes, governance and permissions.
+    """Certificate authority that signs certificates of nodes, governance and permissions.
 
     Attributes:
         certificate: of the authority, signed by itself.
@@ -65,9 +65,7 @@ def make(scenario: Scenario, folder: Path, days: int, domains: tuple[int, int]) 
     granted = accesses(scenario)
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise CommandError(
-                f"{folder} is there already and is not an empty folder; name another with --out"
-            )
+            raise CommandError(f"{folder} already exists and is not an empty folder; name another with --out")
         _fill(folder, granted, timedelta(days=days), domains)
     except OSError as error:
         raise CommandError(f"the keystore cannot be written: {sentence_of(error)}") from None
@@ -76,8 +74,8 @@ def make(scenario: Scenario, folder: Path, days: int, domains: tuple[int, int]) 
 
 def _fill(folder: Path, granted: list[Access], validity: timedelta, domains: tuple[int, int]) -> None:
     public, private, enclaves = folder / "public", folder / "private", folder / "enclaves"
-    for place in (public, enclaves):
-        place.mkdir(parents=True)
+    for part in (public, enclaves):
+        part.mkdir(parents=True)
     private.mkdir(mode=0o700)
     begin = datetime.now(UTC).replace(microsecond=0) - _EARLIER
     end = begin + _EARLIER + validity
@@ -96,22 +94,22 @@ def _fill(folder: Path, granted: list[Access], validity: timedelta, domains: tup
         _make_enclave(enclaves / access.enclave.lstrip("/"), access, authority, permitted)
 
 
-def _make_enclave(place: Path, access: Access, authority: Authority, permitted: bytes) -> None:
-    place.mkdir(parents=True)
+def _make_enclave(folder: Path, access: Access, authority: Authority, permitted: bytes) -> None:
+    folder.mkdir(parents=True)
     root = Path(*[".."] * len(access.enclave.strip("/").split("/")))
     for purpose in ("identity_ca", "permissions_ca"):
-        (place / f"{purpose}.cert.pem").symlink_to(root / ".." / "public" / f"{purpose}.cert.pem")
-    (place / "governance.p7s").symlink_to(root / "governance.p7s")
+        (folder / f"{purpose}.cert.pem").symlink_to(root / ".." / "public" / f"{purpose}.cert.pem")
+    (folder / "governance.p7s").symlink_to(root / "governance.p7s")
     key = ec.generate_private_key(ec.SECP256R1())
     certificate = (
         _certificate(access.enclave, key.public_key(), authority.certificate)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=False)
         .sign(authority.key, hashes.SHA256())
     )
-    _write_certificate(place / "cert.pem", certificate)
-    _write_key(place / "key.pem", key)
-    (place / "permissions.xml").write_bytes(permitted)
-    (place / "permissions.p7s").write_bytes(authority.sign(permitted))
+    _write_certificate(folder / "cert.pem", certificate)
+    _write_key(folder / "key.pem", key)
+    (folder / "permissions.xml").write_bytes(permitted)
+    (folder / "permissions.p7s").write_bytes(authority.sign(permitted))
 
 
 def _authority(begin: datetime, end: datetime) -> Authority:
@@ -149,7 +147,7 @@ def _write_certificate(path: Path, certificate: x509.Certificate) -> None:
 
 
 def _write_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
-    """Write a private key that nobody but its owner can read at any moment."""
+    """Write a private key with mode 0600 from its creation on."""
     text = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
     with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
         file.write(text)

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a page draws over time: each quantity's lines, thinned, with their units."""
+"""Time charts of a report's page: lines of each quantity, decimated, with units."""
 
 from dataclasses import dataclass
 from itertools import combinations
@@ -14,9 +14,9 @@ from satform.plot import prediction
 from satform.plot.panels import agrees
 from satform.plot.style import Unit, length_unit
 from satform.record.flight_record import FlightRecord
-from satform_tools.report.event_log import Connection, connections
+from satform_tools.report.event_log import GraphState, graph_states
 from satform_tools.report.page.thinning import extremes
-from satform_tools.run.stored_run import Kept
+from satform_tools.run.stored_run import StoredRun
 
 MOST_LINES = 24
 """Of more satellites than this only the smallest, the middle and the largest value are drawn."""
@@ -40,7 +40,7 @@ class Line:
         name: of what it shows.
         time: in the page's unit, shape (K,).
         values: shape (K,); not a number where the line has a gap.
-        satellite: whose it is, by its place in the formation; None when it is nobody's own.
+        satellite: index of its satellite; None where it belongs to none.
         dash: how it is drawn.
     """
 
@@ -62,7 +62,7 @@ class Chart:
         lines: at least one.
         logarithmic: whether the vertical axis is.
         steps: whether a value holds until the next one.
-        note: what has to be said below it.
+        note: text below the chart.
     """
 
     key: str
@@ -74,57 +74,64 @@ class Chart:
     note: str = ""
 
 
-def charts(kept: Kept, unit: Unit) -> list[Chart]:
+def charts(stored: StoredRun, unit: Unit) -> list[Chart]:
     """All charts of a flight that have something to show.
 
     Args:
-        kept: the flight.
+        stored: the flight.
         unit: of the time axis.
 
     Returns:
-        The charts, in the order in which they are looked at.
+        The charts, in the order of the page.
     """
-    record = kept.record
+    record = stored.record
     draw = Drawer(record, unit)
     sliding = np.max(np.abs(record.sliding_variable), axis=-1)
     found = [
         draw.each("tracking_error", "Tracking error", "distance to the reference [m]", record.tracking_error),
-        _spread(kept, draw),
+        _spread(stored, draw),
         draw.each("control", "Control", "commanded acceleration [m/s²]", record.control),
         draw.each("delta_v", "Delta-v", "spent so far [m/s]", np.cumsum(record.effort, axis=0)),
         draw.each("sliding_variable", "Sliding variable", "largest component [m/s]", sliding),
-        _distances(kept, draw),
+        _distances(stored, draw),
         *_equipment(record, draw),
         *_attitude(record, draw),
     ]
     return [chart for chart in found if chart is not None]
 
 
-def graph_charts(kept: Kept, unit: Unit) -> list[Chart]:
-    """How well connected the formation was and who was alive, over time.
+def graph_charts(stored: StoredRun, unit: Unit) -> list[Chart]:
+    """Algebraic connectivity and living satellites over time.
 
     Args:
-        kept: the flight.
+        stored: the flight.
         unit: of the time axis.
 
     Returns:
         The charts; none for a lone satellite.
     """
-    count = len(kept.record.satellites)
+    count = len(stored.record.satellites)
     if count < 2:
         return []
-    end = kept.record.steps * kept.record.step
-    moments = [moment for moment in connections(kept) if moment.time <= end]
+    end = stored.record.steps * stored.record.step
+    moments = [moment for moment in graph_states(stored) if moment.time <= end]
     time = np.array([*(moment.time for moment in moments), end]) / unit.size
     values = np.array([moment.connectivity for moment in (*moments, moments[-1])])
-    note = "" if kept.events else "No events were recorded: the graph is drawn as the scenario sets it."
+    note = "" if stored.events else "No events were recorded: the graph is that of the scenario."
     line = Line("algebraic connectivity", time, values)
     found = [
-        Chart("connectivity", "Algebraic connectivity", "λ₂ of the living", (line,), steps=True, note=note)
+        Chart(
+            "connectivity",
+            "Algebraic connectivity",
+            "λ₂ of the living satellites",
+            (line,),
+            steps=True,
+            note=note,
+        )
     ]
-    if kept.events and count <= MOST_LINES:
-        alive = tuple(_alive(kept, moments, time, column) for column in range(count))
-        found.append(Chart("alive", "Who is alive", "", alive, steps=True))
+    if stored.events and count <= MOST_LINES:
+        alive = tuple(_alive(stored, moments, time, column) for column in range(count))
+        found.append(Chart("alive", "Living satellites", "", alive, steps=True))
     return found
 
 
@@ -165,9 +172,9 @@ class Drawer:
         for column, name in enumerate(labels):
             if np.all(np.isnan(shown[:, column])):
                 continue
-            places = extremes(shown[:, column], stretches)
-            time = self.record.time[places] / self.unit.size
-            lines.append(Line(name, time, shown[places, column], column if satellites else None))
+            rows = extremes(shown[:, column], stretches)
+            time = self.record.time[rows] / self.unit.size
+            lines.append(Line(name, time, shown[rows, column], column if satellites else None))
         return Chart(key, title, axis, tuple(lines), logarithmic)
 
 
@@ -190,14 +197,14 @@ def _envelope(values: Array) -> Array:
     return found
 
 
-def _spread(kept: Kept, draw: Drawer) -> Chart | None:
-    if not agrees(kept.scenario):
+def _spread(stored: StoredRun, draw: Drawer) -> Chart | None:
+    if not agrees(stored.scenario):
         return None
-    flown = arc_length_spread(kept.record)[:, None]
-    axis = "largest less smallest [m]"
-    chart = draw.each("arc_length_spread", "Disagreement on the arc length", axis, flown, ("flown",))
-    moments = np.linspace(0.0, kept.record.steps * kept.record.step, _MOST_PREDICTED + 1)
-    expected = prediction.arc_length_spread(kept.scenario, moments)
+    flown = arc_length_spread(stored.record)[:, None]
+    axis = "largest minus smallest [m]"
+    chart = draw.each("arc_length_spread", "Arc-length spread", axis, flown, ("flown",))
+    moments = np.linspace(0.0, stored.record.steps * stored.record.step, _MOST_PREDICTED + 1)
+    expected = prediction.arc_length_spread(stored.scenario, moments)
     if chart is None or expected is None:
         return chart
     if chart.logarithmic:
@@ -207,8 +214,8 @@ def _spread(kept: Kept, draw: Drawer) -> Chart | None:
     return Chart(chart.key, chart.title, chart.axis, (*chart.lines, line), chart.logarithmic, note=note)
 
 
-def _distances(kept: Kept, draw: Drawer) -> Chart | None:
-    names, position = kept.record.satellites, kept.record.position
+def _distances(stored: StoredRun, draw: Drawer) -> Chart | None:
+    names, position = stored.record.satellites, stored.record.position
     pairs = list(combinations(range(len(names)), 2))
     if not 0 < len(pairs) <= _MOST_PAIRS:
         return None
@@ -223,10 +230,16 @@ def _distances(kept: Kept, draw: Drawer) -> Chart | None:
 def _equipment(record: FlightRecord, draw: Drawer) -> list[Chart | None]:
     return [
         draw.each(
-            "navigation_error", "Measurement error", "told less true position [m]", record.navigation_error
+            "navigation_error",
+            "Measurement error",
+            "measured minus true position [m]",
+            record.navigation_error,
         ),
         draw.each(
-            "estimation_error", "Estimation error", "believed less true position [m]", record.estimation_error
+            "estimation_error",
+            "Estimation error",
+            "estimated minus true position [m]",
+            record.estimation_error,
         ),
         draw.each("propellant", "Propellant", "left [kg]", record.propellant),
     ]
@@ -264,7 +277,7 @@ def _largest(values: Array) -> Array:
     return found
 
 
-def _alive(kept: Kept, moments: list[Connection], time: Array, column: int) -> Line:
+def _alive(stored: StoredRun, moments: list[GraphState], time: Array, column: int) -> Line:
     """A level line at a satellite's row while it is alive."""
     rows = [float(column) if moment.alive[column] else np.nan for moment in (*moments, moments[-1])]
-    return Line(kept.record.satellites[column], time, np.array(rows), column)
+    return Line(stored.record.satellites[column], time, np.array(rows), column)

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The words and tables of a report's page."""
+"""Texts and tables of a report's page."""
 
 import io
 import json
@@ -17,10 +17,10 @@ from satform.scenario import Scenario
 from satform.scenario.expectation import Verdict
 from satform_tools.console import number
 from satform_tools.report.comparison import Comparison, Expected
-from satform_tools.report.event_log import Happening
+from satform_tools.report.event_log import Event
 from satform_tools.run.flight_summary import Summary
 from satform_tools.run.run_result import versions
-from satform_tools.run.stored_run import Kept
+from satform_tools.run.stored_run import StoredRun
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class PageTable:
 
 @dataclass(frozen=True)
 class Status:
-    """What came of it, in one line.
+    """The conclusion in one line.
 
     Attributes:
         kind: how it is to be coloured.
@@ -57,7 +57,7 @@ class Status:
 
 @dataclass(frozen=True)
 class Fact:
-    """One of the first things to know of a flight."""
+    """A name and a value at the head of the page."""
 
     name: str
     value: str
@@ -74,26 +74,26 @@ class ScenarioText:
     json: str
 
 
-def status(kept: Kept, verdicts: list[Verdict]) -> Status:
-    """What came of a flight."""
-    if not kept.complete:
-        return Status("partial", f"Not complete: {kept.cut_short}; nothing is judged")
-    if kept.ended_early:
-        return Status("missed", f"Ended early after {kept.ended_early}")
-    text = conclusion_of(kept.scenario, verdicts)
+def status(stored: StoredRun, verdicts: list[Verdict]) -> Status:
+    """The conclusion about a flight."""
+    if not stored.complete:
+        return Status("partial", f"Not complete: {stored.cut_short}; nothing is judged")
+    if stored.ended_early:
+        return Status("missed", f"Ended early after {stored.ended_early}")
+    text = conclusion_of(stored.scenario, verdicts)
     if not verdicts:
         return Status("plain", text)
     return Status("met" if all(verdict.met for verdict in verdicts) else "missed", text)
 
 
-def facts(kept: Kept) -> list[Fact]:
-    """The first things to know of a flight."""
-    scenario, record = kept.scenario, kept.record
+def facts(stored: StoredRun) -> list[Fact]:
+    """The facts at the head of the page: satellites, duration, chief, models, graph."""
+    scenario, record = stored.scenario, stored.record
     duration = record.steps * record.step
     unit = time_unit(duration)
     orbit, graph = scenario.orbit, scenario.communication_graph()
     names = record.satellites
-    heard = f"{getattr(scenario.graph, 'kind', 'own')}, λ₂ = {graph.algebraic_connectivity:.4g}"
+    graph_text = f"{getattr(scenario.graph, 'kind', 'own')}, λ₂ = {graph.algebraic_connectivity:.4g}"
     laws = {getattr(scenario.satellite(index).controller, "kind", "") for index in range(len(names))}
     found = [
         Fact("Satellites", ", ".join(names) if len(names) <= 6 else str(len(names))),
@@ -101,34 +101,34 @@ def facts(kept: Kept) -> list[Fact]:
         Fact("Chief", f"{orbit.altitude / 1e3:,.0f} km high, period {scenario_period(scenario)}"),
         Fact("Dynamics", getattr(scenario.dynamics, "kind", "")),
         Fact("Control", ", ".join(sorted(laws))),
-        Fact("Graph", heard if len(names) > 1 else "nobody to hear"),
+        Fact("Graph", graph_text if len(names) > 1 else "none"),
     ]
-    if not kept.complete or kept.ended_early:
+    if not stored.complete or stored.ended_early:
         found.insert(2, Fact("Planned", f"{scenario.timing.steps} steps"))
     return found
 
 
 def scenario_period(scenario: Scenario) -> str:
-    """The chief's orbital period in words."""
+    """The chief's orbital period as text."""
     period = 2.0 * math.pi / scenario.orbit.rate
     return f"{period / 60.0:.1f} min" if period < 10 * 3600.0 else f"{period / 3600.0:.2f} h"
 
 
 def expectations(verdicts: list[Verdict]) -> PageTable:
-    """What was asked, what was found, and whether it was met."""
+    """Each expectation with its allowed range, measured figure and verdict."""
     rows = [
         (
             verdict.label,
             verdict.allowed,
             f"{number(verdict.figure)} {verdict.unit}".rstrip(),
             "passed" if verdict.met else "missed",
-            verdict.origin or "nothing says so",
+            verdict.origin or "no source",
         )
         for verdict in verdicts
     ]
     styles = {row: "met" if verdict.met else "missed" for row, verdict in enumerate(verdicts)}
-    headings = ("expectation", "asked", "found", "result", "where the figure comes from")
-    return PageTable("What was expected", headings, rows, frozenset({2}), styles)
+    headings = ("expectation", "allowed", "measured", "result", "source of the figure")
+    return PageTable("Expectations", headings, rows, frozenset({2}), styles)
 
 
 def expected_of_both(comparison: Comparison) -> PageTable:
@@ -157,8 +157,8 @@ def expected_of_both(comparison: Comparison) -> PageTable:
         for row, entry in enumerate(comparison.expected)
         if any(verdict is not None and not verdict.met for verdict in (entry.first, entry.second))
     }
-    headings = ("expectation", "asked", "found in A", "found in B", "B less A", "unit")
-    return PageTable("What was expected", headings, rows, frozenset({2, 3, 4}), missed)
+    headings = ("expectation", "allowed", "A", "B", "B minus A", "unit")
+    return PageTable("Expectations", headings, rows, frozenset({2, 3, 4}), missed)
 
 
 def differences(comparison: Comparison) -> PageTable:
@@ -173,8 +173,8 @@ def differences(comparison: Comparison) -> PageTable:
         )
         for entry in comparison.differences
     ]
-    headings = ("quantity", "largest difference", "unit", "where", "first other bits")
-    return PageTable("Number by number", headings, rows, frozenset({1}))
+    headings = ("quantity", "largest difference", "unit", "where", "first different bits")
+    return PageTable("Differences by quantity", headings, rows, frozenset({1}))
 
 
 def figures(summary: Summary, title: str) -> PageTable:
@@ -188,7 +188,7 @@ def figures(summary: Summary, title: str) -> PageTable:
         "control [m/s²], largest",
         "delta-v [m/s]",
         "propellant [kg]",
-        "saturated / below minimum impulse / propellant depleted",
+        "steps saturated / below minimum impulse / propellant depleted",
     )
     rows: list[tuple[str, ...]] = [
         (
@@ -199,8 +199,14 @@ def figures(summary: Summary, title: str) -> PageTable:
             number(entry.largest_control),
             number(entry.delta_v),
             number(entry.propellant_used),
-            f"{entry.saturated_steps} / {entry.below_minimum_impulse_steps}"
-            f" / {entry.propellant_depleted_steps}",
+            " / ".join(
+                str(count)
+                for count in (
+                    entry.saturated_steps,
+                    entry.below_minimum_impulse_steps,
+                    entry.propellant_depleted_steps,
+                )
+            ),
         )
         for entry in summary.satellites
     ]
@@ -209,35 +215,35 @@ def figures(summary: Summary, title: str) -> PageTable:
     return PageTable(title, headings, rows, frozenset(range(1, len(headings))))
 
 
-def events(found: list[Happening]) -> PageTable:
-    """What happened, numbered as it is marked in the figures."""
+def events(found: list[Event]) -> PageTable:
+    """The events, numbered as in the charts."""
     rows = [
-        (str(place), f"{entry.time:g} s", str(entry.step), entry.text)
-        for place, entry in enumerate(found, start=1)
+        (str(number), f"{entry.time:g} s", str(entry.step), entry.text)
+        for number, entry in enumerate(found, start=1)
     ]
-    return PageTable("Events", ("mark", "time", "step", "what happened"), rows, frozenset({0, 1, 2}))
+    return PageTable("Events", ("mark", "time", "step", "event"), rows, frozenset({0, 1, 2}))
 
 
-def no_events(kept: Kept) -> str:
-    """What is said instead of a table of events."""
-    if kept.events is None:
-        return "The flight was kept without a bag, which is where events are noted down."
-    return "Nothing happened: nobody was lost, nothing was changed in flight."
+def no_events(stored: StoredRun) -> str:
+    """The text in number of an empty table of events."""
+    if stored.events is None:
+        return "The flight has no bag, in which events are recorded."
+    return "No events: no satellite was lost, nothing was changed in flight."
 
 
-def provenance(flights: list[Kept]) -> PageTable:
-    """What was flown by what, with the hashes by which the same flight is known again."""
+def provenance(flights: list[StoredRun]) -> PageTable:
+    """Scenario, versions and hashes of each flight."""
     columns = [
         {
-            "kept in": str(kept.path),
-            "scenario": kept.scenario.name,
-            "scenario digest": kept.scenario.digest(),
-            "state hash": kept.state_hash or kept.why_no_hash,
-            "seed": str(kept.scenario.seed),
-            "flown with": _listed(kept.versions) or "nobody noted it down",
+            "stored in": str(stored.path),
+            "scenario": stored.scenario.name,
+            "scenario digest": stored.scenario.digest(),
+            "state hash": stored.state_hash or stored.why_no_hash,
+            "seed": str(stored.scenario.seed),
+            "flown with": _listed(stored.versions) or "not recorded",
             "reported with": _listed(versions()),
         }
-        for kept in flights
+        for stored in flights
     ]
     names = list(dict.fromkeys(name for column in columns for name in column))
     rows = [(name, *(column.get(name, "-") for column in columns)) for name in names]
@@ -250,7 +256,7 @@ def _listed(parts: dict[str, str]) -> str:
 
 
 def scenario_text(scenario: Scenario, heading: str) -> ScenarioText:
-    """A scenario's own words, and its fields."""
+    """Text and fields of a scenario."""
     text = scenario.to_json()
     paragraphs = tuple(" ".join(part.split()) for part in scenario.text.strip().split("\n\n"))
     return ScenarioText(heading, paragraphs, scenario.sources, _yaml(json.loads(text)), text)

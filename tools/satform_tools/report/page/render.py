@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A report as one HTML file that needs nothing but a browser: no network, no other file."""
+"""Renders a report as one HTML file that needs a browser, no network and no other file."""
 
 import base64
 import gzip
@@ -19,56 +19,56 @@ from markupsafe import Markup
 from satform.numeric.elementwise import Array
 from satform.plot.style import Unit, length_unit, time_unit
 from satform_tools.report.comparison import Comparison
-from satform_tools.report.event_log import happenings
+from satform_tools.report.event_log import flight_events
 from satform_tools.report.page import content
 from satform_tools.report.page.charts import Chart, Dash, Drawer, Line, charts, graph_charts
 from satform_tools.report.page.view3d import Space, box, space
 from satform_tools.run.flight_summary import summarise
-from satform_tools.run.stored_run import Kept
+from satform_tools.run.stored_run import StoredRun
 
 _PARTS = Path(__file__).parent
 _SIDES = ("A", "B")
 
 
-def page_of(kept: Kept) -> str:
+def page_of(stored: StoredRun) -> str:
     """The page of one flight.
 
     Args:
-        kept: the flight.
+        stored: the flight.
 
     Returns:
         The HTML file's text.
     """
-    clock = time_unit(_duration([kept]))
-    verdicts, found = kept.verdicts(), happenings(kept)
-    seen = _spaces([kept], clock)
+    clock = time_unit(_duration([stored]))
+    verdicts, found = stored.verdicts(), flight_events(stored)
+    seen = _spaces([stored], clock)
     page = {
-        "heading": kept.scenario.title,
-        "overline": f"{kept.scenario.name} · {kept.name}",
-        "status": content.status(kept, verdicts),
-        "facts": content.facts(kept),
+        "heading": stored.scenario.title,
+        "overline": f"{stored.scenario.name} · {stored.name}",
+        "status": content.status(stored, verdicts),
+        "facts": content.facts(stored),
         "has_space": bool(seen),
         "space_note": seen[0].note if seen else "",
         "expectations": content.expectations(verdicts),
         "tables_first": [],
         "events": content.events(found),
-        "no_events": content.no_events(kept),
-        "tables_last": [content.figures(summarise(kept.record), "Flight in figures")],
-        "scenarios": [content.scenario_text(kept.scenario, "Scenario")],
-        "provenance": content.provenance([kept]),
+        "no_events": content.no_events(stored),
+        "tables_last": [content.figures(summarise(stored.record), "Flight in figures")],
+        "scenarios": [content.scenario_text(stored.scenario, "Scenario")],
+        "provenance": content.provenance([stored]),
     }
     data = {
-        **_frame([kept], clock, seen),
-        "charts": [_chart(chart) for chart in charts(kept, clock)],
-        "graphs": [_chart(chart) for chart in graph_charts(kept, clock)],
+        **_frame([stored], clock, seen),
+        "charts": [_chart(chart) for chart in charts(stored, clock)],
+        "graphs": [_chart(chart) for chart in graph_charts(stored, clock)],
         "events": [{"time": entry.time / clock.size, "kind": entry.kind} for entry in found],
         "keys": [],
     }
     return _rendered(page, data)
 
 
-def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
-    """The page that holds two flights side by side.
+def page_of_both(first: StoredRun, second: StoredRun, comparison: Comparison) -> str:
+    """The page that compares two flights.
 
     Args:
         first: called A on the page.
@@ -88,8 +88,8 @@ def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
         else [(first, "Scenario of A"), (second, "Scenario of B")]
     )
     figures = [
-        content.figures(summarise(kept.record), f"Flight {side} in figures")
-        for side, kept in zip(_SIDES, both, strict=True)
+        content.figures(summarise(stored.record), f"Flight {side} in figures")
+        for side, stored in zip(_SIDES, both, strict=True)
     ]
     page = {
         "heading": f"{first.name} and {second.name}",
@@ -97,10 +97,10 @@ def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
         "status": content.Status("met" if comparison.same else "partial", comparison.sentence),
         "facts": [
             content.Fact(f"{fact.name} ({side})", fact.value)
-            for side, kept in zip(_SIDES, both, strict=True)
+            for side, stored in zip(_SIDES, both, strict=True)
             for fact in (
-                content.Fact("Result", content.status(kept, kept.verdicts()).text),
-                *content.facts(kept)[:2],
+                content.Fact("Result", content.status(stored, stored.verdicts()).text),
+                *content.facts(stored)[:2],
             )
         ],
         "has_space": bool(seen),
@@ -108,12 +108,12 @@ def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
         "expectations": content.expected_of_both(comparison),
         "tables_first": [content.differences(comparison)] if comparison.differences else [],
         "events": content.events([]),
-        "no_events": "Events are told in the report of each flight.",
+        "no_events": "Events are in the report of each flight.",
         "tables_last": figures,
-        "scenarios": [content.scenario_text(kept.scenario, heading) for kept, heading in shown],
+        "scenarios": [content.scenario_text(stored.scenario, heading) for stored, heading in shown],
         "provenance": content.provenance(both),
     }
-    pairs = [[*charts(kept, clock), *graph_charts(kept, clock)] for kept in both]
+    pairs = [[*charts(stored, clock), *graph_charts(stored, clock)] for stored in both]
     data = {
         **_frame(both, clock, seen),
         "charts": [
@@ -127,19 +127,19 @@ def page_of_both(first: Kept, second: Kept, comparison: Comparison) -> str:
     return _rendered(page, data)
 
 
-def _duration(flights: Sequence[Kept]) -> float:
-    return max(kept.record.steps * kept.record.step for kept in flights)
+def _duration(flights: Sequence[StoredRun]) -> float:
+    return max(stored.record.steps * stored.record.step for stored in flights)
 
 
-def _spaces(flights: Sequence[Kept], clock: Unit) -> list[Space]:
-    length = length_unit(np.concatenate([kept.record.position.ravel() for kept in flights]))
-    return [seen for kept in flights if (seen := space(kept, length, clock)) is not None]
+def _spaces(flights: Sequence[StoredRun], clock: Unit) -> list[Space]:
+    length = length_unit(np.concatenate([stored.record.position.ravel() for stored in flights]))
+    return [seen for stored in flights if (seen := space(stored, length, clock)) is not None]
 
 
-def _frame(flights: Sequence[Kept], clock: Unit, seen: list[Space]) -> dict[str, Any]:
+def _frame(flights: Sequence[StoredRun], clock: Unit, seen: list[Space]) -> dict[str, Any]:
     """What all figures of a page share."""
-    names = max((kept.record.satellites for kept in flights), key=len)
-    positions = np.concatenate([kept.record.position.ravel() for kept in flights])
+    names = max((stored.record.satellites for stored in flights), key=len)
+    positions = np.concatenate([stored.record.position.ravel() for stored in flights])
     return {
         "satellites": len(names),
         "names": list(names),
@@ -175,21 +175,21 @@ def _other(line: Line) -> Dash:
     return "dash" if line.dash == "solid" else "dot"
 
 
-def _apart(first: Kept, second: Kept, comparison: Comparison, clock: Unit) -> list[Chart]:
-    """How far each satellite of one flight is from itself in the other, over time."""
+def _apart(first: StoredRun, second: StoredRun, comparison: Comparison, clock: Unit) -> list[Chart]:
+    """Distance between the positions of each satellite in both flights, over time."""
     if comparison.incomparable:
         return []
     rows = min(len(first.record.position), len(second.record.position))
     apart: Array = np.linalg.norm(second.record.position[:rows] - first.record.position[:rows], axis=-1)
-    shorter = min((first, second), key=lambda kept: kept.record.steps).record
-    chart = Drawer(shorter, clock).each("apart", "How far A and B are apart", "distance [m]", apart)
+    shorter = min((first, second), key=lambda stored: stored.record.steps).record
+    chart = Drawer(shorter, clock).each("apart", "Distance between A and B", "distance [m]", apart)
     return [] if chart is None else [chart]
 
 
 def _chart(chart: Chart) -> dict[str, Any]:
     colours: dict[str, int] = {}
     for line in chart.lines:
-        # The same colour for what is the same in both flights.
+        # The same colour for the same quantity of both flights.
         colours.setdefault(line.name.removesuffix(" · A").removesuffix(" · B"), len(colours))
     return {
         "key": chart.key,
@@ -234,7 +234,7 @@ def _packed(values: Array) -> str:
 
 @cache
 def _library() -> str:
-    """The script that draws, compressed: of the Python package around it nothing is used."""
+    """The plotting script, compressed; nothing else of its Python package is used."""
     file = Path(str(distribution("plotly").locate_file("plotly/package_data/plotly.min.js")))
     return base64.b64encode(gzip.compress(file.read_bytes(), 6, mtime=0)).decode()
 
@@ -249,6 +249,6 @@ def _rendered(page: dict[str, Any], data: dict[str, Any]) -> str:
         page=page,
         style=Markup((_PARTS / "report.css").read_text(encoding="utf-8")),  # noqa: S704 - our own file
         script=Markup((_PARTS / "report.js").read_text(encoding="utf-8")),  # noqa: S704 - our own file
-        data=Markup(figures),  # noqa: S704 - as is said above
+        data=Markup(figures),  # noqa: S704 - escaped above
         library=Markup(_library()),  # noqa: S704 - base64
     )

@@ -35,7 +35,7 @@
 
   async function load() {
     if (typeof DecompressionStream === "undefined") {
-      throw new Error("The figures need a browser of 2023 or later; the tables do without.");
+      throw new Error("The figures need a browser of 2023 or later; the tables do not.");
     }
     const packed = new Blob([floats(element("library").textContent)]);
     const text = await new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).text();
@@ -77,7 +77,7 @@
   });
 
   function traces(chart) {
-    return chart.lines.map((line, place) => ({
+    return chart.lines.map((line, index) => ({
       type: "scatter",
       mode: "lines",
       name: line.name,
@@ -102,10 +102,10 @@
     type: "line", xref: "x", yref: "paper", x0: now, x1: now, y0: 0, y1: 1,
     line: { color: style("--soft"), width: 1 },
   });
-  const marks = () => data.events.map((event, place) => ({
+  const marks = () => data.events.map((event, index) => ({
     type: "line", xref: "x", yref: "paper", x0: event.time, x1: event.time, y0: 0, y1: 1,
     line: { color: style(event.kind === "loss" || event.kind === "phase" ? "--bad" : "--partial"), width: 1, dash: "dot" },
-    label: { text: String(place + 1), textposition: "end", font: { size: 10, color: style("--soft") } },
+    label: { text: String(index + 1), textposition: "end", font: { size: 10, color: style("--soft") } },
   }));
 
   function layout(chart) {
@@ -131,7 +131,7 @@
     };
   }
 
-  function place(charts, into) {
+  function addCards(charts, into) {
     for (const chart of charts) {
       const card = document.createElement("div");
       card.className = "figure";
@@ -265,7 +265,7 @@
     flight.orbits.forEach((orbit, satellite) => {
       if (!orbit || (number && data.sameOrbits)) return;
       const points = numbers(orbit);
-      const part = (component) => points.filter((_, place) => place % 3 === component);
+      const part = (component) => points.filter((_, index) => index % 3 === component);
       parts.push({
         x: part(0), y: part(1), z: part(2), type: "scatter3d", mode: "lines", hoverinfo: "skip", showlegend: false,
         visible: !hidden.has(satellite), opacity: 0.75, line: { color: style("--soft"), width: 1.5, dash: "dot" },
@@ -301,7 +301,7 @@
     data.space.forEach((flight, number) => all.push(...still(flight, number)));
     data.space.forEach((flight, number) => {
       const parts = moving(flight, number);
-      movable.push(parts.map((_, place) => all.length + place));
+      movable.push(parts.map((_, index) => all.length + index));
       all.push(...parts);
     });
     const side = (title, range) => ({
@@ -384,8 +384,8 @@
     return Promise.all([scene(), ...work]);
   }
 
-  place(data.charts, "charts");
-  place(data.graphs, "graphs");
+  addCards(data.charts, "charts");
+  addCards(data.graphs, "graphs");
   element("graph").hidden = data.graphs.length === 0 && data.events.length === 0;
   show(now);
   load()

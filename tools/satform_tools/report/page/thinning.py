@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Long series made short enough for a page, with every peak and every trough kept."""
+"""Decimates long series for a page by the extremes of each interval, so that no peak is lost."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +9,14 @@ from satform.numeric.elementwise import Array
 
 
 def extremes(values: Array, stretches: int) -> NDArray[np.int64]:
-    """Places of a series that show it like the whole: the smallest and the largest of each short stretch.
+    """Indices of a decimated series: the smallest and the largest value of each short interval.
 
     Args:
-        values: shape (K,); what is not a number is passed over.
+        values: shape (K,); NaN is ignored.
         stretches: into which it is cut, at least one.
 
     Returns:
-        Ascending places, at most two for each stretch besides the first and the last of the series.
+        Ascending indices, at most two for each stretch besides the first and the last of the series.
     """
     count = len(values)
     if count <= 2 * stretches + 2:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The formation in space for a page: where everyone is and shall be at each moment, and who hears whom."""
+"""Data of the 3-D view of a page: positions over time, reference orbits and edges of the graph."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,8 @@ import numpy as np
 from satform.flight.compile import flight_plan
 from satform.numeric.elementwise import Array
 from satform.plot.style import Unit, drawable
-from satform_tools.report.event_log import connections
-from satform_tools.run.stored_run import Kept
+from satform_tools.report.event_log import graph_states
+from satform_tools.run.stored_run import StoredRun
 
 _MOST_POSITIONS = 24_000
 _MOST_MOMENTS = 1500
@@ -19,16 +19,16 @@ _MOST_LINKS = 600
 _MOST_ORBITS = 48
 _CURVE_POINTS = 145
 _TRAIL = 0.25
-"""Of a lap, or of the whole flight when it has none, that a satellite leaves visible behind it."""
+"""Length of a satellite's trail as a fraction of its period, or of the flight where it has none."""
 
 
 @dataclass(frozen=True)
 class Links:
-    """Who is linked, from a moment on.
+    """Edges of the graph, from a time on.
 
     Attributes:
         moment: first one.
-        pairs: places of two satellites of which one hears the other or both do.
+        pairs: indices of two satellites with an edge between them in either direction.
         alive: one for each satellite.
     """
 
@@ -63,15 +63,15 @@ class Space:
     note: str
 
 
-def space(kept: Kept, length: Unit, clock: Unit) -> Space | None:
-    """A flight in space; None where nobody goes anywhere.
+def space(stored: StoredRun, length: Unit, clock: Unit) -> Space | None:
+    """The 3-D view of a flight; None where no satellite moves.
 
     Args:
-        kept: the flight.
+        stored: the flight.
         length: unit of positions.
         clock: unit of times.
     """
-    record = kept.record
+    record = stored.record
     count = len(record.satellites)
     position = drawable(record.position)
     known = position[~np.isnan(position).any(axis=-1)]
@@ -79,14 +79,16 @@ def space(kept: Kept, length: Unit, clock: Unit) -> Space | None:
         return None
     wanted = max(_FEWEST_MOMENTS, min(_MOST_MOMENTS, _MOST_POSITIONS // count))
     moments = np.unique(np.linspace(0, record.steps, min(wanted, record.steps + 1)).round().astype(np.int64))
-    links, note = _links(kept, record.time[moments])
-    period = kept.scenario.nominal_motion.period or record.steps * record.step
+    links, note = _links(stored, record.time[moments])
+    period = stored.scenario.nominal_motion.period or record.steps * record.step
     trail = _TRAIL * min(period, record.steps * record.step) / (record.steps * record.step)
     return Space(
         names=record.satellites,
         time=record.time[moments] / clock.size,
         position=position[moments] / length.size,
-        orbits=tuple(_orbit(kept, index, length) for index in range(count)) if count <= _MOST_ORBITS else (),
+        orbits=tuple(_orbit(stored, index, length) for index in range(count))
+        if count <= _MOST_ORBITS
+        else (),
         links=links,
         trail=max(2, round(trail * len(moments))),
         triangle=count == 3 and len(links[0].pairs) == 3,
@@ -121,19 +123,19 @@ def box(flights: list[Space]) -> list[list[float]]:
     return [[float(low), float(high)] for low, high in zip(middle - half, middle + half, strict=True)]
 
 
-def _orbit(kept: Kept, index: int, length: Unit) -> Array:
-    spec = kept.scenario.satellite(index)
-    curve = flight_plan(kept.scenario, index).path.curve
+def _orbit(stored: StoredRun, index: int, length: Unit) -> Array:
+    spec = stored.scenario.satellite(index)
+    curve = flight_plan(stored.scenario, index).path.curve
     if float(curve.perimeter) == 0.0 or spec.controller is None or spec.controller.follows != "reference":
         return np.empty((0, 3))
     points: Array = curve.point(np.linspace(0.0, 2.0 * np.pi, _CURVE_POINTS)).position / length.size
     return points
 
 
-def _links(kept: Kept, time: Array) -> tuple[tuple[Links, ...], str]:
+def _links(stored: StoredRun, time: Array) -> tuple[tuple[Links, ...], str]:
     found, note = [], ""
-    for moment in connections(kept):
-        linked = np.triu((moment.hears + moment.hears.T) > 0.0)
+    for moment in graph_states(stored):
+        linked = np.triu((moment.adjacency + moment.adjacency.T) > 0.0)
         pairs = [(int(i), int(j)) for i, j in np.argwhere(linked)]
         if len(pairs) > _MOST_LINKS:
             pairs, note = [], f"{len(pairs)} links are too many to be drawn."

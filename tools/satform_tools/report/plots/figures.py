@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of a report: one for each question, and one overview."""
+"""Figures of a report: one for each quantity, and an overview."""
 
 from collections.abc import Callable
 from functools import partial
@@ -78,7 +78,7 @@ def orbits(scenario: Scenario, record: FlightRecord) -> Figure:
 
 
 def spread(scenario: Scenario, record: FlightRecord) -> Figure:
-    """Spread of the arc lengths, with what linear theory predicts."""
+    """Spread of the arc lengths, with the prediction of linear theory."""
     drawn = figure(9.0, 4.6)
     plot.arc_length_spread(record, scenario, drawn.subplots())
     return drawn

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One picture of a whole flight: the formation in space, and how it got there."""
+"""Overview of a flight in one figure: the formation in space, and errors and control over time."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ _LEGEND_COLUMNS, _LEGEND_SIGNS = 7, 80
 
 
 def overview(scenario: Scenario, record: FlightRecord) -> Figure:
-    """The formation in space beside its error, its disagreement and its control over time."""
+    """The formation in space beside its error, arc-length spread and control over time."""
     drawn = figure(14.0, 7.6)
     halves: Any = drawn.subfigures(1, 2, width_ratios=(1.45, 1.0))
     space, time = halves

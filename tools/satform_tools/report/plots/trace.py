@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A few steps of a flight's trace as a picture: which process was at work when, and on what."""
+"""Draws some steps of a flight's trace: which process worked when, and on which message."""
 
 import statistics
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ def window(found: list[Span]) -> tuple[list[int], list[Span]]:
     """Steps of a flight that took as long as its steps usually do.
 
     Args:
-        found: spans of a flight in lockstep whose steps can be told apart.
+        found: spans of a flight in lockstep whose steps can be separated.
 
     Returns:
         When the `STEPS` steps begin and the last of them ends, ns of the machine's monotonic clock, and the
@@ -42,7 +42,7 @@ def window(found: list[Span]) -> tuple[list[int], list[Span]]:
     if not lengths:
         raise ValueError(f"a trace of {max(0, len(moments) - 1)} steps; {STEPS} are to be shown")
     usual = statistics.median(lengths)
-    first = min(range(len(lengths)), key=lambda place: abs(lengths[place] - usual))
+    first = min(range(len(lengths)), key=lambda index: abs(lengths[index] - usual))
     limits = moments[first : first + STEPS + 1]
     return limits, [span for span in found if span.end > limits[0] and span.begin < limits[-1]]
 
@@ -51,7 +51,7 @@ def draw(found: list[Span], path: Path) -> None:
     """Draw a few steps that took as long as steps of this flight usually do.
 
     Args:
-        found: spans of a flight in lockstep whose steps can be told apart.
+        found: spans of a flight in lockstep whose steps can be separated.
         path: of the picture.
 
     Raises:
@@ -79,7 +79,7 @@ def draw(found: list[Span], path: Path) -> None:
         axes.set(
             xlim=(0.0, (limits[-1] - limits[0]) * _MICRO),
             xlabel="us",
-            title=f"{STEPS} steps of {usual:.0f} us: who works on which message",
+            title=f"{STEPS} steps of {usual:.0f} us: processes and their messages",
         )
         axes.set_yticks(range(len(rows)), rows)
         axes.invert_yaxis()
@@ -89,10 +89,10 @@ def draw(found: list[Span], path: Path) -> None:
 
 
 def _rows(processes: set[str]) -> Sequence[str]:
-    """Processes from above: the plant, the satellites by name, the recorder."""
+    """Processes from top to bottom: the plant, the satellites by name, the recorder."""
     return sorted(processes, key=lambda name: (name == RECORDER, name != PLANT, name))
 
 
 def _kind(span: Span) -> str:
-    """What a message is about, whoever's it is."""
+    """Kind of a message, without its satellite."""
     return span.name.rpartition("/")[2]

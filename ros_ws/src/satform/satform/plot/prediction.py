@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What linear theory says about the agreement on the arc length, to be drawn beside a flight."""
+"""Prediction of the arc-length spread by linear theory, drawn beside a flight."""
 
 from collections.abc import Iterator
 
@@ -60,7 +60,7 @@ def arc_length_spread(scenario: Scenario, time: Array) -> Array | None:
 
 
 def _graphs(scenario: Scenario, time: Array) -> Iterator[Graph]:
-    """Who hears whom at each of the moments."""
+    """The communication graph at each of the times."""
     plan = scenario.membership_plan().events
     changes = [(step * scenario.timing.step, event.graph) for step, event in topology_changes(plan)]
     graph = scenario.communication_graph()

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The look of all pictures: colours, units, axes, thinning of long series."""
+"""Style of all figures: colours, units, axes, decimation of long series."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -47,7 +47,7 @@ STYLE: Any = {
     "legend.fontsize": 9,
     "lines.linewidth": 1.4,
     "font.size": 10,
-    # Text stays text, to be found, copied and set anew.
+    # Text stays text, which can be searched and edited.
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
@@ -67,7 +67,7 @@ class Unit:
 
 
 _FARTHEST = 1e30
-"""Positions beyond it do not fit into a page's single precision, m; nobody who flies is there."""
+"""Largest coordinate that is drawn, m: larger ones do not fit into single precision."""
 
 
 def length_unit(lengths: Array) -> Unit:
@@ -77,7 +77,7 @@ def length_unit(lengths: Array) -> Unit:
 
 
 def drawable(positions: Array) -> Array:
-    """Positions in m, NaN where a diverged flight is farther than any figure reaches or nowhere at all."""
+    """Positions in m, NaN where they are not finite or larger than what is drawn."""
     return np.where(np.abs(positions) < _FARTHEST, positions, np.nan)
 
 
