@@ -168,3 +168,8 @@ def test_a_missing_extra_is_named(method: str, extra: str, monkeypatch: pytest.M
     monkeypatch.setitem(sys.modules, extra, None)
     with pytest.raises(ImportError, match=rf"{method} needs {extra}: pip install 'satform\[{extra}\]'"):
         getattr(record, method)()
+
+
+def test_the_state_hash_of_a_flight_is_that_of_version_0_1_0() -> None:
+    # The hash takes the quantities by their names of that version, whatever they are called now.
+    assert sf.simulate(shortened("triangle", 20.0)).digest()[:16] == "93e1b15970d6a7bc"

@@ -386,14 +386,14 @@ ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
 _NO_ARRAYS = frozenset({"satellites", "step", "early_end"})
 
 _HASHED_AS = {
-    "applied_acceleration": "applied_acceleration",
-    "estimated_position_error": "estimated_position_error",
-    "estimated_velocity_error": "estimated_velocity_error",
-    "saturated_steps": "saturated_steps",
-    "below_minimum_impulse_steps": "below_minimum_impulse_steps",
-    "propellant_depleted_steps": "propellant_depleted_steps",
-    "torque_saturated_steps": "torque_saturated_steps",
-    "momentum_saturated_steps": "momentum_saturated_steps",
+    "applied_acceleration": "given_acceleration",
+    "estimated_position_error": "believed_position_error",
+    "estimated_velocity_error": "believed_velocity_error",
+    "saturated_steps": "clipped",
+    "below_minimum_impulse_steps": "withheld",
+    "propellant_depleted_steps": "starved",
+    "torque_saturated_steps": "torque_limited",
+    "momentum_saturated_steps": "momentum_limited",
 }
 """Names under which renamed quantities enter the state hash, so that equal flights keep the hash of 0.1.0."""
 
