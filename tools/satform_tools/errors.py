@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_MISSED
-from satform.files.durable_file import room_in_words
+from satform.files.durable_file import free_space_text
 
 _NO_THREAD = "can't start new thread"
 """What Python says where the system gives no more threads."""
@@ -34,7 +34,7 @@ def sentence_of(error: OSError) -> str:
     if error.errno == errno.ENOSPC:
         # Standard output has a name that is no path.
         is_path = "/" in str(error.filename or "")
-        where = f": {room_in_words(Path(str(error.filename)))}" if is_path else ""
+        where = f": {free_space_text(Path(str(error.filename)))}" if is_path else ""
         reason = f"the disk is full (no space, or no inodes){where}"
     elif error.errno in {errno.EMFILE, errno.ENFILE}:
         reason = "too many files are open (ulimit -n)"

@@ -61,21 +61,21 @@ def test_a_wheel_s_momentum_grows_by_the_torque_that_it_is_given() -> None:
 
 
 def test_a_torque_beyond_the_limit_is_cut_and_counted() -> None:
-    given, torque_saturated_steps, momentum_saturated_steps = LIMITED.given(
+    applied, torque_saturated_steps, momentum_saturated_steps = LIMITED.applied(
         np.array([[0.1, -0.7, 0.3]]), np.zeros((1, 3)), 0.05
     )
-    assert given.tolist() == [[0.1, -0.2, 0.2]]
+    assert applied.tolist() == [[0.1, -0.2, 0.2]]
     assert torque_saturated_steps.tolist() == [True]
     assert momentum_saturated_steps.tolist() == [False]
 
 
 def test_a_full_wheel_takes_no_more_but_gives_back() -> None:
     full = np.array([[5.0, -5.0, 4.999]])
-    given, _, momentum_saturated_steps = LIMITED.given(np.array([[0.1, 0.1, 0.1]]), full, 0.05)
-    assert given == pytest.approx(np.array([[0.0, 0.1, 0.02]]), abs=1e-12)
+    applied, _, momentum_saturated_steps = LIMITED.applied(np.array([[0.1, 0.1, 0.1]]), full, 0.05)
+    assert applied == pytest.approx(np.array([[0.0, 0.1, 0.02]]), abs=1e-12)
     assert momentum_saturated_steps.tolist() == [True]
-    given, _, momentum_saturated_steps = LIMITED.given(np.array([[-0.1, -0.1, 0.0]]), full, 0.05)
-    assert given == pytest.approx(np.array([[-0.1, 0.0, 0.0]]), abs=1e-12)
+    applied, _, momentum_saturated_steps = LIMITED.applied(np.array([[-0.1, -0.1, 0.0]]), full, 0.05)
+    assert applied == pytest.approx(np.array([[-0.1, 0.0, 0.0]]), abs=1e-12)
 
 
 def test_sub_steps_approach_the_same_attitude_by_the_fourth_order() -> None:

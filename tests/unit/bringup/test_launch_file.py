@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 from flights import SCENARIOS, shipped
+from satform.bag import reader as bag_reader
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.scenario import ScenarioError, load_scenario
 from satform_bringup.supervisor.node_processes import NodeProcess, processes
-from satform_nodes.bag import reader as bag_reader
 
 FILE = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "launch" / "scenario.launch.py"
 
@@ -246,12 +246,12 @@ def test_the_launch_counts_the_expectations_that_a_shorter_flight_is_not_judged_
 ) -> None:
     nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set="timing.duration=1.0")
     scenario = load_scenario(tmp_path / "scenario.json")
-    left_out = len(shipped("triangle").expect)
-    assert (len(scenario.expect), len(scenario.omitted_expectations)) == (0, left_out)
+    excluded = len(shipped("triangle").expect)
+    assert (len(scenario.expect), len(scenario.omitted_expectations)) == (0, excluded)
     flown = types.SimpleNamespace(record=simulate(scenario), complete=True)
     monkeypatch.setattr(bag_reader, "read_bag", lambda _folder: flown)
     assert ended(nodes, "recorder") == [
-        f"result: Flown to the end and not judged: {left_out} expectations need a longer flight"
+        f"result: Flown to the end and not judged: {excluded} expectations need a longer flight"
     ]
 
 

@@ -30,7 +30,7 @@ def heard(line: ChannelModel, steps: int, count: int = 1) -> np.ndarray:
     """For each step and link the step of the message that arrives, or -1."""
     found = np.full((steps, count), -1)
     for step in range(steps):
-        told = line.carry(step, said(step, count))
+        told = line.transmit(step, said(step, count))
         assert not told.complete
         arrived = told.fresh > 0.0
         found[step, arrived] = told.values[arrived, 0]
@@ -42,7 +42,7 @@ def known(line: ChannelModel, steps: int, count: int = 1) -> np.ndarray:
     """For each step and link the step of the newest message that is known, or -1."""
     inbox, found = NeighbourBuffer.empty((count,), 2), np.full((steps, count), -1)
     for step in range(steps):
-        inbox = inbox.after(line.carry(step, said(step, count)))
+        inbox = inbox.after(line.transmit(step, said(step, count)))
         found[step] = np.where(inbox.known > 0.0, inbox.values[:, 0], -1.0)
     return found
 
@@ -126,7 +126,7 @@ def test_an_outage_loses_exactly_what_is_said_within_it() -> None:
 def test_an_outage_s_ends_may_be_off_the_grid_by_a_rounding() -> None:
     tenths = LinksSpec.model_validate({"default": {"outages": [{"begin": 0.1 * 3, "end": 0.7}]}})
     line = ChannelModel(tenths, [(0, 1)], NAMES, (0.1, 3), (1,))
-    gone = [step for step in range(12) if line.carry(step, said(step)).fresh[0] == 0.0]
+    gone = [step for step in range(12) if line.transmit(step, said(step)).fresh[0] == 0.0]
     assert gone == [3, 4, 5, 6]
 
 
@@ -169,9 +169,9 @@ def test_satellites_that_fly_as_one_have_the_links_of_satellites_that_fly_alone(
     alone = [ChannelModel(spec, row, NAMES, (STEP, 9), (2,)) for row in rows]
     for step in range(600):
         values = np.arange(8.0).reshape(2, 2, 2) + step
-        whole = stacked.carry(step, Received.whole(values, np.full((2, 2), step * STEP)))
+        whole = stacked.transmit(step, Received.whole(values, np.full((2, 2), step * STEP)))
         for row, own in enumerate(alone):
-            single = own.carry(step, Received.whole(values[row], np.full(2, step * STEP)))
+            single = own.transmit(step, Received.whole(values[row], np.full(2, step * STEP)))
             assert np.array_equal(whole.fresh[row], single.fresh)
             fresh = single.fresh > 0.0
             assert np.array_equal(whole.values[row][fresh], single.values[fresh])
@@ -182,16 +182,16 @@ def test_links_of_a_restarted_satellite_lose_the_same_messages_from_then_on() ->
     whole, late = links([(0, 1)], loss=0.5), links([(0, 1)], loss=0.5)
     expected = heard(whole, 700)[300:, 0]
     late.forget()
-    found = [late.carry(step, said(step)) for step in range(300, 700)]
+    found = [late.transmit(step, said(step)) for step in range(300, 700)]
     assert [int(told.values[0, 0]) if told.fresh[0] else -1 for told in found] == expected.tolist()
 
 
 def test_what_was_under_way_to_a_satellite_that_is_lost_is_lost_with_it() -> None:
     line = links([(0, 1)], delay=5.0)
     for step in range(10):
-        line.carry(step, said(step))
+        line.transmit(step, said(step))
     line.forget()
-    found = [line.carry(step, said(step)) for step in range(10, 30)]
+    found = [line.transmit(step, said(step)) for step in range(10, 30)]
     assert [int(told.values[0, 0]) for told in found if told.fresh[0]] == list(range(10, 20))
 
 
@@ -214,7 +214,7 @@ def test_nothing_passes_over_an_edge_that_the_graph_does_not_have_at_present() -
     cut = np.zeros(1)
     for step in range(20):
         linked = cut if 5 <= step < 10 else None
-        told = line.carry(step, Received.whole(np.full((1, 2), float(step)), np.zeros(1), linked))
+        told = line.transmit(step, Received.whole(np.full((1, 2), float(step)), np.zeros(1), linked))
         # Neither what was sent before arrives in these steps, nor what is sent in them afterwards.
         heard_now = int(told.values[0, 0]) if told.fresh[0] else -1
         expected = step - 2 if (2 <= step < 5 or step >= 12) else -1

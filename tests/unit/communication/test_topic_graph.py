@@ -37,13 +37,13 @@ def by_topic(scenario: Scenario) -> dict[str, Channel]:
 def test_who_listens_to_whom_is_the_adjacency_matrix() -> None:
     scenario = shipped("triangle", RING)
     table, names = by_topic(scenario), [satellite.name for satellite in scenario.satellites]
-    heard = [[hearer in table[f"/{speaker}/arc_length"].listeners for speaker in names] for hearer in names]
+    heard = [[hearer in table[f"/{speaker}/arc_length"].subscribers for speaker in names] for hearer in names]
     assert np.array_equal(heard, [[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 
 
 def test_whoever_is_to_be_heard_later_is_listened_to_from_the_start() -> None:
     later = shipped("triangle", RING, "graph_schedule=[{at: 100.0, graph: {kind: complete}}]")
-    assert by_topic(later)["/sat1/arc_length"].listeners == ("sat2", "sat3", RECORDER)
+    assert by_topic(later)["/sat1/arc_length"].subscribers == ("sat2", "sat3", RECORDER)
 
 
 def test_sensors_thrusters_and_attitudes_add_topics_of_the_plant() -> None:
@@ -53,11 +53,11 @@ def test_sensors_thrusters_and_attitudes_add_topics_of_the_plant() -> None:
         set(by_topic(shipped("triangle", "satellite_defaults.thruster={dry_mass: 12.0}"))) - plain == thruster
     )
     noisy = by_topic(shipped("noisy_navigation"))
-    assert noisy["/raw/truth"].speakers == (PLANT,)
-    assert noisy["/raw/truth"].listeners == (RECORDER,)
+    assert noisy["/raw/truth"].publishers == (PLANT,)
+    assert noisy["/raw/truth"].subscribers == (RECORDER,)
     turning = by_topic(shipped("formation_pointing"))
     attitude = [channel for channel in turning.values() if channel.kind == "attitude"]
-    assert [channel.listeners for channel in attitude] == [
+    assert [channel.subscribers for channel in attitude] == [
         (channel.topic.split("/")[1], RECORDER) for channel in attitude
     ]
     assert attitude
@@ -70,7 +70,7 @@ def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) ->
         channel.topic for channel in subscribed_by(RECORDER, table)
     }
     assert unheard == {"/formation/node_ready", "/formation/recorder_progress"}
-    assert all(RECORDER not in channel.listeners_in(recorded=False) for channel in table)
+    assert all(RECORDER not in channel.subscribers_in(recorded=False) for channel in table)
 
 
 def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() -> None:
@@ -117,9 +117,9 @@ def test_the_readme_names_publisher_and_subscribers_of_each_topic(name: str) -> 
         ]
         meant = {"plant": {PLANT}, "satellite": {own}, "satellites": names, RECORDER: {RECORDER}}
         who = takewhile(meant.__contains__, speakers.split(", "))
-        assert set().union(*(meant[word] for word in who)) == set(channel.speakers), topic
+        assert set().union(*(meant[word] for word in who)) == set(channel.publishers), topic
         hearers = {"plant": {PLANT}, "that satellite": {own}, "all satellites": names, "observers": set()}
         if listeners in hearers:
-            assert hearers[listeners] == set(channel.listeners_in(recorded=False)), topic
+            assert hearers[listeners] == set(channel.subscribers_in(recorded=False)), topic
         else:
             assert listeners == "its out-neighbours in the graph", topic

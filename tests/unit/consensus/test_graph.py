@@ -71,7 +71,7 @@ def test_rows_say_whom_a_satellite_hears_and_columns_who_hears_it():
     graph = MatrixSpec(rows=((0, 1, 1), (0, 0, 1), (0, 0, 0))).build(3)
     assert graph.neighbours(0) == (1, 2)
     assert graph.neighbours(2) == ()
-    assert graph.listeners(2) == (0, 1)
+    assert graph.receivers(2) == (0, 1)
     assert graph.edges == ((1, 0), (2, 0), (2, 1))
     assert graph.directed
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flights import satellite_of, shortened
-from satform.communication.messages import WIDTH, heard, numbers
+from satform.communication.messages import WIDTH, decode, encode
 from satform.communication.neighbour_buffer import Received
 from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
 from satform.control.protocol import Motion
@@ -20,7 +20,7 @@ def test_a_neighbour_is_carried_on_at_the_velocity_it_was_heard_with() -> None:
     said = NeighbourMotion(
         np.array([10.0, 0.0, 5.0]), np.array([2.0, -1.0, 0.0]), np.asarray(3.0), np.asarray(1.0)
     )
-    seen = MotionSharing().seen(Motion(np.array([1.0, 1.0, 1.0]), np.array([0.5, 0.0, 0.0])), said, 3.5)
+    seen = MotionSharing().observed(Motion(np.array([1.0, 1.0, 1.0]), np.array([0.5, 0.0, 0.0])), said, 3.5)
     assert seen.position.tolist() == [-10.0, 1.5, -4.0]
     assert seen.velocity.tolist() == [-1.5, 1.0, 0.0]
 
@@ -29,9 +29,9 @@ def test_an_announcement_arrives_as_it_was_said() -> None:
     random = np.random.default_rng(1)
     position, velocity = random.standard_normal((2, 3))
     said = MotionMessage(np.asarray(4.0), position, velocity)
-    values = numbers(said)
+    values = encode(said)
     assert values.shape == (WIDTH["motion"],)
-    arrived = heard("motion", values[None], np.array([4.0]), np.ones(1))
+    arrived = decode("motion", values[None], np.array([4.0]), np.ones(1))
     assert isinstance(arrived, NeighbourMotion)
     assert np.array_equal(arrived.position, position)
     assert np.array_equal(arrived.velocity, velocity)

@@ -12,7 +12,7 @@ from flights import shortened
 from satform.consensus.arc_length import ArcLengthConsensusSpec, NeighbourPhases, propagate
 from satform.consensus.byzantine_robustness import robustness
 from satform.consensus.graph import CompleteSpec, Graph, RingSpec
-from satform.consensus.resilient import ResilientArcLengthConsensusSpec, dropped
+from satform.consensus.resilient import ResilientArcLengthConsensusSpec, outliers
 from satform.flight.simulate import simulate
 from satform.numeric.stacking import stack
 
@@ -203,7 +203,7 @@ def test_extrapolated_values_no_older_than_the_look_ahead_stay_within_the_interv
 )
 def test_up_to_f_are_ignored_on_either_side_and_they_are_the_most_extreme(pulls, liars):
     pull = np.array(pulls)
-    ignored = dropped(pull, liars)
+    ignored = outliers(pull, liars)
     for side in (pull > 0.0, pull < 0.0):
         assert np.sum(ignored & side) == min(liars, np.sum(side))
         if np.any(ignored & side) and np.any(side & ~ignored):

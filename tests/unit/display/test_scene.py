@@ -246,7 +246,7 @@ def test_a_speaker_turns_from_fresh_to_stale_as_it_stays_silent() -> None:
 
 
 def test_who_has_never_spoken_is_stale() -> None:
-    assert link_colour(math.inf, listener_alive=True, speaker_alive=True) == pytest.approx(STALE)
+    assert link_colour(math.inf, receiver_alive=True, sender_alive=True) == pytest.approx(STALE)
 
 
 def test_satellites_that_follow_each_other_in_the_list_differ_in_colour() -> None:

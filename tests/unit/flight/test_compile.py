@@ -48,7 +48,7 @@ def test_a_plan_is_flown_twice_with_the_same_numbers() -> None:
     told = {id(plant): [] for plant in (first, second)}
     for plant in (first, second):
         for _ in range(20):
-            plant.advance(np.zeros_like(plant.given))
+            plant.advance(np.zeros_like(plant.applied))
             told[id(plant)].append(plant.measured().position)
     np.testing.assert_array_equal(told[id(first)], told[id(second)])
 

@@ -90,7 +90,7 @@ def test_the_plant_moves_by_what_the_thrusters_give_and_not_by_what_was_commande
     pushed = plant.motion().position - position
     # The turning frame deflects by mean motion times acceleration times t^3 / 3, a micrometre.
     np.testing.assert_allclose(pushed, 0.5 * given * 0.25, rtol=1e-3, atol=1e-6)
-    np.testing.assert_array_equal(plant.given, given)
+    np.testing.assert_array_equal(plant.applied, given)
     assert plant.thrusters.propulsion.saturated_steps.tolist() == [1.0, 0.0, 0.0]
 
 
@@ -160,11 +160,11 @@ def test_an_estimator_starts_from_its_first_measurement():
 
 
 def simulate_heard(scenario):
-    from satform.communication.messages import numbers
+    from satform.communication.messages import encode
     from satform.communication.neighbour_buffer import Received
 
     others = [satellite_of(scenario, index).announce() for index in (0, 2)]
-    return Received.whole(np.array([numbers(one) for one in others]), np.array([one.time for one in others]))
+    return Received.whole(np.array([encode(one) for one in others]), np.array([one.time for one in others]))
 
 
 @pytest.mark.parametrize("name", [*TRUTHS, *EQUIPPED])

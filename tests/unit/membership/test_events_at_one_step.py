@@ -171,7 +171,7 @@ def test_satellites_and_readers_of_a_bag_take_every_pair_as_the_flight_in_one_pr
             expected = told.formation.is_used_by_neighbours(satellite, now)
             assert told.view.is_used_by_neighbours(satellite, now) == expected, (satellite, now)
     again = Formation.of(four().membership_plan())
-    for at, events in sorted(happened(told.statuses, [], four()).items()):
+    for at, events in sorted(happened(told.statuses, [], compile_scenario(four()).membership).items()):
         again.apply(events, at, told.names)
     assert (again.lost_at, again.rejoined_at) == (told.formation.lost_at, told.formation.rejoined_at)
     assert np.array_equal(again.alive, told.formation.alive)

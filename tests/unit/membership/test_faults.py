@@ -108,7 +108,7 @@ def test_a_liar_adds_to_what_it_says_and_more_and_more_when_it_drifts() -> None:
     assert broken.is_byzantine(1)
     assert not broken.is_byzantine(0)
     for step in range(8):
-        found = broken.said(1, np.array([10.0, 5.0]), step)
+        found = broken.corrupt(1, np.array([10.0, 5.0]), step)
         lie = [100.0 + 2.0 * (step - 2) * STEP, -1.0] if 2 <= step < 6 else [0.0, 0.0]
         assert (found - [10.0, 5.0]).tolist() == lie
 
@@ -144,7 +144,7 @@ def perceived(scenario: Scenario, listener: int, values: tuple[float, float], st
     satellite = satellite_of(scenario, listener)
     satellite.join(step)
     formation_now = Formation.of(scenario.membership_plan())
-    told = ears.told(step, np.array([values]), np.array([step * STEP]), np.ones(1), formation_now)
+    told = ears.receive(step, np.array([values]), np.array([step * STEP]), np.ones(1), formation_now)
     own = satellite.state.arc_length
     satellite.act(Motion(np.array([1000.0, 0.0, 0.0]), np.zeros(3)), told)
     gains = scenario.consensus

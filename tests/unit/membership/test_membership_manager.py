@@ -220,7 +220,7 @@ def test_a_planned_loss_takes_effect_as_its_step_begins_and_a_planned_return_is_
 @pytest.mark.parametrize(("offered", "taken"), [(10, 10), (8, 8), (-1, None)])
 def test_a_planned_return_is_from_the_checkpoint_that_there_is(offered: int, taken: int | None) -> None:
     membership = MembershipManager(
-        three(faults=[{**LOST_AND_BACK, "memory": "checkpoint"}], checkpoint_period=2.5)
+        three(faults=[{**LOST_AND_BACK, "memory": "checkpoint"}], checkpoint_period=2.5).membership_plan()
     )
     for step in range(20):
         membership.begin(step)

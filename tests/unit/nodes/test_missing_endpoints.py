@@ -42,10 +42,10 @@ def formation(context: rclpy.Context, *without: tuple[str, str]) -> dict[str, No
     for channel in TABLE:
         profile = qos.BY_RHYTHM[channel.rhythm]
         kind = topics.TYPES[channel.kind]
-        for name in channel.speakers:
+        for name in channel.publishers:
             if (name, channel.topic) not in without and channel.kind not in OPTIONAL:
                 nodes[name].create_publisher(kind, channel.topic, profile)
-        for name in channel.listeners:
+        for name in channel.subscribers:
             if (name, channel.topic) not in without:
                 nodes[name].create_subscription(kind, channel.topic, lambda _: None, profile)
     return nodes

@@ -39,7 +39,7 @@ class Tuning(Spec):
     level: Annotated[float, Field(ge=-1.0, le=3.0)] = 0.5
     offset: Number = -4.0
     limit: NonNegative | None = 7.0
-    left_out: Positive | None = None
+    excluded: Positive | None = None
     count: Annotated[int, Field(ge=1, le=9)] = 3
     smooth: bool = True
     mode: Literal["hold", "extrapolate"] = "hold"

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from satform.attitude.guidance import Attitude
-from satform.communication.messages import WIDTH, numbers
+from satform.communication.messages import WIDTH, encode
 from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
 from satform.flight.compile import compile_scenario
@@ -34,7 +34,7 @@ def step_cost(scenario: Scenario, index: int = 0, steps: int = 1000) -> float:
     satellite = Satellite(plan.satellite(index), len(plan.membership.possible_graph.neighbours(index)))
     messages = np.zeros((len(neighbours), 1 + WIDTH[kind]))
     for row, neighbour in enumerate(neighbours):
-        messages[row, 1:] = numbers(Satellite(plan.satellite(neighbour)).announce())
+        messages[row, 1:] = encode(Satellite(plan.satellite(neighbour)).announce())
     start = satellite.plan.start
     position, velocity = start.position.tolist(), start.velocity.tolist()
     turned = None

@@ -196,8 +196,8 @@ def _topics(scenario: Scenario) -> list[dict[str, Any]]:
     return [
         {
             "topic": channel.topic,
-            "from": "each" if channel.kind == "node_ready" else channel.speakers[0],
-            "to": list(channel.listeners_in(recorded=False)),
+            "from": "each" if channel.kind == "node_ready" else channel.publishers[0],
+            "to": list(channel.subscribers_in(recorded=False)),
         }
         for channel in channels(topic_plan(scenario))
         if channel.kind not in ("recorder_progress", "diagnostics")

@@ -132,7 +132,7 @@ def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummar
 
 def _largest(record: FlightRecord, series: Array, column: int, first: int) -> float:
     """Largest magnitude of a satellite's series from a row on, without the steps in which it does not fly."""
-    flying = ~record.left_out(series)[first:, column]
+    flying = ~record.excluded(series)[first:, column]
     return float(np.max(np.abs(series[first:, column][flying]))) if flying.any() else math.nan
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
-from satform.evaluation.conclusion import left_out
+from satform.evaluation.conclusion import excluded
 from satform.flight.simulate import simulate
 from satform.membership.state import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
@@ -167,5 +167,5 @@ def _print(found: Replay, scenario: Scenario) -> None:
         console.line("Replayed in one process: bitwise equal.", "green")
     if found.state_hash is not None:
         console.line(f"state hash {found.state_hash[:16]}")
-    if left := left_out(scenario):
+    if left := excluded(scenario):
         console.line(f"{left} than was flown.")

@@ -67,9 +67,9 @@ def accesses(scenario: Scenario) -> list[Access]:
     publishes: dict[str, list[str]] = {name: [] for name in names}
     subscribes: dict[str, list[str]] = {name: [] for name in names}
     for channel in channels(topic_plan(scenario)):
-        for name in channel.speakers:
+        for name in channel.publishers:
             publishes[name].append(channel.topic)
-        for name in channel.listeners:
+        for name in channel.subscribers:
             subscribes[name].append(channel.topic)
     flying = [
         _node(name, publishes[name], subscribes[name], offers if name == PLANT else ()) for name in names

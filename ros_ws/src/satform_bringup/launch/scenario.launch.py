@@ -18,7 +18,7 @@ from launch_ros.actions import Node
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
 from satform.flight.compile import compile_scenario
-from satform.membership.state import MembershipPlan, is_lost_at, returns
+from satform.membership.state import MembershipPlan, is_lost_at, rejoins_after
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
 from satform_bringup.deployment import local_discovery, preflight
@@ -178,7 +178,7 @@ def _ended(
     if process.name in plan.names and event.returncode == -signal.SIGKILL:
         index = plan.names.index(process.name)
         if any(is_lost_at(plan.events, index, step) for step in plan.events):
-            return [_node(process, flight)] if returns(plan.events, index, 0) else None
+            return [_node(process, flight)] if rejoins_after(plan.events, index, 0) else None
     return Shutdown(reason=f"{event.process_name} ended with exit code {event.returncode}")
 
 

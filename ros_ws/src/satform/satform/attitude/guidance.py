@@ -73,7 +73,7 @@ class Target:
         return replace(self, place=np.asarray(neighbours.index(int(self.satellite)), dtype=np.int64))
 
     def reference(
-        self, heard: NeighbourPhases, time: float, neighbour_timeout: float
+        self, neighbour_states: NeighbourPhases, time: float, neighbour_timeout: float
     ) -> tuple[Reference, Mask]:
         """Where the target is to be, from its newest message that counts.
 
@@ -81,7 +81,7 @@ class Target:
         counts, the flight plan stands for one that was sent at time zero.
 
         Args:
-            heard: from the neighbours, with weight zero for those whose newest message is too old.
+            neighbour_states: from the neighbours, with weight zero for those whose newest message is too old.
             time: simulated, s.
             neighbour_timeout: age of a message from which on it no longer counts, s.
 
@@ -91,7 +91,12 @@ class Target:
         place = self.place[..., None]
         phase, rate, stamp, weight = (
             np.take_along_axis(values, place, axis=-1)[..., 0]
-            for values in (heard.arc_length, heard.rate, heard.stamp, heard.weight)
+            for values in (
+                neighbour_states.arc_length,
+                neighbour_states.rate,
+                neighbour_states.stamp,
+                neighbour_states.weight,
+            )
         )
         counts = weight > 0.0
         if not np.all(counts):
@@ -142,20 +147,22 @@ class Orientation:
         down = multiply(direction_cosines(mrp), -self.orbit.position(time).value / radius[..., None])
         return gravity_gradient_torque(self.law.body.inertia, down, radius, GRAVITATIONAL_PARAMETER)
 
-    def wheel_torque(self, told: Attitude, reference: AttitudeReference, time: Array) -> Array:
+    def wheel_torque(self, measured: Attitude, reference: AttitudeReference, time: Array) -> Array:
         """Torque that the motors on the wheels are to give.
 
         Args:
-            told: the own attitude.
+            measured: the own attitude.
             reference: desired attitude.
             time: s, shape (...).
 
         Returns:
             N m, shape (..., 3).
         """
-        momentum = multiply(self.law.body.platform_inertia, told.angular_velocity) + told.wheel_momentum
-        state = AttitudeState(told.mrp, momentum, told.wheel_momentum)
-        return self.law.wheel_torque(state, reference, self.external(told.mrp, time))
+        momentum = (
+            multiply(self.law.body.platform_inertia, measured.angular_velocity) + measured.wheel_momentum
+        )
+        state = AttitudeState(measured.mrp, momentum, measured.wheel_momentum)
+        return self.law.wheel_torque(state, reference, self.external(measured.mrp, time))
 
 
 class PointingReference:
@@ -175,20 +182,20 @@ class PointingReference:
         self._number = -1
         self._block: AttitudeReference | None = None
 
-    def at(self, step: int, own: Reference, heard: NeighbourStates) -> AttitudeReference:
+    def at(self, step: int, own: Reference, neighbour_states: NeighbourStates) -> AttitudeReference:
         """The desired attitude at a step.
 
         Args:
             step: number of the step.
             own: desired motion of the satellite at the step, LVLH.
-            heard: from its neighbours.
+            neighbour_states: from its neighbours.
         """
         pointing, target = self._orientation.pointing, self._orientation.target
         if isinstance(pointing, SatellitePointing):
             assert target is not None  # noqa: S101 - built together
-            assert isinstance(heard, NeighbourPhases)  # noqa: S101 - the scenario's validator has seen to it
+            assert isinstance(neighbour_states, NeighbourPhases)  # noqa: S101 - the scenario's validator has seen to it
             moment = step * self._step
-            wanted, known = target.reference(heard, moment, self._neighbour_timeout)
+            wanted, known = target.reference(neighbour_states, moment, self._neighbour_timeout)
             aimed = pointing.reference(own, wanted, np.full(own.position.shape[:-1], moment))
             return aimed if np.all(known) else _either(known, aimed, pointing.safe_reference())
         number, row = divmod(step, _BLOCK)

@@ -26,37 +26,37 @@ FIGURES = ("pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_er
 
 
 def attitude_figures(
-    orientations: Sequence[Orientation | None], step: float, told: dict[str, Array]
+    orientations: Sequence[Orientation | None], step: float, measured: dict[str, Array]
 ) -> dict[str, Array]:
     """Quantities of pointing at every step.
 
     Args:
         orientations: where each satellite points; None for one without attitude.
         step: control period, s.
-        told: quantities of the flight record by name: position, velocity, mrp, angular_velocity, shape
+        measured: quantities of the flight record by name: position, velocity, mrp, angular_velocity, shape
             (K + 1, N, 3), and reference_position, reference_velocity, reference_acceleration, (K, N, 3).
 
     Returns:
         Those of `FIGURES`, shape (K, N), not a number for satellites without attitude; of no rows when
         there are none.
     """
-    steps, count = told["reference_position"].shape[:2]
+    steps, count = measured["reference_position"].shape[:2]
     anyone = any(orientation is not None for orientation in orientations)
     figures = {name: np.full((steps if anyone else 0, count), np.nan) for name in FIGURES}
     for index, orientation in enumerate(orientations):
         if orientation is not None and steps:
             time: Array = np.arange(steps, dtype=np.float64) * step
-            for name, values in _of_satellite(orientation, index, told, time).items():
+            for name, values in _of_satellite(orientation, index, measured, time).items():
                 figures[name][:, index] = values
     return figures
 
 
 def _of_satellite(
-    orientation: Orientation, index: int, told: dict[str, Array], time: Array
+    orientation: Orientation, index: int, measured: dict[str, Array], time: Array
 ) -> dict[str, Array]:
     pointing = orientation.pointing
-    wanted, sight = _aim(orientation, index, told, time)
-    mrp, rate = told["mrp"][:-1, index], told["angular_velocity"][:-1, index]
+    wanted, sight = _aim(orientation, index, measured, time)
+    mrp, rate = measured["mrp"][:-1, index], measured["angular_velocity"][:-1, index]
     matrix = direction_cosines(mrp)
     error = attitude_error(mrp, rate, wanted)
     sun = multiply(matrix, np.broadcast_to(pointing.sun, mrp.shape))
@@ -69,7 +69,7 @@ def _of_satellite(
 
 
 def _aim(
-    orientation: Orientation, index: int, told: dict[str, Array], time: Array
+    orientation: Orientation, index: int, measured: dict[str, Array], time: Array
 ) -> tuple[AttitudeReference, Array]:
     """The desired attitude, and the true line of sight in inertial axes, at every step."""
     pointing, target = orientation.pointing, orientation.target
@@ -81,10 +81,10 @@ def _aim(
 
     def desired(column: int) -> Reference:
         names = ("reference_position", "reference_velocity", "reference_acceleration")
-        return Reference(*(told[name][:, column] for name in names))
+        return Reference(*(measured[name][:, column] for name in names))
 
     def flown(column: int) -> Reference:
-        position = told["position"][:-1, column]
+        position = measured["position"][:-1, column]
         return Reference(position, np.zeros_like(position), np.zeros_like(position))
 
     sight: Jet = inertial_line(flown(index), flown(other), pointing.orbit, time)

@@ -23,7 +23,7 @@ class Wheels:
     torque_limit: Array
     momentum_limit: Array
 
-    def given(self, command: Array, momentum: Array, duration: float) -> tuple[Array, Array, Array]:
+    def applied(self, command: Array, momentum: Array, duration: float) -> tuple[Array, Array, Array]:
         """What the motors give of a command that is held.
 
         Args:
@@ -79,7 +79,7 @@ class Turning:
         nothing = np.zeros(len(members))
         self.state = TurningState(orientation.start, nothing, nothing)
 
-    def told(self) -> Attitude:
+    def measured(self) -> Attitude:
         """What each of these satellites is told of its attitude: the truth, shape (M, 3)."""
         state = self.state.attitude
         body = self._orientation.law.body
@@ -93,7 +93,7 @@ class Turning:
             step: number of the step.
         """
         state = self.state
-        given, torque_saturated_steps, momentum_saturated_steps = self._wheels.given(
+        applied, torque_saturated_steps, momentum_saturated_steps = self._wheels.applied(
             command, state.attitude.wheel_momentum, self._step
         )
         begin, part = step * self._step, self._step / self._parts
@@ -102,7 +102,7 @@ class Turning:
 
             def torques(offset: float, now: AttitudeState, number: int = number) -> Torques:
                 time = np.full(len(self.members), begin + (number * part + offset))
-                return Torques(given, self._orientation.external(now.mrp, time))
+                return Torques(applied, self._orientation.external(now.mrp, time))
 
             attitude = advance(self._orientation.law.body, attitude, part, torques)
         self.state = replace(

@@ -163,51 +163,51 @@ class ChannelModel:
     def forget(self) -> None:
         """Lose all that is on its way, as a satellite does that is lost itself."""
         edges = len(self._loss)
-        self._said = np.full((self._depth, edges), -1, dtype=np.int64)
+        self._messages = np.full((self._depth, edges), -1, dtype=np.int64)
         self._newest = np.full(edges, -1, dtype=np.int64)
         self._stamps = np.zeros((self._depth, edges))
         self._values = np.zeros((self._depth, edges, 0))
 
-    def carry(self, step: int, told: Received) -> Received:
+    def transmit(self, step: int, received: Received) -> Received:
         """What arrives in a step.
 
         Args:
             step: its number.
-            told: what neighbours say for this step.
+            received: what neighbours say for this step.
 
         Returns:
             What comes out of the links: in this step and of this or earlier steps, the newest where
             several arrive at once, and nothing that is older than what has arrived before.
         """
         if self._draws is None:
-            return told
-        values = told.values.reshape(len(self._loss), -1)
+            return received
+        values = received.values.reshape(len(self._loss), -1)
         if self._values.shape[-1] != values.shape[-1]:
-            self._values = np.zeros((*self._said.shape, values.shape[-1]))
-        self._send(step, told, values)
+            self._values = np.zeros((*self._messages.shape, values.shape[-1]))
+        self._send(step, received, values)
         slot = step % self._depth
-        arrived = self._said[slot] > self._newest
-        self._newest = np.where(arrived, self._said[slot], self._newest)
-        self._said[slot] = -1
+        arrived = self._messages[slot] > self._newest
+        self._newest = np.where(arrived, self._messages[slot], self._newest)
+        self._messages[slot] = -1
         return Received(
-            values=self._values[slot].reshape(told.values.shape).copy(),
+            values=self._values[slot].reshape(received.values.shape).copy(),
             stamp=self._stamps[slot].reshape(self._shape).copy(),
-            fresh=arrived.astype(np.float64).reshape(self._shape) * told.linked,
-            linked=told.linked,
+            fresh=arrived.astype(np.float64).reshape(self._shape) * received.linked,
+            linked=received.linked,
             complete=False,
         )
 
-    def _send(self, step: int, told: Received, values: Array) -> None:
+    def _send(self, step: int, received: Received, values: Array) -> None:
         assert self._draws is not None  # noqa: S101 - only called where there are links
         lost, late, repeated, overtaken = self._draws.at(step).T
-        sent = (told.fresh.reshape(-1) > 0.0) & (lost >= self._loss) & (step % self._every == 0)
+        sent = (received.fresh.reshape(-1) > 0.0) & (lost >= self._loss) & (step % self._every == 0)
         time = step * self._step
         for edge, begin, end in self._outages:
             if begin * (1.0 - _SLACK) <= time < end * (1.0 - _SLACK):
                 sent[edge] = False
         way = np.ceil(self._delay + late * self._jitter - _SLACK).astype(np.int64)
         way += np.where(overtaken < self._reordering, 2, 0)
-        stamps = told.stamp.reshape(-1)
+        stamps = received.stamp.reshape(-1)
         self._put(step, sent, way, values, stamps)
         again = sent & (repeated < self._duplication)
         if again.any():
@@ -219,6 +219,6 @@ class ChannelModel:
         """Lay messages where they will be found when they arrive, in place of earlier ones."""
         edges = np.flatnonzero(sent)
         slots = (step + way[edges]) % self._depth
-        self._said[slots, edges] = step
+        self._messages[slots, edges] = step
         self._values[slots, edges] = values[edges]
         self._stamps[slots, edges] = stamps[edges]

@@ -34,14 +34,14 @@ WIDTH: dict[Announces, int] = {"arc_length": 2, "motion": 6}
 """How many numbers an announcement has beside its time."""
 
 
-def numbers(said: NeighbourMessage) -> Array:
+def encode(message: NeighbourMessage) -> Array:
     """The numbers of an announcement beside its time, shape (..., width)."""
-    if isinstance(said, PhaseMessage):
-        return joined(said.arc_length, said.rate)
-    return np.concatenate((said.position, said.velocity), axis=-1)
+    if isinstance(message, PhaseMessage):
+        return joined(message.arc_length, message.rate)
+    return np.concatenate((message.position, message.velocity), axis=-1)
 
 
-def heard(announces: Announces, values: Array, stamp: Array, weight: Array) -> NeighbourStates:
+def decode(announces: Announces, values: Array, stamp: Array, weight: Array) -> NeighbourStates:
     """What a satellite hears, from the numbers that its neighbours said.
 
     Args:

@@ -63,15 +63,15 @@ class NeighbourBuffer:
         """
         return cls(np.zeros((*shape, width)), np.zeros(shape), np.zeros(shape))
 
-    def after(self, told: Received) -> "NeighbourBuffer":
+    def after(self, received: Received) -> "NeighbourBuffer":
         """The inbox once this step's post has been taken in; who is no longer linked is forgotten."""
-        if told.complete:
-            return NeighbourBuffer(told.values, told.stamp, told.linked)
-        fresh = told.fresh > 0.0
+        if received.complete:
+            return NeighbourBuffer(received.values, received.stamp, received.linked)
+        fresh = received.fresh > 0.0
         return NeighbourBuffer(
-            values=np.where(fresh[..., None], told.values, self.values),
-            stamp=np.where(fresh, told.stamp, self.stamp),
-            known=np.where(fresh, 1.0, self.known) * told.linked,
+            values=np.where(fresh[..., None], received.values, self.values),
+            stamp=np.where(fresh, received.stamp, self.stamp),
+            known=np.where(fresh, 1.0, self.known) * received.linked,
         )
 
     def counted(self, time: float, neighbour_timeout: float) -> Array:

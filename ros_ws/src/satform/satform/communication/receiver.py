@@ -83,7 +83,7 @@ class ReceiverModel:
             self._linked = formation.graph.adjacency[listeners, self.neighbours] * self._real
         return self._linked
 
-    def told(
+    def receive(
         self, step: int, values: Array, stamp: Array, fresh: Array | None, formation: Formation
     ) -> Received:
         """What arrives in a step.
@@ -97,13 +97,13 @@ class ReceiverModel:
         """
         linked = self.linked(formation)
         if fresh is None:
-            told = Received(values, stamp, linked, linked, complete=True)
+            received = Received(values, stamp, linked, linked, complete=True)
         else:
             arriving = fresh * linked
-            told = Received(values, stamp, arriving, linked, complete=bool((arriving == linked).all()))
+            received = Received(values, stamp, arriving, linked, complete=bool((arriving == linked).all()))
         if self._faults.any_clock:
-            told = told.shifted(self._clocks(step))
-        return told if self._links is None else self._links.carry(step, told)
+            received = received.shifted(self._clocks(step))
+        return received if self._links is None else self._links.transmit(step, received)
 
     def _clocks(self, step: int) -> Array:
         """By how much each neighbour's clock is ahead of the own one, s, shape (..., K)."""

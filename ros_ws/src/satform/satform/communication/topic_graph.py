@@ -65,20 +65,20 @@ class Channel:
     Attributes:
         topic: its name.
         kind: of its messages: the last part of the name.
-        speakers: names of the nodes that publish there.
-        listeners: names of the nodes that subscribe and have to be there, the recorder last.
+        publishers: names of the nodes that publish there.
+        subscribers: names of the nodes that subscribe and have to be there, the recorder last.
         rhythm: when there is a message.
     """
 
     topic: str
     kind: str
-    speakers: tuple[str, ...]
-    listeners: tuple[str, ...]
+    publishers: tuple[str, ...]
+    subscribers: tuple[str, ...]
     rhythm: Rhythm
 
-    def listeners_in(self, *, recorded: bool) -> tuple[str, ...]:
+    def subscribers_in(self, *, recorded: bool) -> tuple[str, ...]:
         """Names of the listeners in a flight with or without a recorder."""
-        return self.listeners if recorded else tuple(name for name in self.listeners if name != RECORDER)
+        return self.subscribers if recorded else tuple(name for name in self.subscribers if name != RECORDER)
 
 
 def topic_name(kind: str, satellite: str) -> str:
@@ -151,7 +151,7 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
     """
     equipment = plan.satellites[index]
     own = equipment.name
-    hearing = [plan.satellites[listener].name for listener in plan.graph.listeners(index)]
+    hearing = [plan.satellites[listener].name for listener in plan.graph.receivers(index)]
     found = [
         _channel("state", own, PLANT, [own], "states"),
         _channel(plan.announces, own, own, hearing, "states"),
@@ -192,14 +192,14 @@ def channels(plan: TopicPlan) -> list[Channel]:
 
 def published_by(name: str, table: Iterable[Channel]) -> list[Channel]:
     """The topics on which a node speaks."""
-    return [channel for channel in table if name in channel.speakers]
+    return [channel for channel in table if name in channel.publishers]
 
 
 def subscribed_by(name: str, table: Iterable[Channel]) -> list[Channel]:
     """The topics to which a node listens."""
-    return [channel for channel in table if name in channel.listeners]
+    return [channel for channel in table if name in channel.subscribers]
 
 
-def _channel(kind: str, satellite: str, speaker: str, listeners: list[str], rhythm: Rhythm) -> Channel:
+def _channel(kind: str, satellite: str, publisher: str, subscribers: list[str], rhythm: Rhythm) -> Channel:
     """A topic about a satellite; the recorder hears all of them."""
-    return Channel(topic_name(kind, satellite), kind, (speaker,), (*listeners, RECORDER), rhythm)
+    return Channel(topic_name(kind, satellite), kind, (publisher,), (*subscribers, RECORDER), rhythm)

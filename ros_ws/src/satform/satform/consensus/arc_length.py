@@ -66,7 +66,12 @@ class ArcLengthConsensus:
     neighbour_timeout: float = math.inf
 
     def acceleration(
-        self, arc_length: Array, rate: Array, nominal_rate: Array | float, heard: NeighbourPhases, time: float
+        self,
+        arc_length: Array,
+        rate: Array,
+        nominal_rate: Array | float,
+        neighbour_states: NeighbourPhases,
+        time: float,
     ) -> Array:
         """Rate of change of a satellite's own eta.
 
@@ -74,7 +79,7 @@ class ArcLengthConsensus:
             arc_length: own phase, m, shape (...).
             rate: own eta, m/s, shape (...).
             nominal_rate: constant rate of the whole formation, m/s, shape (...).
-            heard: from the neighbours, shape (..., K).
+            neighbour_states: from the neighbours, shape (..., K).
             time: simulated, s.
 
         Returns:
@@ -84,35 +89,37 @@ class ArcLengthConsensus:
             Equation (8) of docs/controllers/consensus.md.
         """
         own = -self.tracking_gain * (rate - nominal_rate)
-        if heard.arc_length.shape[-1] == 0:
+        if neighbour_states.arc_length.shape[-1] == 0:
             return own
-        weighted = self.weighted_pulls(arc_length, rate, heard, time)
+        weighted = self.weighted_pulls(arc_length, rate, neighbour_states, time)
         # An accumulation adds strictly one after another, which a sum over an axis does not promise.
         change: Array = own - np.add.accumulate(weighted, axis=-1)[..., -1]
         return change
 
-    def weighted_pulls(self, arc_length: Array, rate: Array, heard: NeighbourPhases, time: float) -> Array:
+    def weighted_pulls(
+        self, arc_length: Array, rate: Array, neighbour_states: NeighbourPhases, time: float
+    ) -> Array:
         """Weighted coupling term of each neighbour, subtracted from deta/dt, m/s^2, shape (..., K)."""
-        weighted: Array = heard.weight * self.pulls(arc_length, rate, heard, time)
+        weighted: Array = neighbour_states.weight * self.pulls(arc_length, rate, neighbour_states, time)
         return weighted
 
-    def pulls(self, arc_length: Array, rate: Array, heard: NeighbourPhases, time: float) -> Array:
+    def pulls(self, arc_length: Array, rate: Array, neighbour_states: NeighbourPhases, time: float) -> Array:
         """Coupling term of each neighbour before weighting; positive values decelerate the satellite.
 
         Args:
             arc_length: own phase, m, shape (...).
             rate: own eta, m/s, shape (...).
-            heard: from the neighbours, shape (..., K).
+            neighbour_states: from the neighbours, shape (..., K).
             time: simulated, s.
 
         Returns:
             Differences in phase and rate times their gains, m/s^2, shape (..., K).
         """
-        neighbour = heard.arc_length
+        neighbour = neighbour_states.arc_length
         if self.neighbour_values == "extrapolate":
-            neighbour = neighbour + (time - heard.stamp) * heard.rate
+            neighbour = neighbour + (time - neighbour_states.stamp) * neighbour_states.rate
         behind = column(arc_length) - neighbour
-        slower = column(rate) - heard.rate
+        slower = column(rate) - neighbour_states.rate
         pull: Array = column(self.coupling_gain) * behind + column(self.rate_gain) * slower
         return pull
 

@@ -96,7 +96,7 @@ def robustness(graph: Graph) -> Robustness:
         )
     if count == 1:
         return Robustness(1, (1,))
-    heard = _heard_outside(graph)
+    heard = _in_edges_from_outside(graph)
     # A set is as reachable as its most reachable member; the empty set belongs to no pair.
     reach = heard.max(axis=0)
     reach[0] = count
@@ -168,7 +168,7 @@ def agreement_guarantee(graph: Graph, tolerated_byzantine: int) -> AgreementGuar
     )
 
 
-def _heard_outside(graph: Graph) -> Counts:
+def _in_edges_from_outside(graph: Graph) -> Counts:
     """In-neighbours outside a set of each of its members, shape (N, 2^N); -1 for satellites not in the set.
 
     A set is a number whose bit i stands for satellite i.

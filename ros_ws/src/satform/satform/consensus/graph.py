@@ -32,19 +32,19 @@ class Graph:
     adjacency: Array
 
     @classmethod
-    def of_edges(cls, count: int, listeners: Sequence[int], speakers: Sequence[int]) -> "Graph":
+    def of_edges(cls, count: int, receivers: Sequence[int], senders: Sequence[int]) -> "Graph":
         """The graph with these edges.
 
         Args:
             count: of satellites, N.
-            listeners: of each edge the index of the satellite that hears.
-            speakers: of each edge the index of the satellite that is heard; the same edge twice is one edge.
+            receivers: of each edge the index of the satellite that hears.
+            senders: of each edge the index of the satellite that is heard; the same edge twice is one edge.
 
         Raises:
             ValueError: there are not as many speakers as listeners, an index is none of a satellite, or a
                 satellite would hear itself.
         """
-        hears, heard = np.array(listeners, dtype=np.int64), np.array(speakers, dtype=np.int64)
+        hears, heard = np.array(receivers, dtype=np.int64), np.array(senders, dtype=np.int64)
         if len(hears) != len(heard):
             raise ValueError(f"{len(hears)} listeners and {len(heard)} speakers; an edge has one of each")
         ends = np.concatenate((hears, heard))
@@ -64,15 +64,15 @@ class Graph:
         """Indices of the in-neighbours of `satellite`, ascending."""
         return tuple(np.flatnonzero(self.adjacency[satellite]).tolist())
 
-    def listeners(self, satellite: int) -> tuple[int, ...]:
+    def receivers(self, satellite: int) -> tuple[int, ...]:
         """Indices of the out-neighbours of `satellite`, ascending."""
         return tuple(np.flatnonzero(self.adjacency[:, satellite]).tolist())
 
     @cached_property
     def edges(self) -> tuple[tuple[int, int], ...]:
         """Pairs (speaker, listener), ascending by listener and then by speaker."""
-        listeners, speakers = np.nonzero(self.adjacency)
-        return tuple(zip(speakers.tolist(), listeners.tolist(), strict=True))
+        receivers, senders = np.nonzero(self.adjacency)
+        return tuple(zip(senders.tolist(), receivers.tolist(), strict=True))
 
     @cached_property
     def directed(self) -> bool:
@@ -126,10 +126,10 @@ class Graph:
         Source: Ren & Beard 2005.
         """
         count, labels = self._strong_components()
-        listeners, speakers = np.nonzero(self.adjacency)
-        across = labels[listeners] != labels[speakers]
+        receivers, senders = np.nonzero(self.adjacency)
+        across = labels[receivers] != labels[senders]
         hears_outside = np.zeros(count, dtype=np.bool_)
-        hears_outside[labels[listeners[across]]] = True
+        hears_outside[labels[receivers[across]]] = True
         return int(count - hears_outside.sum()) == 1
 
     def strongly_connected(self) -> bool:

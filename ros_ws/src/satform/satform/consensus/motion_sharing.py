@@ -56,20 +56,20 @@ class MotionSharing:
 
     neighbour_timeout: float = math.inf
 
-    def seen(self, motion: Motion, heard: NeighbourMotion, time: float) -> RelativeNeighbour:
+    def observed(self, motion: Motion, neighbour_states: NeighbourMotion, time: float) -> RelativeNeighbour:
         """Relative motion of a satellite to its neighbour.
 
         Args:
             motion: own position and velocity now, LVLH, shape (..., 3) each.
-            heard: from the neighbour.
+            neighbour_states: from the neighbour.
             time: simulated, s.
 
         Returns:
             Own motion minus the neighbour's, which is extrapolated at the received velocity.
         """
-        elapsed = (time - heard.stamp)[..., None]
-        position = motion.position - (heard.position + elapsed * heard.velocity)
-        return RelativeNeighbour(position, motion.velocity - heard.velocity)
+        elapsed = (time - neighbour_states.stamp)[..., None]
+        position = motion.position - (neighbour_states.position + elapsed * neighbour_states.velocity)
+        return RelativeNeighbour(position, motion.velocity - neighbour_states.velocity)
 
 
 class MotionSharingSpec(ConsensusSpec):

@@ -44,7 +44,9 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
 
     tolerated_byzantine: int = 0
 
-    def weighted_pulls(self, arc_length: Array, rate: Array, heard: NeighbourPhases, time: float) -> Array:
+    def weighted_pulls(
+        self, arc_length: Array, rate: Array, neighbour_states: NeighbourPhases, time: float
+    ) -> Array:
         """Coupling term of each neighbour, m/s^2, shape (..., K); 0 for those that are discarded.
 
         A value that is not finite counts as no message.
@@ -55,13 +57,15 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
         """
         # Extreme values of a Byzantine neighbour overflow; the result is not used.
         with np.errstate(over="ignore", invalid="ignore"):
-            pull = self.pulls(arc_length, rate, heard, time)
-        pull = np.where((heard.weight > 0.0) & np.isfinite(pull), pull, 0.0)
-        weighted: Array = heard.weight * np.where(dropped(pull, self.tolerated_byzantine), 0.0, pull)
+            pull = self.pulls(arc_length, rate, neighbour_states, time)
+        pull = np.where((neighbour_states.weight > 0.0) & np.isfinite(pull), pull, 0.0)
+        weighted: Array = neighbour_states.weight * np.where(
+            outliers(pull, self.tolerated_byzantine), 0.0, pull
+        )
         return weighted
 
 
-def dropped(pull: Array, tolerated_byzantine: int) -> NDArray[np.bool_]:
+def outliers(pull: Array, tolerated_byzantine: int) -> NDArray[np.bool_]:
     """Which neighbours a satellite discards: those with the largest coupling terms, up to F of each sign.
 
     Terms of zero are never discarded and may be padding. Of equal terms at the limit, the first are
@@ -102,7 +106,7 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
             tolerated_byzantine=self.tolerated_byzantine,
         )
 
-    def doubts(self, most_heard: int, step: float) -> list[str]:
+    def doubts(self, largest_in_degree: int, step: float) -> list[str]:
         """Violated conditions, so that correct satellites may leave the interval of their initial phases.
 
         With none of these, equal nominal rates, phases of the reference, and values that are no older
@@ -111,7 +115,7 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
         of their phases. Extrapolated values may be as old as rate_gain / coupling_gain.
 
         Args:
-            most_heard: largest in-degree.
+            largest_in_degree: largest in-degree.
             step: control period, s.
 
         Returns:
@@ -124,10 +128,10 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
                 f"coupling_gain {self.coupling_gain:g} is more than tracking_gain * rate_gain = {product:g}, "
                 "so that satellites overshoot each other"
             )
-        fastest = self.tracking_gain + most_heard * self.rate_gain
+        fastest = self.tracking_gain + largest_in_degree * self.rate_gain
         if step * fastest > 1.0 + _SLACK:
             found.append(
-                f"a step of {step:g} s is longer than 1 / (tracking_gain + {most_heard} neighbours * "
+                f"a step of {step:g} s is longer than 1 / (tracking_gain + {largest_in_degree} neighbours * "
                 f"rate_gain) = {1.0 / fastest:g} s"
             )
         return found

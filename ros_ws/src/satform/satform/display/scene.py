@@ -108,26 +108,26 @@ class Picture:
 class Scene:
     """Takes in what is seen of a formation, and says when a picture is due and what is in it."""
 
-    def __init__(self, plan: ScenePlan, pictures_per_lap: int, trail_points: int) -> None:
+    def __init__(self, plan: ScenePlan, snapshots_per_period: int, trail_points: int) -> None:
         """A scene in which nothing has been seen yet.
 
         Args:
             plan: what is known of the formation.
-            pictures_per_lap: how many pictures are wanted of a lap, or of a flight shorter than that.
+            snapshots_per_period: how many pictures are wanted of a lap, or of a flight shorter than that.
             trail_points: how many pictures a trail reaches back, unless there are very many satellites.
         """
         count = len(plan.names)
         share = max(TRAIL_POINTS // count, FEWEST_TRAIL_POINTS)
         self.names = plan.names
-        self.interval = picture_interval(plan, pictures_per_lap)
+        self.interval = picture_interval(plan, snapshots_per_period)
         self._step_length = plan.step
         self._orbits = [desired_orbit(curve, ORBIT_SAMPLES) for curve in plan.curves]
         self._attitude_orbits = plan.attitude_orbits
         self._alive = [True] * count
-        self._hears = plan.graph.adjacency.astype(bool)
+        self._in_edges = plan.graph.adjacency.astype(bool)
         self._positions: dict[int, tuple[int, Array, Array]] = {}
         self._turned: dict[int, tuple[float, Array]] = {}
-        self._spoken: dict[int, float] = {}
+        self._published: dict[int, float] = {}
         self._trails: list[deque[Pose]] = [deque(maxlen=min(trail_points, share)) for _ in plan.names]
         self._last_picture: int | None = None
 
@@ -158,15 +158,15 @@ class Scene:
 
     def spoke(self, index: int, time: float) -> None:
         """A satellite announced what holds at a simulated time in s."""
-        self._spoken[index] = time
+        self._published[index] = time
 
-    def decided(self, alive: Sequence[bool], listeners: Sequence[int], speakers: Sequence[int]) -> None:
+    def decided(self, alive: Sequence[bool], receivers: Sequence[int], senders: Sequence[int]) -> None:
         """The plant said who takes part and who hears whom, edge by edge; what does not fit is left out."""
         count = len(self.names)
         if len(alive) != count:
             return
         with suppress(ValueError):
-            self._hears = Graph.of_edges(count, listeners, speakers).adjacency.astype(bool)
+            self._in_edges = Graph.of_edges(count, receivers, senders).adjacency.astype(bool)
             self._alive = [bool(takes_part) for takes_part in alive]
 
     def picture(self) -> Picture:
@@ -200,31 +200,31 @@ class Scene:
     def _links(self) -> list[LinkView]:
         now = self.step * self._step_length
         links = []
-        for listener, speaker in _pairs(self._hears):
+        for listener, speaker in _pairs(self._in_edges):
             if listener not in self._positions or speaker not in self._positions:
                 continue
             start, other = self._positions[listener][1], self._positions[speaker][1]
             colour = link_colour(
-                (now - self._spoken.get(speaker, -math.inf)) / self._step_length,
-                listener_alive=self._alive[listener],
-                speaker_alive=self._alive[speaker],
+                (now - self._published.get(speaker, -math.inf)) / self._step_length,
+                receiver_alive=self._alive[listener],
+                sender_alive=self._alive[speaker],
             )
             links.append(LinkView(start, 0.5 * (start + other), colour))
         return links
 
 
-def picture_interval(plan: ScenePlan, pictures_per_lap: int) -> int:
+def picture_interval(plan: ScenePlan, snapshots_per_period: int) -> int:
     """Steps from one picture to the next.
 
     Args:
         plan: what is known of the formation.
-        pictures_per_lap: of the longest lap of any satellite, or of the whole flight if that is shorter;
+        snapshots_per_period: of the longest lap of any satellite, or of the whole flight if that is shorter;
             of the chief's orbit where nobody goes round.
 
     Returns:
         One or more.
     """
-    return max(1, round(plan.period / (pictures_per_lap * plan.step)))
+    return max(1, round(plan.period / (snapshots_per_period * plan.step)))
 
 
 def _pairs(hears: NDArray[np.bool_]) -> list[tuple[int, int]]:

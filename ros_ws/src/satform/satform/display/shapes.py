@@ -100,20 +100,20 @@ def satellite_colour(index: int) -> Colour:
     return red, green, blue, 1.0
 
 
-def link_colour(age: float, *, listener_alive: bool, speaker_alive: bool) -> Colour:
+def link_colour(age: float, *, receiver_alive: bool, sender_alive: bool) -> Colour:
     """Colour of what one satellite hears of another.
 
     Args:
         age: of the speaker's newest announcement, steps; infinite when it has said nothing yet.
-        listener_alive: whether the one that hears takes part.
-        speaker_alive: whether the one that is heard takes part.
+        receiver_alive: whether the one that hears takes part.
+        sender_alive: whether the one that is heard takes part.
 
     Returns:
         Grey for a listener that is lost, red for a speaker that is lost; else from fresh to stale.
     """
-    if not listener_alive:
+    if not receiver_alive:
         return GREY
-    if not speaker_alive:
+    if not sender_alive:
         return RED
     share = min(max((age - FRESH_STEPS) / (STALE_STEPS - FRESH_STEPS), 0.0), 1.0)
     red, green, blue, opacity = (

@@ -121,35 +121,35 @@ class Thruster:
         mass = self.dry_mass + propulsion.propellant
         strength = np.where(self.per_axis[..., None] > 0.0, np.abs(command), norm(command)[..., None])
         reached, over, under = self._limited(strength, mass)
-        given = command * np.divide(reached, strength, out=np.zeros_like(strength), where=strength > 0.0)
-        given = self._disturbed(given, errors)
+        applied = command * np.divide(reached, strength, out=np.zeros_like(strength), where=strength > 0.0)
+        applied = self._disturbed(applied, errors)
         if fault is not None:
-            given = self._faulty(given, fault, propulsion, mass)
-        share, burnt = self._burn(given, mass, propulsion.propellant)
-        given = given * share[..., None]
-        return given, replace(
+            applied = self._faulty(applied, fault, propulsion, mass)
+        share, burnt = self._burn(applied, mass, propulsion.propellant)
+        applied = applied * share[..., None]
+        return applied, replace(
             propulsion,
             propellant=propulsion.propellant - burnt,
-            delta_v=propulsion.delta_v + self._effort(given) * self.step,
+            delta_v=propulsion.delta_v + self._effort(applied) * self.step,
             saturated_steps=propulsion.saturated_steps + over,
             below_minimum_impulse_steps=propulsion.below_minimum_impulse_steps + under,
             propellant_depleted_steps=propulsion.propellant_depleted_steps + (share < 1.0),
-            applied=given,
+            applied=applied,
             mass=mass,
         )
 
-    def _faulty(self, given: Array, fault: ThrusterFault, propulsion: Propulsion, mass: Array) -> Array:
+    def _faulty(self, applied: Array, fault: ThrusterFault, propulsion: Propulsion, mass: Array) -> Array:
         """What thrusters apply under a fault, as long as there is propellant.
 
         A factor does not lift the thrust above what the hardware gives. Stuck thrusters apply the thrust of
         the step before, whatever is commanded and whatever factor holds besides.
         """
-        strength = np.where(self.per_axis[..., None] > 0.0, np.abs(given), norm(given)[..., None])
+        strength = np.where(self.per_axis[..., None] > 0.0, np.abs(applied), norm(applied)[..., None])
         limit = (self.maximum_thrust / mass)[..., None]
         most = np.divide(limit, strength, out=np.full_like(strength, np.inf), where=strength > 0.0)
         factor = np.minimum(fault.factor[..., None], np.maximum(most, 1.0))
         held = propulsion.applied * (propulsion.mass / mass)[..., None]
-        return np.where(fault.stuck[..., None] > 0.0, held, given * factor)
+        return np.where(fault.stuck[..., None] > 0.0, held, applied * factor)
 
     def _limited(self, strength: Array, mass: Array) -> tuple[Array, Array, Array]:
         """Acceleration that the thrusters can give; whether it was above, and below, what they can."""

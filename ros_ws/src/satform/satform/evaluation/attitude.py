@@ -63,7 +63,7 @@ class AttitudeSettling(Event):
         if not series.size:
             return math.nan
         columns = self.columns(record)
-        excused = record.left_out(series, of_others=True)[:, columns]
+        excused = record.excluded(series, of_others=True)[:, columns]
         within = np.all((series[:, columns] <= self.level) | excused, axis=1) & ~excused.all(axis=1)
         outside = np.flatnonzero(~within)
         first = int(outside[-1]) + 1 if outside.size else 0
@@ -181,7 +181,7 @@ class WheelSaturation(OverWindow):
         return self.largest_allowed <= 0.0
 
     def measure(self, record: FlightRecord) -> float:
-        series: Array = getattr(record, f"{self.limit}_limited")
+        series: Array = getattr(record, f"{self.limit}_saturated_steps")
         chosen = self.window(series, record) if series.size else series
         return largest(chosen[-1] - chosen[0]) if len(chosen) > 1 else math.nan
 

@@ -15,7 +15,7 @@ def conclusion_of(scenario: Scenario, verdicts: Sequence[Verdict]) -> str:
         scenario: that was flown.
         verdicts: one for each of its expectations.
     """
-    left = left_out(scenario)
+    left = excluded(scenario)
     if not verdicts:
         return f"Flown to the end and not judged: {left or 'the scenario expects nothing'}"
     met = sum(verdict.met for verdict in verdicts)
@@ -24,7 +24,7 @@ def conclusion_of(scenario: Scenario, verdicts: Sequence[Verdict]) -> str:
     return f"{words}; {left}: not judged" if left else words
 
 
-def left_out(scenario: Scenario) -> str:
+def excluded(scenario: Scenario) -> str:
     """How many expectations a flight is too short for, in words; empty when it is for none."""
     count = len(scenario.omitted_expectations)
     if count == 0:

@@ -39,7 +39,7 @@ class _Response(OfSatellites):
         flown = self._values(record.position[:-1, columns])
         wanted = self._values(record.reference_position[:, columns])
         start = flown[:1]
-        excused = record.left_out(record.reference_position)[:, columns]
+        excused = record.excluded(record.reference_position)[:, columns]
         with np.errstate(divide="ignore", invalid="ignore"):
             # A reference that comes by the start makes no way there, and then no figure.
             part: Array = (flown - start) / (wanted - start)

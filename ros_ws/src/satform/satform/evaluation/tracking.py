@@ -78,7 +78,7 @@ class TrackingErrorAt(AtTime, OfSatellites):
 
     unit = "m"
     of_steps = True
-    given_at_start = True
+    known_before_flight = True
     kind: Literal["tracking_error_at"] = "tracking_error_at"
 
     def measure(self, record: FlightRecord) -> float:
@@ -114,7 +114,7 @@ class ReachingTime(Event):
     def measure(self, record: FlightRecord) -> float:
         columns = self.columns(record)
         surface = np.abs(record.sliding_variable[:, columns, "xyz".index(self.axis)])
-        excused = record.left_out(record.sliding_variable)[:, columns]
+        excused = record.excluded(record.sliding_variable)[:, columns]
         reached = np.all((surface <= self.level) | excused, axis=1) & ~excused.all(axis=1)
         return float(np.argmax(reached)) * record.step if reached.any() else math.nan
 
@@ -192,7 +192,7 @@ class SettlingTime(Event):
 
     def measure(self, record: FlightRecord) -> float:
         columns, error = self.columns(record), record.tracking_error
-        furthest = largest_of_each(error[:, columns], record.left_out(error)[:, columns])
+        furthest = largest_of_each(error[:, columns], record.excluded(error)[:, columns])
         return settled(furthest, self.level, record.step)
 
     def describe(self) -> str:
@@ -204,7 +204,7 @@ class ArcLengthSpread(AtTime, OfSatellites):
 
     unit = "m"
     of_phases = True
-    given_at_start = True
+    known_before_flight = True
     kind: Literal["arc_length_spread"] = "arc_length_spread"
 
     def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
@@ -245,7 +245,7 @@ class ArcLengthMean(AtTime):
 
     unit = "m"
     of_phases = True
-    given_at_start = True
+    known_before_flight = True
     kind: Literal["arc_length_mean"] = "arc_length_mean"
     nominal_rate: Number
     """Rate that is taken off, m/s."""
@@ -264,7 +264,7 @@ class ArcLengthRate(AtTime, OfSatellites):
 
     unit = "m/s"
     of_phases = True
-    given_at_start = True
+    known_before_flight = True
     kind: Literal["arc_length_rate"] = "arc_length_rate"
     nominal_rate: Number
     """Rate that is taken off, m/s."""
@@ -327,7 +327,7 @@ def arc_length_spread(record: FlightRecord, columns: list[int] | None = None) ->
         m, shape (K + 1,); not a number where fewer than two fly, whose spread is none.
     """
     chosen = list(range(len(record.satellites))) if columns is None else columns
-    told, excused = record.arc_length[:, chosen], record.left_out(record.arc_length)[:, chosen]
+    told, excused = record.arc_length[:, chosen], record.excluded(record.arc_length)[:, chosen]
     spread: Array = largest_of_each(told, excused) + largest_of_each(-told, excused)
     return np.where((~excused).sum(axis=1) > 1, spread, np.nan)
 

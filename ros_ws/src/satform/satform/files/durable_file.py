@@ -53,7 +53,7 @@ def write_durably(path: Path, data: bytes) -> None:
         file.write(data)
 
 
-def room_in_words(path: Path) -> str:
+def free_space_text(path: Path) -> str:
     """Where the disk of a path is mounted and what is free there, for a sentence about a full one."""
     folder = path.absolute()
     while not (folder.is_mount() or folder == folder.parent):
@@ -66,7 +66,7 @@ def room_in_words(path: Path) -> str:
     return f"{folder} has {free / 1e6:.1f} MB of {size / 1e6:.1f} MB free"
 
 
-def reason_in_words(error: OSError, path: Path) -> str:
+def reason_text(error: OSError, path: Path) -> str:
     """Why a path could not be written: which disk is full, or what else the system said.
 
     Args:
@@ -74,7 +74,7 @@ def reason_in_words(error: OSError, path: Path) -> str:
         path: that was to be written.
     """
     if error.errno in FULL:
-        return f"the disk is full: {room_in_words(path)}"
+        return f"the disk is full: {free_space_text(path)}"
     return error.strerror.lower() if error.strerror else str(error) or type(error).__name__
 
 

@@ -39,10 +39,10 @@ def save(satellite: Satellite) -> bytes:
         TypeError: a part of the state is neither a dataclass nor numbers, as from a control law whose
             memory is of another kind.
     """
-    numbers: Numbers = {}
-    _flatten(satellite.state, "", numbers)
+    encode: Numbers = {}
+    _flatten(satellite.state, "", encode)
     buffer = io.BytesIO()
-    np.savez(buffer, allow_pickle=False, **numbers)
+    np.savez(buffer, allow_pickle=False, **encode)
     return buffer.getvalue()
 
 
@@ -57,10 +57,10 @@ def restore(satellite: Satellite, data: bytes) -> None:
     Raises:
         ValueError: the bytes are damaged, or belong to a satellite of another kind.
     """
-    numbers = _read(data)
+    encode = _read(data)
     used: set[str] = set()
-    state = _rebuilt(_template(satellite), "", numbers, used)
-    foreign = sorted(set(numbers) - used)
+    state = _rebuilt(_template(satellite), "", encode, used)
+    foreign = sorted(set(encode) - used)
     if foreign:
         raise ValueError(f"this checkpoint is of another kind of satellite: it holds {', '.join(foreign)}")
     satellite.state = state
@@ -81,45 +81,45 @@ def _template(satellite: Satellite) -> Any:
     )
 
 
-def _flatten(value: Any, name: str, numbers: Numbers) -> None:
+def _flatten(value: Any, name: str, encode: Numbers) -> None:
     if value is None:
         return
     if isinstance(value, tuple):
         for place, item in enumerate(value):
-            _flatten(item, f"{name}.{place}", numbers)
+            _flatten(item, f"{name}.{place}", encode)
         return
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
-            _flatten(getattr(value, field.name), f"{name}.{field.name}" if name else field.name, numbers)
+            _flatten(getattr(value, field.name), f"{name}.{field.name}" if name else field.name, encode)
         return
     array = np.asarray(value)
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name} is a {type(value).__name__}: a state is made of dataclasses and numbers")
-    numbers[name] = array
+    encode[name] = array
 
 
-def _rebuilt(template: Any, name: str, numbers: Numbers, used: set[str]) -> Any:
+def _rebuilt(template: Any, name: str, encode: Numbers, used: set[str]) -> Any:
     if template is None:
         return None
-    if name in _OPTIONAL and not any(key == name or key.startswith(f"{name}.") for key in numbers):
+    if name in _OPTIONAL and not any(key == name or key.startswith(f"{name}.") for key in encode):
         return None
     if dataclasses.is_dataclass(template) and not isinstance(template, type):
         parts = {
             field.name: _rebuilt(
-                getattr(template, field.name), f"{name}.{field.name}" if name else field.name, numbers, used
+                getattr(template, field.name), f"{name}.{field.name}" if name else field.name, encode, used
             )
             for field in dataclasses.fields(template)
         }
         return replace(template, **parts)
     if isinstance(template, tuple):
         count = 0
-        while f"{name}.{count}" in numbers:
+        while f"{name}.{count}" in encode:
             count += 1
-        return tuple(_rebuilt(template[0], f"{name}.{place}", numbers, used) for place in range(count))
-    if name not in numbers:
+        return tuple(_rebuilt(template[0], f"{name}.{place}", encode, used) for place in range(count))
+    if name not in encode:
         raise ValueError(f"this checkpoint is of another kind of satellite: {name} is missing")
     used.add(name)
-    array, sample = numbers[name], np.asarray(template)
+    array, sample = encode[name], np.asarray(template)
     if array.shape != sample.shape or array.dtype != sample.dtype:
         raise ValueError(
             f"this checkpoint is of another kind of satellite: {name} is {array.dtype} of shape "

@@ -192,12 +192,12 @@ class LimitCheck:
         """How a flight ends because of what is true at the plant's present step; None when it goes on."""
         motion = plant.motion()
         checked: list[_Rows] = [
-            (_APPLIED, plant.given, self._everyone),
+            (_APPLIED, plant.applied, self._everyone),
             (_POSITION, motion.position, self._everyone),
             (_VELOCITY, motion.velocity, self._everyone),
         ]
         for group in plant.turning:
-            told, members = group.told(), group.members.tolist()
+            told, members = group.measured(), group.members.tolist()
             checked += [
                 (_RATE, told.angular_velocity, members),
                 (_ATTITUDE, told.mrp, members),
@@ -227,7 +227,7 @@ class LimitCheck:
             return None
         first = min(found)
         quantity, value = found[first]
-        drifts = quantity.beyond is _DRIFT and bool(np.any(plant.given[first]))
+        drifts = quantity.beyond is _DRIFT and bool(np.any(plant.applied[first]))
         return self._end(quantity, first, value, plant.step, _UNSTABLE if drifts else None)
 
     def _end(

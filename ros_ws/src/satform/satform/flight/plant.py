@@ -37,7 +37,7 @@ class Plant:
         self._dynamics = plan.dynamics
         self._state = self._dynamics.start(plan.start.position, plan.start.velocity)
         self.step = 0
-        self.given: Array = np.zeros_like(plan.start.position)
+        self.applied: Array = np.zeros_like(plan.start.position)
         self._faults = plan.faults
         self._held_readings: dict[int, tuple[Array, Array]] = {}
         self.thrusters = _thrusters_of(plan)
@@ -88,7 +88,7 @@ class Plant:
             return None
         whole = Attitude(*(np.full_like(self._motion.position, np.nan) for _ in range(3)))
         for group in self.turning:
-            told = group.told()
+            told = group.measured()
             whole.mrp[group.members] = told.mrp
             whole.angular_velocity[group.members] = told.angular_velocity
             whole.wheel_momentum[group.members] = told.wheel_momentum
@@ -114,15 +114,15 @@ class Plant:
             for group in self.turning:
                 group.advance(wheel_torque[group.members], self.step)
         # Whoever commands may use the same array for the next commands.
-        self.given = acceleration.copy()
+        self.applied = acceleration.copy()
         if self.thrusters is not None:
             fault = self._faults.of_thrusters(self.thrusters.members, self.step)
-            self.given = self.thrusters.fire(acceleration, self.step, fault)
-        self._state = self._dynamics.advance(self._state, self.given, self.step)
+            self.applied = self.thrusters.fire(acceleration, self.step, fault)
+        self._state = self._dynamics.advance(self._state, self.applied, self.step)
         self.step += 1
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         for sensors in self._sensors:
-            sensors.look(self._motion, self.step)
+            sensors.sample(self._motion, self.step)
         self._measured = self._measure()
 
     def _measure(self) -> Motion:
@@ -178,7 +178,7 @@ class _Sensors:
         position, velocity = start.position[self.members], start.velocity[self.members]
         self.memory = sensor.start(position, velocity, self._noise.at(0))
 
-    def look(self, motion: Motion, step: int) -> None:
+    def sample(self, motion: Motion, step: int) -> None:
         """Take in the true motion of all satellites at a step."""
         position, velocity = motion.position[self.members], motion.velocity[self.members]
         self.memory = self._sensor.measure(self.memory, position, velocity, step, self._noise.at(step))

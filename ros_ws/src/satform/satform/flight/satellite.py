@@ -15,7 +15,7 @@ import numpy as np
 from satform.attitude.guidance import Attitude, PointingReference
 from satform.attitude.tracking import AttitudeTrackingSpec
 from satform.communication.messages import WIDTH, NeighbourMessage, NeighbourStates, PhaseMessage
-from satform.communication.messages import heard as as_heard
+from satform.communication.messages import decode as as_heard
 from satform.communication.neighbour_buffer import NeighbourBuffer, Received
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate
 from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
@@ -40,7 +40,7 @@ class SatelliteState:
         announcement: what the neighbours hear in that step.
         memory: the control law's own state.
         inbox: the newest word of each neighbour.
-        begun: whether the satellite has acted before.
+        has_acted: whether the satellite has acted before.
         estimate: the estimator's state; None without one and before the first step.
         acceleration: commanded in the step before, m/s^2, shape (..., 3); None before the first step.
         missed: steps before the next one in which it did not act since it acted last; its memory and its
@@ -54,7 +54,7 @@ class SatelliteState:
     announcement: NeighbourMessage
     memory: Any
     inbox: NeighbourBuffer
-    begun: bool = False
+    has_acted: bool = False
     estimate: EstimatorMemory | None = None
     acceleration: Array | None = None
     missed: int = 0
@@ -137,7 +137,7 @@ class Satellite:
     def act(
         self,
         motion: Motion,
-        told: Received,
+        received: Received,
         measured_step: int | None = None,
         attitude: Attitude | None = None,
         applied_acceleration: Array | None = None,
@@ -146,7 +146,7 @@ class Satellite:
 
         Args:
             motion: the satellite's own position and velocity, measured or true, shapes (..., 3).
-            told: the announcements of its neighbours.
+            received: the announcements of its neighbours.
             measured_step: number of the step at which the motion was so; this one when left out.
             attitude: its own, shapes (..., 3); None for a satellite without attitude.
             applied_acceleration: over the step before, as the plant reports it, LVLH, m/s^2, shape (..., 3);
@@ -156,8 +156,8 @@ class Satellite:
             The command with the reference that it follows.
         """
         plan, state = self.plan, self.state
-        inbox = state.inbox.after(told)
-        heard = self._heard(inbox, told)
+        inbox = state.inbox.after(received)
+        neighbour_states = self._neighbour_states(inbox, received)
         applied = _applied(state, applied_acceleration)
         estimate = None
         if plan.estimator is not None:
@@ -168,32 +168,34 @@ class Satellite:
         memory = _memory(plan, state, motion, applied)
         commanded = applied if state.missed else state.acceleration
         step = ControlStep(state.step, plan.step, applied, commanded, state.skipped)
-        if isinstance(heard, NeighbourMotion):
-            reference, action, phase = _follow_neighbour(plan, state, motion, heard, (memory, step))
+        if isinstance(neighbour_states, NeighbourMotion):
+            reference, action, phase = _follow_neighbour(
+                plan, state, motion, neighbour_states, (memory, step)
+            )
         else:
-            reference, action, phase = _follow_path(plan, state, motion, heard, (memory, step))
+            reference, action, phase = _follow_path(plan, state, motion, neighbour_states, (memory, step))
         self.state = SatelliteState(
             step=state.step + 1,
             arc_length=phase.arc_length,
             rate=phase.rate,
-            announcement=phase.said,
+            announcement=phase.message,
             memory=action.memory,
             inbox=inbox,
-            begun=True,
+            has_acted=True,
             estimate=estimate,
             acceleration=action.acceleration,
         )
         torque = None
         if self._aim is not None and plan.orientation is not None and attitude is not None:
-            aim = self._aim.at(state.step, reference, heard)
+            aim = self._aim.at(state.step, reference, neighbour_states)
             time = np.full_like(state.arc_length, state.step * plan.step)
             torque = plan.orientation.wheel_torque(attitude, aim, time)
         return Decision(action.acceleration, reference, action.sliding_variable, motion, torque, estimate)
 
-    def _heard(self, inbox: NeighbourBuffer, told: Received) -> NeighbourStates:
+    def _neighbour_states(self, inbox: NeighbourBuffer, received: Received) -> NeighbourStates:
         """What the neighbours are taken to say: their newest word, unless it has become too old."""
         weight = inbox.known
-        if not told.complete:
+        if not received.complete:
             weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.neighbour_timeout)
         return as_heard(self._announces, inbox.values, inbox.stamp, weight)
 
@@ -214,15 +216,15 @@ class Satellite:
             return
         missed = step - state.step
         arc_length = state.arc_length + (step - state.step) * plan.step * state.rate
-        said = state.announcement
-        if isinstance(said, PhaseMessage):
+        message = state.announcement
+        if isinstance(message, PhaseMessage):
             moment = np.full_like(arc_length, step * plan.step)
-            said = PhaseMessage(moment, arc_length - plan.phase_offset, state.rate)
+            message = PhaseMessage(moment, arc_length - plan.phase_offset, state.rate)
         self.state = replace(
             state,
             step=step,
             arc_length=arc_length,
-            announcement=said,
+            announcement=message,
             missed=state.missed + missed,
             skipped=state.skipped + missed if skipped else 0,
         )
@@ -296,7 +298,7 @@ class _Phase:
 
     arc_length: Array
     rate: Array
-    said: NeighbourMessage
+    message: NeighbourMessage
 
 
 def _first_announcement(plan: FlightPlan) -> NeighbourMessage:
@@ -308,7 +310,7 @@ def _first_announcement(plan: FlightPlan) -> NeighbourMessage:
 
 def _applied(state: SatelliteState, reported: Array | None) -> Array | None:
     """What was applied over the step before; None before a satellite's first step."""
-    if not state.begun:
+    if not state.has_acted:
         return None
     if reported is not None:
         return reported
@@ -319,7 +321,7 @@ def _applied(state: SatelliteState, reported: Array | None) -> Array | None:
 
 def _memory(plan: FlightPlan, state: SatelliteState, motion: Motion, applied: Array | None) -> Any:
     """The control law's memory for this step: started at the first one, carried over a gap."""
-    if not state.begun:
+    if not state.has_acted:
         return plan.controller.start(motion)
     if not state.missed or state.memory is None or applied is None:
         return state.memory
@@ -331,7 +333,7 @@ def _follow_path(
     plan: FlightPlan,
     state: SatelliteState,
     motion: Motion,
-    heard: NeighbourPhases,
+    neighbour_states: NeighbourPhases,
     law: tuple[Any, ControlStep],
 ) -> tuple[Reference, Action, _Phase]:
     assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is heard belongs to it
@@ -342,40 +344,40 @@ def _follow_path(
     else:
         arc_length, rate = state.arc_length, state.rate
     phase = arc_length - plan.phase_offset
-    rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, heard, time)
+    rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, neighbour_states, time)
     reference = plan.path.at_step(arc_length, rate, rate_change, plan.step)
     action: Action = plan.controller.act(motion, reference, *law)
     next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
     if follows_itself:
-        said = PhaseMessage(np.full_like(phase, time), phase, rate)
+        message = PhaseMessage(np.full_like(phase, time), phase, rate)
     else:
         moment = np.empty(phase.shape)
         moment.fill((state.step + 1) * plan.step)
-        said = PhaseMessage(moment, next_arc_length - plan.phase_offset, next_rate)
-    return reference, action, _Phase(next_arc_length, next_rate, said)
+        message = PhaseMessage(moment, next_arc_length - plan.phase_offset, next_rate)
+    return reference, action, _Phase(next_arc_length, next_rate, message)
 
 
 def _follow_neighbour(
     plan: FlightPlan,
     state: SatelliteState,
     motion: Motion,
-    heard: NeighbourMotion,
+    neighbour_states: NeighbourMotion,
     law: tuple[Any, ControlStep],
 ) -> tuple[Reference, Action, _Phase]:
     assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is heard belongs to it
     time = state.step * plan.step
-    neighbour = plan.consensus.seen(motion, heard, time)
+    neighbour = plan.consensus.observed(motion, neighbour_states, time)
     action: Action = plan.controller.act(motion, neighbour, *law)
-    said = MotionMessage(np.full_like(state.arc_length, time), motion.position, motion.velocity)
+    message = MotionMessage(np.full_like(state.arc_length, time), motion.position, motion.velocity)
     reference: Reference = plan.controller.reference(motion, neighbour)
-    follows = heard.weight > 0.0
+    follows = neighbour_states.weight > 0.0
     if not np.all(follows):
         # Nobody to follow: the satellite coasts, desires its own motion, and its law learns nothing.
         still = np.zeros_like(motion.position)
         coasting = Action(still, still, law[0])
         action = stacking.select(follows, action, coasting)
         reference = stacking.select(follows, reference, Reference(motion.position, motion.velocity, still))
-    return reference, action, _Phase(state.arc_length, state.rate, said)
+    return reference, action, _Phase(state.arc_length, state.rate, message)
 
 
 def _estimated(

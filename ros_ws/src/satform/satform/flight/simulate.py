@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude
 from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
-from satform.communication.messages import WIDTH, numbers
+from satform.communication.messages import WIDTH, encode
 from satform.communication.neighbour_buffer import Received
 from satform.communication.receiver import Index, ReceiverModel
 from satform.control.protocol import Motion
@@ -161,25 +161,25 @@ class _Flight:
         for group in self.groups:
             place = group.place
             if not group.flies:
-                log.silent(place)
+                log.without_announcement(place)
                 continue
             own = Motion(motion.position[place], motion.velocity[place])
             # Satellites whose filters are told at different times do not fly as one.
             measured_step = None if measured_steps is None else int(measured_steps[place].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
-            told = log.told(group.receiver, self.formation)
-            applied = plant.given[place]
+            received = log.received(group.receiver, self.formation)
+            applied = plant.applied[place]
             try:
-                decision = group.satellite.act(own, told, measured_step, turned, applied)
+                decision = group.satellite.act(own, received, measured_step, turned, applied)
             except ArithmeticError:
                 violations[int(np.min(group.members))] = NO_COMMAND
                 continue
-            found = self._limits.of_decision(decision, numbers(group.satellite.announce()))
+            found = self._limits.of_decision(decision, encode(group.satellite.announce()))
             if found:
                 members = np.atleast_1d(group.members)
                 violations.update({int(members[row]): violation for row, violation in found.items()})
             log.decided(place, decision)
-            self._keep(group)
+            self._save_checkpoint(group)
         self.early_end, self.flown = self._limits.computed_end(violations, step), step
         if self.early_end:
             return
@@ -214,7 +214,7 @@ class _Flight:
             group.online_parameters = OnlineParameters(self.plans.parameters(event.satellite))
         group.online_parameters.set(group.satellite, event.name, event.value)
 
-    def _keep(self, group: _Group) -> None:
+    def _save_checkpoint(self, group: _Group) -> None:
         """Keep a checkpoint of a satellite if it is one that will be needed."""
         if self._needed:
             key = (int(group.members), group.satellite.state.step)
@@ -281,10 +281,10 @@ class _Log:
         satellites = formation.topics.satellites
         self.step = 0
         self._announces = formation.announces
-        self._said = np.zeros((count, WIDTH[self._announces]))
+        self._messages = np.zeros((count, WIDTH[self._announces]))
         self._time = np.zeros(count)
         self._fresh = np.ones(count)
-        self._silent: set[Place] = set()
+        self._without_announcement: set[Place] = set()
         self._faults = formation.faults
         self._byzantine = [index for index in range(count) if self._faults.is_byzantine(index)]
         self.measures = any(satellite.sensor for satellite in satellites)
@@ -323,33 +323,37 @@ class _Log:
         for group in groups:
             place = group.place
             if not group.flies:
-                self._silent.add(place)
+                self._without_announcement.add(place)
                 self._fresh[place] = 0.0
-                self._said[place] = np.nan
+                self._messages[place] = np.nan
                 continue
-            if self._silent:
-                self._silent.discard(place)
+            if self._without_announcement:
+                self._without_announcement.discard(place)
                 self._fresh[place] = 1.0
             self._announced(group)
         if self._announces == "arc_length":
-            self.record.arc_length[self.step], self.record.rate[self.step] = self._said.T
+            self.record.arc_length[self.step], self.record.rate[self.step] = self._messages.T
 
     def _announced(self, group: _Group) -> None:
         """Take in what the satellites of a group announce for the coming step."""
         place, said = group.place, group.satellite.announce()
         self._time[place] = said.time
-        self._said[place] = numbers(said)
+        self._messages[place] = encode(said)
         for byzantine in self._byzantine:
             if byzantine in group.members:
-                self._said[byzantine] = self._faults.said(byzantine, self._said[byzantine], self.step)
+                self._messages[byzantine] = self._faults.corrupt(
+                    byzantine, self._messages[byzantine], self.step
+                )
 
     def rejoined(self, group: _Group) -> None:
         """Record what a satellite that rejoins announces for its first step; its neighbours do not use it."""
         place = group.place
         self._announced(group)
         if self._announces == "arc_length":
-            self.record.arc_length[self.step, place], self.record.rate[self.step, place] = self._said[place]
-        self._silent.add(place)
+            self.record.arc_length[self.step, place], self.record.rate[self.step, place] = self._messages[
+                place
+            ]
+        self._without_announcement.add(place)
         self._fresh[place] = 0.0
 
     def moved(self, plant: Plant, attitude: Attitude | None) -> None:
@@ -367,7 +371,7 @@ class _Log:
                 record.torque_saturated_steps[step, group.members] = limits[:, 0]
                 record.momentum_saturated_steps[step, group.members] = limits[:, 1]
         if step > 0:
-            record.applied_acceleration[step - 1] = plant.given
+            record.applied_acceleration[step - 1] = plant.applied
         if plant.thrusters is None:
             return
         members, propulsion = plant.thrusters.members, plant.thrusters.propulsion
@@ -377,17 +381,17 @@ class _Log:
         record.below_minimum_impulse_steps[step, members] = propulsion.below_minimum_impulse_steps
         record.propellant_depleted_steps[step, members] = propulsion.propellant_depleted_steps
 
-    def told(self, receiver: ReceiverModel, formation: Formation) -> Received:
+    def received(self, receiver: ReceiverModel, formation: Formation) -> Received:
         """What arrives at the satellites of a group."""
         places = receiver.neighbours
-        values, time = self._said.take(places, axis=0), self._time.take(places)
-        if not self._silent:
-            return receiver.told(self.step, values, time, None, formation)
+        values, time = self._messages.take(places, axis=0), self._time.take(places)
+        if not self._without_announcement:
+            return receiver.receive(self.step, values, time, None, formation)
         fresh = self._fresh[places]
         values = np.where(fresh[..., None] > 0.0, values, 0.0)
-        return receiver.told(self.step, values, time, fresh, formation)
+        return receiver.receive(self.step, values, time, fresh, formation)
 
-    def silent(self, place: Place) -> None:
+    def without_announcement(self, place: Place) -> None:
         """Note that a satellite does not take part in this step."""
         record, step = self.record, self.step
         record.acceleration[step, place] = 0.0

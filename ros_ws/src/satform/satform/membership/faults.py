@@ -281,7 +281,7 @@ class FaultSchedule:
         """Whether a satellite lies at some time."""
         return any(lie.satellite == satellite for lie in self.lies_told)
 
-    def said(self, satellite: int, values: Array, step: int) -> Array:
+    def corrupt(self, satellite: int, values: Array, step: int) -> Array:
         """What a satellite says instead of the truth.
 
         Args:

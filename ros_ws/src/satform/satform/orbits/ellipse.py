@@ -72,9 +72,9 @@ class Ellipse:
         Source: incomplete elliptic integral of the second kind, DLMF 19.30(i).
         """
         from_apex = angle + self._apex_angle
-        half_laps = np.rint(from_apex / np.pi)
-        part = self._arc_from_apex(from_apex - half_laps * np.pi)
-        total: Array = (2.0 * half_laps - self.apex_shift) * self.quarter + part
+        half_periods = np.rint(from_apex / np.pi)
+        part = self._arc_from_apex(from_apex - half_periods * np.pi)
+        total: Array = (2.0 * half_periods - self.apex_shift) * self.quarter + part
         return total
 
     def angle_at(self, arc_length: Array) -> Array:
@@ -179,10 +179,10 @@ class Ellipse:
 
     def _from_apex(self, arc_length: Array) -> tuple[Array, Array]:
         """Arc length from the nearest apex, m, up to a quarter either way, and that apex's angle, rad."""
-        half_lap = self._half_lap
+        half_period = self._half_period
         from_apex = arc_length + self._apex_place
-        half_laps = np.rint(from_apex / half_lap)
-        return from_apex - half_laps * half_lap, half_laps * np.pi
+        half_periods = np.rint(from_apex / half_period)
+        return from_apex - half_periods * half_period, half_periods * np.pi
 
     def _closer(self, angle: Array, arc_length: Array) -> tuple[Array, Array]:
         """A step towards the inverse of `_arc_from_apex`, and by how much Newton's would have gone, rad."""
@@ -214,7 +214,7 @@ class Ellipse:
         return self.apex_shift * self.quarter
 
     @cached_property
-    def _half_lap(self) -> Array:
+    def _half_period(self) -> Array:
         return 2.0 * self.quarter
 
     @cached_property

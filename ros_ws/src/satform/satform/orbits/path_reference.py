@@ -158,14 +158,14 @@ class Path:
         """
         angle = self.curve.nearest(position)
         point = self.curve.point(angle)
-        first_lap = self.generalised_arc_length(angle)
+        first_period = self.generalised_arc_length(angle)
         period = self.period
-        laps = np.rint((near - first_lap) / (period + (period == 0.0)))
+        periods = np.rint((near - first_period) / (period + (period == 0.0)))
         offset = dot(position - point.position, point.normal)
         condition = 1.0 - point.curvature * offset
         arc_rate = dot(velocity, point.tangent) / np.maximum(condition, LEAST_CONDITION)
         slope = self._arc_slope(point)
-        found = first_lap + laps * period
+        found = first_period + periods * period
         share = np.minimum(np.maximum(condition / LEAST_CONDITION, 0.0), 1.0)
         found = np.where(share < 1.0, near + share * (found - near), found)
         return found, arc_rate / (slope + (slope == 0.0))

@@ -211,7 +211,7 @@ class FlightRecord:
             absent[self.steps :] = self.absent[-1:]
         return absent
 
-    def left_out(self, series: Array, *, of_others: bool = False) -> NDArray[np.bool_]:
+    def excluded(self, series: Array, *, of_others: bool = False) -> NDArray[np.bool_]:
         """Where a satellite gives no figure because it does not fly.
 
         Args:

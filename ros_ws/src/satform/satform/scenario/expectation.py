@@ -297,7 +297,7 @@ class OverWindow(OfSatellites):
         chosen = series[rows][:, columns]
         if not of_bodies and self.lacks_one(record.absent_rows(len(series))[rows][:, columns]):
             return np.full_like(chosen, np.nan)
-        excused = record.left_out(series, of_others=of_others)[rows][:, columns]
+        excused = record.excluded(series, of_others=of_others)[rows][:, columns]
         return without_gaps(chosen, excused)
 
     def when(self) -> str:
@@ -309,7 +309,7 @@ class OverWindow(OfSatellites):
 class AtTime(Expectation):
     """An expectation at one moment."""
 
-    given_at_start: ClassVar[bool] = False
+    known_before_flight: ClassVar[bool] = False
     """Whether the figure at the start is a number of the scenario itself."""
 
     at: NonNegative | None = None
@@ -319,7 +319,7 @@ class AtTime(Expectation):
         own = []
         if self.at is not None and self.at > timing.duration * (1 + _TIME_SLACK):
             own.append(f"at {self.at:g} s is later than the flight's end at {timing.duration:g} s")
-        if self.given_at_start and self.at is not None and self.at < 0.5 * timing.step:
+        if self.known_before_flight and self.at is not None and self.at < 0.5 * timing.step:
             own.append(f"at {self.at:g} s the figure is what the scenario itself says: name a later time")
         return super().complaints(satellites, timing) + own
 
@@ -355,7 +355,7 @@ class AtTime(Expectation):
         if series.ndim == 1:
             return series[row : row + 1]
         chosen = list(range(series.shape[1])) if columns is None else columns
-        excused = record.left_out(series, of_others=of_others)[row : row + 1, chosen]
+        excused = record.excluded(series, of_others=of_others)[row : row + 1, chosen]
         return without_gaps(series[row : row + 1, chosen], excused)
 
     def moment(self) -> str:

@@ -12,7 +12,7 @@ from satform.scenario.checking import checked
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
 from satform.scenario.overrides import apply_changes
-from satform.scenario.truncation import beyond_the_end, left_out, within_the_end
+from satform.scenario.truncation import beyond_the_end, excluded, within_the_end
 from satform.scenario.yaml_reader import found as shown
 from satform.scenario.yaml_reader import plain, read_tree
 
@@ -121,7 +121,7 @@ def parse_scenario(
     if scenario is None or found:
         raise ScenarioError(_first(sorted(found, key=lambda problem: problem.line or 0)))
     if remark is not None:
-        for sentence in left_out(beyond):
+        for sentence in excluded(beyond):
             remark(sentence)
     return scenario
 

@@ -57,12 +57,12 @@ def coincident_with_followed(satellites: Sequence[SatelliteSpec], graph: Graph) 
     return found
 
 
-def singular_references(satellites: Sequence[SatelliteSpec], lap_time: float) -> list[tuple[int, str]]:
+def singular_references(satellites: Sequence[SatelliteSpec], nominal_period: float) -> list[tuple[int, str]]:
     """Satellites whose reference is not a finite motion somewhere along its curve.
 
     Args:
         satellites: complete ones.
-        lap_time: about the time of one period along the curve, s.
+        nominal_period: about the time of one period along the curve, s.
 
     Returns:
         Index of each such satellite, the first of those on the same curve, and a sentence.
@@ -73,13 +73,13 @@ def singular_references(satellites: Sequence[SatelliteSpec], lap_time: float) ->
         if satellite.curve is None or shape in seen:
             continue
         seen.add(shape)
-        sentence = _singular(satellite, lap_time)
+        sentence = _singular(satellite, nominal_period)
         if sentence:
             found.append((index, f"{sentence}: give curve or scale another size"))
     return found
 
 
-def _singular(satellite: SatelliteSpec, lap_time: float) -> str:
+def _singular(satellite: SatelliteSpec, nominal_period: float) -> str:
     """Why a satellite's reference is no finite motion; empty where it is one."""
     assert satellite.curve is not None  # noqa: S101 - the caller has seen to it
     with np.errstate(all="ignore"):
@@ -94,7 +94,7 @@ def _singular(satellite: SatelliteSpec, lap_time: float) -> str:
                 f"generalised arc length, which is more than {_LONGEST_PERIOD:g} m"
             )
         places = np.linspace(0.0, 1.0, _SAMPLES) * period
-        motion = path.reference(places, np.full(_SAMPLES, period / lap_time), np.zeros(_SAMPLES))
+        motion = path.reference(places, np.full(_SAMPLES, period / nominal_period), np.zeros(_SAMPLES))
         parts = np.concatenate((motion.position, motion.velocity, motion.acceleration), axis=-1)
     if np.all(np.abs(parts) < _LARGEST):
         return ""

@@ -68,7 +68,7 @@ def within_the_end(data: dict[str, Any], beyond: Places) -> dict[str, Any]:
     return {**data, **kept}
 
 
-def left_out(beyond: Places) -> list[str]:
+def excluded(beyond: Places) -> list[str]:
     """What is said about that which was left out."""
     said = []
     if count := len(beyond.get("expect", ())):

@@ -83,7 +83,7 @@ class PlantVoice:
             recorded: whether a recorder hears it too.
         """
         for channel in self._channels:
-            company.listens(self._publishers[channel.topic], channel.listeners_in(recorded=recorded))
+            company.listens(self._publishers[channel.topic], channel.subscribers_in(recorded=recorded))
 
     # At each step
 
@@ -96,7 +96,7 @@ class PlantVoice:
         step, stamps = self._plant.step, self._stamps
         seconds, nanoseconds = stamps.at(step)
         told, moments = self._plant.measured(), self._plant.measured_steps()
-        applied = self._plant.given.tolist()
+        applied = self._plant.applied.tolist()
         for index, (publisher, moment, position, velocity) in enumerate(
             zip(
                 self._say_state,
@@ -151,7 +151,7 @@ class PlantVoice:
         step = self._plant.step - 1
         seconds, nanoseconds = self._stamps.at(step)
         state = thrusters.propulsion
-        given = self._plant.given[thrusters.members].tolist()
+        given = self._plant.applied[thrusters.members].tolist()
         counters = np.stack(
             (state.saturated_steps, state.below_minimum_impulse_steps, state.propellant_depleted_steps),
             axis=-1,

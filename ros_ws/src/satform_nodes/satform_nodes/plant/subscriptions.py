@@ -85,7 +85,7 @@ class PlantEars:
         self._last_commands: dict[int, bytes] = {}
         self._turn = (-1, 0)
         self._heard_at = [time.monotonic()] * len(names)
-        speakers = {channel.topic: channel.speakers for channel in heard}
+        speakers = {channel.topic: channel.publishers for channel in heard}
         self._ready_speakers = Speakers(node, topics.NODE_READY, speakers[topics.NODE_READY], refusals)
         executor.subscribe(
             node, NodeReady, topics.NODE_READY, self._on_ready, qos.LATCHED_READER, self._ready_speakers

@@ -17,7 +17,7 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, relative, subscribed_by
-from satform.files.durable_file import reason_in_words
+from satform.files.durable_file import reason_text
 from satform.flight.compile import compile_scenario
 from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
@@ -134,7 +134,9 @@ class RecorderNode:
         self._listen(executor, "status", topics.STATUS, PLANT, self._on_status)
         for channel in heard:
             if channel.kind == "parameter_changes":
-                self._listen(executor, channel.kind, channel.topic, channel.speakers[0], self._write_stepped)
+                self._listen(
+                    executor, channel.kind, channel.topic, channel.publishers[0], self._write_stepped
+                )
         for channel in heard:
             if channel.rhythm != "now and then":
                 self._follow(executor, channel)
@@ -212,7 +214,7 @@ class RecorderNode:
             executor: hands out the messages.
             followed: the topic.
         """
-        topic, kind, (speaker,) = followed.topic, followed.kind, followed.speakers
+        topic, kind, (speaker,) = followed.topic, followed.kind, followed.publishers
         satellite = self._names.index(speaker) if speaker in self._names else -1
         last = self._last_step - (followed.rhythm == "steps")
         channel = _Followed(self._add_topic(topic, kind, qos.LOCKSTEP), topic, kind, satellite, last)
@@ -316,7 +318,7 @@ class RecorderNode:
                 seconds, nanoseconds = self._now
                 self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
 
-        speakers = self._only(topic, channel.speakers)
+        speakers = self._only(topic, channel.publishers)
         executor.subscribe(
             self.node,
             topics.TYPES[channel.kind],
@@ -374,7 +376,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         _record(recorder, executor, stop, scenario)
     except OSError as error:
         step = max(0, recorder.recorded_step)
-        reason = reason_in_words(error, Path(folder))
+        reason = reason_text(error, Path(folder))
         sentence = f"{folder}: the bag cannot be written after step {step}: {reason}"
         raise NodeError(sentence, EXIT_LOST) from None
     finally:

@@ -237,7 +237,7 @@ def _check_override(node: Node, prefix: str, spec: Spec, name: str, value: Any) 
         raise ParameterError(_sentences(error, prefix)) from None
 
 
-def given_at_start(node: Node, prefix: str, spec: Spec) -> dict[str, Any]:
+def known_before_flight(node: Node, prefix: str, spec: Spec) -> dict[str, Any]:
     """What a node was given at its start for a specification whose fields it has declared.
 
     Args:

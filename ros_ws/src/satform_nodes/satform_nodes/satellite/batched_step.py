@@ -16,7 +16,7 @@ import numpy as np
 from satform_msgs.msg import Command, Tracking
 
 from satform.attitude.guidance import Attitude
-from satform.communication.messages import WIDTH, numbers
+from satform.communication.messages import WIDTH, encode
 from satform.communication.receiver import ReceiverModel
 from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
@@ -193,7 +193,7 @@ class Abreast:
     def part(self) -> None:
         """Go on one by one, each with its share of the state and of what has arrived."""
         self._executor.await_in_turn(None)
-        nodes, begun = self._nodes, self._satellite.state.begun
+        nodes, begun = self._nodes, self._satellite.state.has_acted
         for row, node in enumerate(nodes):
             node.fly_alone(self.single(row) if begun else None)
             for neighbour, place in self._places[row].items():
@@ -238,7 +238,9 @@ class Abreast:
         said = np.array(self._heard[step & 1], dtype=np.float64).reshape(
             count, self._width, len(self._silence)
         )
-        heard = self._ears.told(step, said[..., 1:], said[..., 0], self._fresh, self._nodes[0].view.formation)
+        heard = self._ears.receive(
+            step, said[..., 1:], said[..., 0], self._fresh, self._nodes[0].view.formation
+        )
         attitude = None
         if self._turns:
             turned = np.array([own[3:12] for own in self._attitudes if own is not None])
@@ -257,7 +259,7 @@ class Abreast:
         """Say all commands first, for which the plant waits; then what the neighbours hear; then the rest."""
         nodes, voices, now = self._nodes, self._voices, self._stamps.at(step)
         spoken = self._satellite.announce()
-        said = numbers(spoken)
+        said = encode(spoken)
         violations = self._limits.of_decision(decision, said)
         if violations:
             self._report(step, violations)

@@ -10,7 +10,7 @@ import numpy as np
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.files.bounded_file import read_bounded
-from satform.files.durable_file import reason_in_words, write_durably
+from satform.files.durable_file import reason_text, write_durably
 from satform.flight.checkpoint import restore, save
 from satform.flight.satellite import Satellite
 from satform_nodes.runtime.node_error import NodeError
@@ -113,7 +113,7 @@ class CheckpointFile:
             kept = f"the last one is of step {self.kept}" if self.kept >= 0 else "there is none"
             self.problem = (
                 f"{self._file}: the checkpoint of step {step} cannot be written, {kept}: "
-                f"{reason_in_words(error, self._file)}"
+                f"{reason_text(error, self._file)}"
             )
         else:
             self.kept, self.problem = step, ""

@@ -122,12 +122,12 @@ class Hearsay:
         count, width = len(neighbours), 1 + self._width
         if len(speakers) == count:
             said = np.array([heard[neighbour] for neighbour in neighbours]).reshape(count, width)
-            return self._ears.told(step, said[:, 1:], said[:, 0], np.ones(count), formation)
+            return self._ears.receive(step, said[:, 1:], said[:, 0], np.ones(count), formation)
         said, fresh = np.zeros((count, width)), np.zeros(count)
         for place, neighbour in enumerate(neighbours):
             if neighbour in speakers:
                 said[place], fresh[place] = heard[neighbour], 1.0
-        return self._ears.told(step, said[:, 1:], said[:, 0], fresh, formation)
+        return self._ears.receive(step, said[:, 1:], said[:, 0], fresh, formation)
 
     def forget(self, step: int) -> None:
         """Drop what was said for a step, which has been taken, and for the one before."""

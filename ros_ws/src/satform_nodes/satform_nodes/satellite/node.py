@@ -18,7 +18,7 @@ from satform_msgs.msg import FormationStatus
 from satform.attitude.guidance import Attitude
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.common.wording import listed
-from satform.communication.messages import numbers
+from satform.communication.messages import encode
 from satform.communication.topic_graph import RECORDER
 from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
@@ -331,27 +331,27 @@ class SatelliteNode:
     def _on_state(self, entry: Entry, data: bytes, _name: str) -> None:
         before = entry.repeated
         last = self.step if self.flying and not self.clocked else _ANY_STEP
-        numbers = entry.admit(data, self.step, last)
+        encode = entry.admit(data, self.step, last)
         # Whatever the plant says is a sign that it is there.
-        self.pulse += numbers is not None or entry.repeated > before
-        if numbers is None:
+        self.pulse += encode is not None or entry.repeated > before
+        if encode is None:
             return
-        self._state = numbers
+        self._state = encode
         if self._abreast is None:
             self.act_if_complete()
         else:
-            self._abreast.see(self._row, numbers)
+            self._abreast.see(self._row, encode)
 
     def _on_attitude(self, entry: Entry, data: bytes, _name: str) -> None:
         last = self.step if self.flying and not self.clocked else _ANY_STEP
-        numbers = entry.admit(data, self.step, last)
-        if numbers is None:
+        encode = entry.admit(data, self.step, last)
+        if encode is None:
             return
-        self._attitude = numbers
+        self._attitude = encode
         if self._abreast is None:
             self.act_if_complete()
         else:
-            self._abreast.turn(self._row, numbers)
+            self._abreast.turn(self._row, encode)
 
     def act_if_complete(self) -> None:
         """Act if everything for the step is there."""
@@ -434,7 +434,7 @@ class SatelliteNode:
         violation: Violation | None = NO_COMMAND
         with suppress(ArithmeticError):
             decision = self.satellite.act(motion, told, measured_step, attitude, applied)
-            violation = self._limits.of_decision(decision, numbers(self.satellite.announce())).get(0)
+            violation = self._limits.of_decision(decision, encode(self.satellite.announce())).get(0)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
         self._state = self._attitude = None

@@ -13,7 +13,7 @@ from satform_nodes.runtime.parameters import (
     FormationNode,
     ParameterError,
     declare_spec,
-    given_at_start,
+    known_before_flight,
     on_spec_change,
     show_spec,
 )
@@ -58,7 +58,7 @@ class SatelliteParameters:
         self._start: dict[str, dict[str, Any]] = {}
         for prefix, spec in self._adjustments.specs.items():
             self._declare(prefix)
-            self._start[prefix] = given_at_start(node, prefix, spec)
+            self._start[prefix] = known_before_flight(node, prefix, spec)
         self._use_start()
 
     def start_afresh(self) -> None:
@@ -103,6 +103,6 @@ class SatelliteParameters:
         satellite, step = self._to_change()
         self._adjustments.use(satellite, prefix, spec)
         for name, value in fields.items():
-            numbers = list(value) if isinstance(value, list | tuple) else [float(value)]
-            self._changes.append((f"{prefix}.{name}", numbers))
+            encode = list(value) if isinstance(value, list | tuple) else [float(value)]
+            self._changes.append((f"{prefix}.{name}", encode))
         return f"takes effect at step {step}"

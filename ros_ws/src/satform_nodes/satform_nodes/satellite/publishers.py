@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from satform_msgs.msg import Command, Estimate, NodeReady, ParameterChange, Tracking
 
-from satform.communication.messages import NeighbourMessage, numbers
+from satform.communication.messages import NeighbourMessage, encode
 from satform.communication.topic_graph import (
     PLANT,
     RECORDER,
@@ -109,13 +109,13 @@ class SatelliteVoice:
         for kind, publisher in self._publishers.items():
             # What has changed is kept for those who come later.
             if kind != "parameter_changes":
-                company.listens(publisher, self._channels[kind].listeners_in(recorded=recorded))
+                company.listens(publisher, self._channels[kind].subscribers_in(recorded=recorded))
 
     # At each step
 
     def words(self, announcement: NeighbourMessage, step: int) -> Spoken:
         """Stamp and numbers of what a satellite announces for a step, true or not."""
-        values = self._faults.said(self._index, numbers(announcement), step)
+        values = self._faults.corrupt(self._index, encode(announcement), step)
         return self._stamps.at_time(float(announcement.time)), values.tolist()
 
     def command(self, seconds: int, nanoseconds: int, step: int, decision: Decision, words: Spoken) -> None:
@@ -169,8 +169,8 @@ class SatelliteVoice:
     def show_estimate(self, seconds: int, nanoseconds: int, step: int, estimate: Sequence[float]) -> None:
         """Show what the filter estimates, as `numbers_of` has it."""
         if self._say_estimate is not None:
-            *numbers, rejected = estimate
-            self._say_estimate.publish(_ESTIMATE.pack(seconds, nanoseconds, step, *numbers, int(rejected)))
+            *encode, rejected = estimate
+            self._say_estimate.publish(_ESTIMATE.pack(seconds, nanoseconds, step, *encode, int(rejected)))
 
     def say_command(self, data: bytes) -> None:
         """Command the thrusters; the message is kept to be said again."""

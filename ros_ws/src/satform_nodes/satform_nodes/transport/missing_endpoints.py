@@ -52,16 +52,16 @@ def shortcomings(node: Node, channels: Sequence[Channel], *, recorded: bool) -> 
     names = dict.fromkeys(
         name
         for channel in needed
-        for name in (*channel.speakers, *channel.listeners_in(recorded=recorded))
+        for name in (*channel.publishers, *channel.subscribers_in(recorded=recorded))
         if recorded or name != RECORDER
     )
     absent = [Shortcoming(name, f"there is no node {name}") for name in names if name not in here]
     gone = {shortcoming.node for shortcoming in absent}
     found = [*absent]
     for channel in needed:
-        present = [name for name in channel.speakers if name in names and name not in gone]
+        present = [name for name in channel.publishers if name in names and name not in gone]
         found += _publishers(node, channel, present)
-        listening = [name for name in channel.listeners_in(recorded=recorded) if name not in gone]
+        listening = [name for name in channel.subscribers_in(recorded=recorded) if name not in gone]
         found += _subscribers(node, channel, listening)
     return list({(each.node, each.sentence): each for each in found}.values())
 
