@@ -102,6 +102,22 @@ def test_what_rosdep_has_no_name_for_is_pinned_and_named_where_people_look() -> 
     assert versions == {name: pins[name] for name in versions}
 
 
+@pytest.mark.parametrize(
+    ("package", "data"),
+    [("satform", set()), ("satform_nodes", set()), ("satform_bringup", {"launch", "layouts"})],
+)
+def test_the_readme_of_a_package_describes_its_sub_packages_and_nothing_else(
+    package: str, data: set[str]
+) -> None:
+    text = (SOURCES / package / "README.md").read_text(encoding="utf-8")
+    table = text.partition("| folder | content |\n")[2].partition("\n\n")[0]
+    cells = [line.split("|")[1] for line in table.splitlines()[1:]]
+    described = {name for cell in cells for name in re.findall(r"`(\w+)/`", cell)}
+    assert described == data | {
+        file.parent.name for file in (SOURCES / package / package).glob("*/__init__.py")
+    }
+
+
 def test_exit_codes_are_defined_in_one_place() -> None:
     defined = {
         file.name
