@@ -91,14 +91,14 @@ def test_what_happened_is_told_with_its_time(kept: StoredRun) -> None:
     assert [(entry.time, entry.kind, entry.text) for entry in flight_events(kept)] == [
         (5.0, "loss", "sat2 lost: no answer within 10 s"),
         (7.5, "gain", "sat3: controller.switching_gain is now [0.1, 0.2, 0.3]"),
-        (10.0, "return", "sat2 back"),
+        (10.0, "return", "sat2 rejoined"),
         (15.0, "phase", "aborted: asked to stop"),
     ]
 
 
-def test_nobody_hears_who_is_lost(kept: StoredRun) -> None:
+def test_a_lost_satellite_has_no_edges(kept: StoredRun) -> None:
     lost = graph_states(kept)[1]
-    assert lost.hears.tolist() == [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
+    assert lost.adjacency.tolist() == [[0, 0, 1], [0, 0, 0], [1, 0, 0]]
     alive = next(chart for chart in graph_charts(kept, Unit("s", 1.0)) if chart.key == "alive")
     gone = alive.lines[1]
     assert np.isnan(gone.values).tolist() == [False, True, False, False, False]
