@@ -38,7 +38,6 @@ ROOMS = (
     "evaluation",
     "display",
     "bag",
-    "plot",
 )
 """Of the library, from the lowest layer to the highest."""
 
@@ -48,9 +47,6 @@ TAKE_A_SCENARIO = {
     "satform.evaluation.sampled_loops",
     "satform.flight.compile",
     "satform.flight.simulate",
-    "satform.plot.formation",
-    "satform.plot.panels",
-    "satform.plot.prediction",
     "satform_bringup.deployment.multi_host_discovery",
     "satform_bringup.supervisor.launch_report",
     "satform_bringup.supervisor.run",

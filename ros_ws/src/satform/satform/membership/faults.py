@@ -176,14 +176,14 @@ class FaultSchedule:
         thrusts: what is wrong with thrusters.
         frozen: sensors that repeat a measurement.
         clocks: clocks that are wrong.
-        lies_told: what satellites add to the phase that they announce.
+        byzantine: what satellites add to the phase that they announce.
     """
 
     step: float
     thrusts: tuple[_Thrust, ...] = ()
     frozen: tuple[FaultInterval, ...] = ()
     clocks: tuple[_Clock, ...] = ()
-    lies_told: tuple[_ByzantineInterval, ...] = ()
+    byzantine: tuple[_ByzantineInterval, ...] = ()
 
     @classmethod
     def of(cls, specs: Iterable[FaultSpec], names: Sequence[str], step: float) -> "FaultSchedule":
@@ -197,28 +197,28 @@ class FaultSchedule:
         thrusts: list[_Thrust] = []
         frozen: list[FaultInterval] = []
         clocks: list[_Clock] = []
-        is_byzantine: list[_ByzantineInterval] = []
+        byzantine: list[_ByzantineInterval] = []
         for spec in specs:
             until = getattr(spec, "until", None)
             end = MOST_STEPS if until is None else step_at(until, step)
-            spell = (names.index(spec.satellite), step_at(spec.at, step), end)
+            interval = (names.index(spec.satellite), step_at(spec.at, step), end)
             match spec:
                 case WeakThrusterSpec():
-                    thrusts.append(_Thrust(*spell, spec.factor))
+                    thrusts.append(_Thrust(*interval, spec.factor))
                 case StuckThrusterSpec():
-                    thrusts.append(_Thrust(*spell, None))
+                    thrusts.append(_Thrust(*interval, None))
                 case FrozenSensorSpec():
-                    frozen.append(FaultInterval(*spell))
+                    frozen.append(FaultInterval(*interval))
                 case ClockOffsetSpec():
-                    clocks.append(_Clock(*spell, spec.offset))
+                    clocks.append(_Clock(*interval, spec.offset))
                 case ByzantineSpec():
-                    is_byzantine.append(_ByzantineInterval(*spell, spec.arc_length, spec.drift, spec.rate))
-        return cls(step, tuple(thrusts), tuple(frozen), tuple(clocks), tuple(is_byzantine))
+                    byzantine.append(_ByzantineInterval(*interval, spec.arc_length, spec.drift, spec.rate))
+        return cls(step, tuple(thrusts), tuple(frozen), tuple(clocks), tuple(byzantine))
 
     @property
     def empty(self) -> bool:
         """Whether nothing goes wrong."""
-        return not (self.thrusts or self.frozen or self.clocks or self.lies_told)
+        return not (self.thrusts or self.frozen or self.clocks or self.byzantine)
 
     def of_thrusters(self, members: NDArray[np.int64], step: int) -> ThrusterFault | None:
         """What is wrong with the thrusters of some satellites at a step; None for nothing.
@@ -278,8 +278,8 @@ class FaultSchedule:
         )
 
     def is_byzantine(self, satellite: int) -> bool:
-        """Whether a satellite lies at some time."""
-        return any(lie.satellite == satellite for lie in self.lies_told)
+        """Whether a satellite announces a false phase at some time."""
+        return any(added.satellite == satellite for added in self.byzantine)
 
     def corrupt(self, satellite: int, values: Array, step: int) -> Array:
         """What a satellite says instead of the truth.
@@ -289,8 +289,8 @@ class FaultSchedule:
             values: arc length (m) and its rate (m/s) as they are, shape (2,).
             step: for which it is said.
         """
-        for lie in self.lies_told:
-            if lie.satellite == satellite and lie.holds(step):
-                since = (step - lie.begin) * self.step
-                values = values + np.array([lie.arc_length + lie.drift * since, lie.rate])
+        for added in self.byzantine:
+            if added.satellite == satellite and added.holds(step):
+                since = (step - added.begin) * self.step
+                values = values + np.array([added.arc_length + added.drift * since, added.rate])
         return values
