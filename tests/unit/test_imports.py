@@ -38,6 +38,7 @@ ROOMS = (
     "evaluation",
     "display",
     "bag",
+    "plot",
 )
 """Of the library, from the lowest layer to the highest."""
 
@@ -47,6 +48,9 @@ TAKE_A_SCENARIO = {
     "satform.evaluation.sampled_loops",
     "satform.flight.compile",
     "satform.flight.simulate",
+    "satform.plot.formation",
+    "satform.plot.panels",
+    "satform.plot.prediction",
     "satform_bringup.deployment.multi_host_discovery",
     "satform_bringup.supervisor.launch_report",
     "satform_bringup.supervisor.run",
@@ -56,8 +60,8 @@ TAKE_A_SCENARIO = {
     "satform_nodes.runtime.lifecycle",
 }
 """Modules outside the room of scenarios that take a whole one: what compiles it into plans, flies it, judges
-it, starts it, or keeps it in a bag. Every other part of a flight takes its own plan. The tools, which check
-and show scenarios, are not among them."""
+it, plots it, starts it, or keeps it in a bag. Every other part of a flight takes its own plan. Tools
+check and show scenarios, and are not among them."""
 
 SAYS_WHAT_IT_IMPORTS = ("satform",)
 """Packages whose rooms say in their docstrings which rooms of the package they may import."""
