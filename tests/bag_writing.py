@@ -14,12 +14,12 @@ from satform_msgs.msg import FormationStatus
 
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
-from satform_nodes.bag.definitions import described
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.runtime.sim_time import NANOSECONDS, Stamps
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.message_definitions import described
+from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
 
 VERSIONS = {"satform": "0.1.0", "numpy": "2.4"}
 PROFILES = [offered(qos.LOCKSTEP)]

@@ -23,11 +23,11 @@ from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
+from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor.flight import Flight
-from satform_bringup.supervisor.node_processes import NodeProcess
 from satform_bringup.supervisor.run import fly
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
+from satform_nodes.transport.sim_time import Stamps
 
 KILOMETRES = 1e-3
 """Length in the markers of one metre, unless the display is told otherwise."""

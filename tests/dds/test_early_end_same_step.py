@@ -15,7 +15,7 @@ from satform.common.exit_codes import EXIT_ENDED_EARLY
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 from satform_tools.run import replay as replay_command
 from satform_tools.run.replay import compare
 

@@ -21,8 +21,8 @@ from flown import assert_flies_again, processes_of
 from satform.bag.reader import read_bag
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
+from satform_bringup.deployment.node_processes import processes
 from satform_bringup.supervisor import supervisor
-from satform_bringup.supervisor.node_processes import processes
 from satform_bringup.supervisor.run import fly
 from satform_nodes.bag.recovery import is_whole, recover
 

@@ -15,7 +15,7 @@ from satform_msgs.msg import FormationStatus
 from flights import shortened
 from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 from satform_nodes.transport import qos, topics
 
 DIRECTED = "{kind: matrix, rows: [[0,1,0,0],[0,0,1,0],[0,0,0,1],[1,1,0,0]]}"

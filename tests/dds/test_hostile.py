@@ -60,10 +60,10 @@ def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
 def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_path: Path) -> None:
     from satform_msgs.msg import Command
 
-    from satform_nodes.runtime.sim_time import Stamps
     from satform_nodes.transport import topics
     from satform_nodes.transport.cdr_codec import layout
     from satform_nodes.transport.message_validator import Entry, Refusals
+    from satform_nodes.transport.sim_time import Stamps
 
     form, refusals = layout(Command, topics.FRAME), Refusals()
     entry = Entry("/sat1/command", form, refusals, Stamps(0.5, 500_000_000))

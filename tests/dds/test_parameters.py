@@ -24,7 +24,7 @@ from satform.bag.reader import read_bag
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 from satform_nodes.transport import qos, topics
 
 STEPS = 3000

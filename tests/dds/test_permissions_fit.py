@@ -12,7 +12,7 @@ from rclpy.node import Node
 
 from flights import shortened
 from satform.flight.compile import compile_scenario
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 from satform_tools.security.access import Access, accesses
 
 pytestmark = pytest.mark.unmeasured

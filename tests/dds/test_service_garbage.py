@@ -21,7 +21,7 @@ from flown import assert_as_in_one_process, refused
 from satform.bag.reader import read_bag
 from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import local_discovery
-from satform_bringup.supervisor.node_processes import NodeProcess, processes
+from satform_bringup.deployment.node_processes import NodeProcess, processes
 
 pytestmark = pytest.mark.unmeasured
 

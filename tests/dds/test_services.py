@@ -23,7 +23,7 @@ from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.membership.state import SatelliteRejoined
 from satform.scenario import Scenario
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 from satform_nodes.plant import services
 
 STEPS = 2000

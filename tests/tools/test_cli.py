@@ -400,9 +400,9 @@ def test_the_bare_exchange_is_measured_on_a_domain_of_its_own_and_leaves_no_trac
     if range_before:
         monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", range_before)
     before = dict(os.environ)
-    stand_in = types.ModuleType("satform_nodes.transport.round_trip")
+    stand_in = types.ModuleType("satform_nodes.runtime.round_trip")
     stand_in.measure = measure  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "satform_nodes.transport.round_trip", stand_in)
+    monkeypatch.setitem(sys.modules, "satform_nodes.runtime.round_trip", stand_in)
     fly_like(monkeypatch)
     out = str(tmp_path / "run")
     assert cli.main(["run", "ring_six", "--no-record", "--measure-round-trip", "--out", out, *SHORT]) == 0

@@ -180,7 +180,7 @@ def _require_own_folder(layout: Layout) -> None:
 
 
 _OFTEN_IMPORTED = (
-    *("satform_nodes.runtime.preload", "satform.bag.reader", "satform_bringup.supervisor.run"),
+    *("satform_nodes.preload", "satform.bag.reader", "satform_bringup.supervisor.run"),
     *(
         "satform_tools.cli.main",
         "satform_tools.run.command",

@@ -17,7 +17,7 @@ from satform.bag import reader as bag_reader
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.scenario import ScenarioError, load_scenario
-from satform_bringup.supervisor.node_processes import NodeProcess, processes
+from satform_bringup.deployment.node_processes import NodeProcess, processes
 
 FILE = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "launch" / "scenario.launch.py"
 

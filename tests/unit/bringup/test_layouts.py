@@ -160,7 +160,7 @@ def test_foxglove_draws_topics_that_exist_and_shows_each_panel_once() -> None:
 def test_rviz_shows_every_group_of_markers() -> None:
     from satform.display.scene import Scene
     from satform_nodes.display.markers import PictureMessages
-    from satform_nodes.runtime.sim_time import Stamps
+    from satform_nodes.transport.sim_time import Stamps
 
     scene = Scene(scene_plan(shipped(NAME)), 200, 10)
     for step in (0, 1):

@@ -17,7 +17,7 @@ from flights import shipped
 from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import domain as domains
 from satform_bringup.deployment.domain import FIRST, LAST, DomainError, on_domain, own_domain
-from satform_bringup.supervisor.node_processes import NodeProcess, processes
+from satform_bringup.deployment.node_processes import NodeProcess, processes
 
 FILE = Path("/somewhere/scenario.json")
 

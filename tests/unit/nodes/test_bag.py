@@ -32,10 +32,10 @@ from satform.flight.simulate import simulate
 from satform.membership.state import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
-from satform_nodes.bag.definitions import MessageType, described
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.runtime.sim_time import NANOSECONDS
 from satform_nodes.transport import topics
+from satform_nodes.transport.message_definitions import MessageType, described
+from satform_nodes.transport.sim_time import NANOSECONDS
 from satform_tools.run.replay import compare
 
 STEPS = 400

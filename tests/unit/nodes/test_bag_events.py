@@ -14,7 +14,6 @@ from satform.bag.events import CHANGE_TYPE, STATUS_TYPE, EventError, Events, rea
 from satform.bag.message_types import TopicMessages
 from satform.flight.simulate import simulate
 from satform.plot.style import Unit
-from satform_nodes.bag.definitions import definition
 from satform_nodes.transport import topics
 from satform_tools.report.event_log import flight_events, graph_states
 from satform_tools.report.page.charts import graph_charts

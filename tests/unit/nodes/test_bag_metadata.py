@@ -12,10 +12,10 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import rosbag2_format
 from flights import shortened
-from satform_nodes.bag.definitions import described
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.transport import qos, topics
+from satform_nodes.transport.message_definitions import described
 
 PROFILES = {"status": qos.LATCHED, "state": qos.LOCKSTEP, "diagnostics": qos.OBSERVER}
 

@@ -22,8 +22,8 @@ from satform.bag.errors import BagError
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario
-from satform_nodes.bag.definitions import described
 from satform_nodes.bag.recovery import is_whole, recover, type_hash_of
+from satform_nodes.transport.message_definitions import described
 from satform_tools.cli import main as cli
 
 STEPS = 300

@@ -12,8 +12,8 @@ from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
-from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
+from satform_nodes.transport.node_error import NodeError
 
 SCENARIO = shortened("ring_six", 60.0)
 MOTION = Motion(np.array([5.0e4, 10.0, -3.0]), np.array([1.0, -20.0, 0.5]))

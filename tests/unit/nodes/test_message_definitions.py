@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 from rosgraph_msgs.msg import Clock
 
-from satform_nodes.bag.definitions import definition, type_name
+from satform_nodes.transport.message_definitions import definition, type_name
 
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 OTHERS = [Clock, DiagnosticArray, PoseWithCovarianceStamped]

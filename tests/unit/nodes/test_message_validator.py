@@ -10,10 +10,10 @@ from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState
 from flights import shortened
 from satform.flight.compile import compile_scenario
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.message_validator import EARLIER_STAMPS, Entry, Refusals
+from satform_nodes.transport.sim_time import Stamps
 
 STEP = 500_000_000
 """Length of a step, ns."""

@@ -17,8 +17,8 @@ from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.communication.topic_graph import RECORDER, Channel, channels
 from satform.flight.compile import topic_plan
 from satform_bringup.deployment.domain import own_domain
-from satform_nodes.runtime.flight_loop import exit_code_of
 from satform_nodes.runtime.formation_view import STOPPED
+from satform_nodes.runtime.lifecycle import exit_code_of
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.missing_endpoints import OPTIONAL, Shortcoming, in_words, shortcomings
 

@@ -84,8 +84,11 @@ def test_a_parameter_is_described_for_the_nodes_that_have_it_only() -> None:
     programs = {
         name: (NODES / f"{MODULES[f'{name}_node'].replace('.', '/')}.py").read_text() for name in PROGRAMS
     }
-    # A group declares what its satellites have in common by the satellite's own function.
-    programs["group"] += programs["satellite"].partition("def declare_settings")[2].partition("\ndef ")[0]
+    # The two programs of satellites share a function for the parameters that both have.
+    shared = (NODES / "satform_nodes" / "satellite" / "parameters.py").read_text(encoding="utf-8")
+    for name in ("satellite", "group"):
+        assert "declare_settings(" in programs[name]
+        programs[name] += shared.partition("def declare_settings")[2].partition("\ndef ")[0]
     for row in rows("Parameters"):
         name = code(row[1])
         if "." in name:

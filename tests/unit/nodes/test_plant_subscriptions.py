@@ -16,11 +16,11 @@ from satform.membership.manager import MembershipManager
 from satform.scenario import Scenario
 from satform_nodes.plant import subscriptions as plant_subscriptions
 from satform_nodes.plant.subscriptions import PlantEars
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import MANY
 from satform_nodes.transport.message_validator import Refusals
+from satform_nodes.transport.sim_time import Stamps
 from satform_tools.bench.scaling import ring
 
 

@@ -10,8 +10,8 @@ import pytest
 from flights import shortened
 from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
-from satform_nodes.runtime.flight_loop import fly_all
-from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.satellite.flight_loop import fly_all
+from satform_nodes.transport.node_error import NodeError
 
 DOCS = Path(__file__).parents[3] / "docs"
 

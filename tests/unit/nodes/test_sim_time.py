@@ -14,7 +14,7 @@ from satform_bringup.deployment.domain import on_domain, own_domain
 from satform_nodes.plant import node as plant_node
 from satform_nodes.recorder import node as recorder_node
 from satform_nodes.runtime.parameters import FormationNode
-from satform_nodes.satellite import node as satellite_node
+from satform_nodes.satellite import single_node as satellite_node
 
 
 @pytest.fixture(autouse=True)

@@ -11,7 +11,7 @@ from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario, ScenarioError
 from satform.scenario.deployment import HostSpec
 from satform_bringup.deployment import multi_host_discovery
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 from satform_tools.cli import main as cli
 
 ALPHA = "{name: alpha, address: 192.0.2.1, runs: [plant, sat1]}"

@@ -15,7 +15,7 @@ from cryptography import x509
 from flights import shipped
 from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import multi_host_discovery, security
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 from satform_nodes.transport import topics
 from satform_tools.cli import main as cli
 from satform_tools.describe.scenario import describe

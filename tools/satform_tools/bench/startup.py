@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from satform_nodes.runtime import trace
+from satform_nodes.transport import trace
 from satform_tools.bench.scaling import ring
 
 _TIMEOUT = 300.0

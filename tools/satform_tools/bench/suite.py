@@ -137,10 +137,10 @@ def _written(messages: int) -> float:
     """Processor time of a message, s."""
     from satform_msgs.msg import Command  # noqa: PLC0415 - needs ROS
 
-    from satform_nodes.bag.definitions import described  # noqa: PLC0415
     from satform_nodes.bag.writer import BagWriter  # noqa: PLC0415
     from satform_nodes.transport import topics  # noqa: PLC0415
     from satform_nodes.transport.cdr_codec import layout  # noqa: PLC0415
+    from satform_nodes.transport.message_definitions import described  # noqa: PLC0415
 
     form = layout(Command, topics.FRAME)
     data = form.pack(*(0 for _ in form.fields))

@@ -185,7 +185,7 @@ def _satellite(scenario: Scenario, index: int, steady: SteadyMotion) -> dict[str
 
 
 def _processes(scenario: Scenario) -> list[dict[str, Any]]:
-    from satform_bringup.supervisor.node_processes import processes  # noqa: PLC0415 - only `show` needs it
+    from satform_bringup.deployment.node_processes import processes  # noqa: PLC0415 - only `show` needs it
 
     listed = processes(compile_scenario(scenario), Path(SCENARIO_FILE), Path(BAG_FOLDER))
     return [{"node": process.name, "executable": process.executable} for process in listed]

@@ -174,7 +174,7 @@ def _save_record(flight: FlightRecord, folder: Path) -> str:
 
 def _tracing(folder: Path) -> dict[str, str]:
     """The environment variable with which every process of a run writes its trace."""
-    from satform_nodes.runtime import trace  # noqa: PLC0415 - in-process runs do without
+    from satform_nodes.transport import trace  # noqa: PLC0415 - in-process runs do without
 
     traces = folder / folders.TRACE
     traces.mkdir()

@@ -17,7 +17,7 @@ def median_round_trip(count: int) -> float:
     """
     from satform_bringup.deployment.domain import on_domain, own_domain  # noqa: PLC0415 - needs ROS
     from satform_bringup.deployment.local_discovery import as_in_a_run  # noqa: PLC0415
-    from satform_nodes.transport import round_trip  # noqa: PLC0415
+    from satform_nodes.runtime import round_trip  # noqa: PLC0415
 
     with own_domain() as domain, on_domain(domain), as_in_a_run():
         return round_trip.measure(count).median

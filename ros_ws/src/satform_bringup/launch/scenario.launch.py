@@ -22,8 +22,8 @@ from satform.membership.state import MembershipPlan, is_lost_at, rejoins_after
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
 from satform_bringup.deployment import local_discovery, preflight
+from satform_bringup.deployment.node_processes import NodeProcess, processes
 from satform_bringup.supervisor.launch_report import refuse_unknown_arguments, result
-from satform_bringup.supervisor.node_processes import NodeProcess, processes
 from satform_bringup.supervisor.run_registry import hold_shell_domain
 from satform_bringup.supervisor.supervisor import FAREWELL
 from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE

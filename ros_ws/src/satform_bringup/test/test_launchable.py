@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 from ament_index_python.packages import get_package_share_directory
 
-from satform_bringup.supervisor.node_processes import processes
+from satform_bringup.deployment.node_processes import processes
 
 
 def test_the_launch_file_is_where_ros2_launch_looks_for_it() -> None:

@@ -15,7 +15,7 @@ _DONE, _STOPPED = 0, 130
 
 MODULES = {
     "plant_node": "satform_nodes.plant.node",
-    "satellite_node": "satform_nodes.satellite.node",
+    "satellite_node": "satform_nodes.satellite.single_node",
     "group_node": "satform_nodes.satellite.group_node",
     "recorder_node": "satform_nodes.recorder.node",
     "display_node": "satform_nodes.display.node",

@@ -1,3 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where and how processes meet: DDS domain, discovery, several hosts, security, preflight checks."""
+"""Which processes run where and how they meet: DDS domain, discovery, hosts, security, preflight checks.
+
+Imports no other room of this package.
+"""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from satform_bringup import PACKAGE
 from satform_bringup.deployment.domain import HIGHEST_SECURED
-from satform_bringup.supervisor.node_processes import NodeProcess
+from satform_bringup.deployment.node_processes import NodeProcess
 
 ENCLAVES = "/formation"
 """Namespace of the enclaves: a node `sat1` lives in `/formation/sat1`."""

@@ -31,7 +31,7 @@ from satform_bringup.deployment import preflight
 from satform_bringup.deployment.domain import enter_domain
 from satform_nodes.programs import MODULES
 
-_PRELOADED = f"{PACKAGE}.runtime.preload"
+_PRELOADED = f"{PACKAGE}.preload"
 _TERMINAL_SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
 
 _SET_PARENT_DEATH_SIGNAL = 1

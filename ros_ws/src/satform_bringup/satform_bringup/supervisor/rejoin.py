@@ -7,8 +7,8 @@ from pathlib import Path
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.files.bounded_file import read_json
 from satform_bringup import LOG_FOLDER, PROCESSES_FILE, leftovers
+from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
-from satform_bringup.supervisor.node_processes import NodeProcess
 from satform_bringup.supervisor.supervisor import FAREWELL
 
 _LOOK = 0.1

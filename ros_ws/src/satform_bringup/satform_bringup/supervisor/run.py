@@ -14,8 +14,8 @@ from satform.scenario.deployment import HostSpec
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE, SCENARIO_FILE
 from satform_bringup.deployment import local_discovery, preflight, security
 from satform_bringup.deployment.multi_host_discovery import flight_domain, variables
+from satform_bringup.deployment.node_processes import processes
 from satform_bringup.supervisor.flight import Flight, Policy
-from satform_bringup.supervisor.node_processes import processes
 from satform_bringup.supervisor.run_registry import described
 from satform_bringup.supervisor.supervisor import Watch
 from satform_nodes.runtime.signals import StopRequest

@@ -22,9 +22,9 @@ from satform.membership.state import SatelliteLost, rejoins_after
 from satform.record.early_end import EarlyEnd
 from satform_bringup import leftovers
 from satform_bringup.deployment.multi_host_discovery import step_told
+from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
 from satform_bringup.supervisor.flight import Flight, Loss, Policy, Return
-from satform_bringup.supervisor.node_processes import NodeProcess
 from satform_nodes.runtime.signals import StopRequest
 
 PROCESS_SERVER = "process server"

@@ -22,8 +22,8 @@ from satform.bag.format import ROLE
 from satform.bag.reader import READ_FAILURES, find_file
 from satform.bag.records import records
 from satform_nodes.bag import metadata as bag_metadata
-from satform_nodes.bag.definitions import SEPARATOR, MessageType
 from satform_nodes.bag.writer import BagFile
+from satform_nodes.transport.message_definitions import SEPARATOR, MessageType
 
 
 @dataclass(frozen=True)

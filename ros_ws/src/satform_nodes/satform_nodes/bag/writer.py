@@ -24,8 +24,8 @@ from satform.bag.format import (
 )
 from satform.scenario import Scenario
 from satform_nodes.bag import metadata as bag_metadata
-from satform_nodes.bag.definitions import MessageType
 from satform_nodes.bag.metadata import Profile, Topic
+from satform_nodes.transport.message_definitions import MessageType
 
 CHUNK_BYTES = 64 * 1024
 

@@ -20,8 +20,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from satform.display.scene import LinkView, Picture, Pose, SatelliteView
 from satform.display.shapes import Colour
 from satform.numeric.elementwise import Array
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import topics
+from satform_nodes.transport.sim_time import Stamps
 
 _DIAMETER, _ARROW, _TEXT, _LINE = 0.04, 0.16, 0.07, 0.006
 """Sizes of a satellite, its heading, its name and of lines, per extent of the formation."""

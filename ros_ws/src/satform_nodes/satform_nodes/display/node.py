@@ -25,15 +25,15 @@ from satform.display.scene import Scene
 from satform.flight.compile import FormationPlan
 from satform_nodes.display.markers import PictureMessages
 from satform_nodes.runtime.lifecycle import patience, plan_of, plant_timeout, run
-from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
 from satform_nodes.runtime.supervisor_pipe import Report
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.node_error import NodeError
+from satform_nodes.transport.sim_time import Stamps
 
 _PATH_EVERY = 10
 """Pictures between two publications of the paths, which are long."""

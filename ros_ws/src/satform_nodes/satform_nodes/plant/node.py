@@ -34,15 +34,15 @@ from satform_nodes.plant.subscriptions import PlantEars
 from satform_nodes.runtime.diagnostics import Condition, Course, Health
 from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import plan_of, run, start_timeout
-from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.runtime.realtime_loop import fly_on_the_clock, processor_seconds
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.runtime.supervisor_pipe import Report
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.missing_endpoints import in_words, shortcomings
+from satform_nodes.transport.node_error import NodeError
+from satform_nodes.transport.sim_time import Stamps
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""

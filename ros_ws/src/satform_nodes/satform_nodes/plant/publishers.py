@@ -18,11 +18,11 @@ from satform.membership.manager import Change
 from satform.membership.state import Formation
 from satform.record.early_end import EarlyEnd
 from satform_nodes.runtime.lifecycle import see_off
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.node_names import local_name
+from satform_nodes.transport.sim_time import Stamps
 
 _STATE = layout(RelativeState, topics.FRAME)
 _ATTITUDE = layout(Attitude, topics.FRAME)

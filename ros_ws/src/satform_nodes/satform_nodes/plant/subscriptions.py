@@ -16,13 +16,13 @@ from satform.communication.topic_graph import RECORDER, Channel
 from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.manager import Change, MembershipManager
 from satform_nodes.runtime.realtime_loop import Promptness
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.authorised_publishers import Speakers, decoded
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.executor import MANY, StepExecutor
 from satform_nodes.transport.message_validator import CONTRADICTION, Entry, Refusals
+from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topics.FRAME)
 _RECORDER_PROGRESS = layout(RecorderProgress, topics.FRAME)

@@ -21,25 +21,24 @@ from satform.files.durable_file import reason_text
 from satform.flight.compile import compile_scenario
 from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
-from satform_nodes.bag.definitions import described
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.runtime.diagnostics import Condition, Course, Health
-from satform_nodes.runtime.flight_loop import exit_code_of
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.lifecycle import patience, plant_timeout, run, scenario_of
-from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.lifecycle import exit_code_of, patience, plant_timeout, run, scenario_of
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.sim_time import NANOSECONDS, Stamps
 from satform_nodes.runtime.supervisor_pipe import Report
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.authorised_publishers import Speakers, decoded
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.message_definitions import described
 from satform_nodes.transport.message_validator import CONTRADICTION, EARLIER_STAMPS, Entry
 from satform_nodes.transport.missing_endpoints import OPTIONAL
+from satform_nodes.transport.node_error import NodeError
+from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
 
 _RECORDER_PROGRESS = layout(RecorderProgress, topics.FRAME)
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Life of a node process: start, parameters, flight loops, signals, diagnostics.
+"""Life of a node process: start, parameters, real-time loop, signals, diagnostics.
 
-Imports `transport` and `bag`, no node.
+Imports `transport` alone.
 """

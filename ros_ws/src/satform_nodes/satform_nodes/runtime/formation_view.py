@@ -10,7 +10,7 @@ from satform_msgs.msg import Command, FormationStatus
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.state import Formation
-from satform_nodes.runtime.sim_time import Stamps
+from satform_nodes.transport.sim_time import Stamps
 
 STOPPED = "asked to stop"
 """Reason of a flight that was aborted because it was asked to be, by a signal or a service."""

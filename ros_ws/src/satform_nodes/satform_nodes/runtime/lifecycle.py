@@ -13,11 +13,12 @@ import rclpy
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from satform_msgs.msg import FormationStatus
 
-from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.scenario import Scenario, ScenarioError, load_scenario
-from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.parameters import (
     NO_SIM_TIME,
     SIM_TIME,
@@ -29,6 +30,7 @@ from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE
 from satform_nodes.runtime.supervisor_pipe import Report
 from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.node_error import NodeError
 
 
 def start_timeout(satellites: int) -> float:
@@ -198,3 +200,20 @@ def run(
         return code
     finally:
         rclpy.try_shutdown()
+
+
+def exit_code_of(stop: StopRequest, ended: FormationStatus | None) -> int:
+    """How the process of a node ends that has heard the plant's last status.
+
+    Args:
+        stop: whether this process was asked to end.
+        ended: the last status; None when there was none.
+
+    Returns:
+        3 where the plant has aborted the flight because something was lost.
+    """
+    if stop.asked:
+        return EXIT_STOPPED
+    if ended is None or ended.phase != FormationStatus.ABORTED:
+        return EXIT_DONE
+    return EXIT_DONE if ended.reason == STOPPED or ended.early_end else EXIT_LOST

@@ -1,3 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node of one satellite, the group of several in one process, and what both publish and subscribe."""
+"""The node of one satellite, and the programs of one satellite and of several in one process.
+
+Imports `runtime` and `transport`.
+"""

@@ -1,10 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Satellites of one process that act together: one step over arrays for all, with the bits of single ones.
+"""Steps of the satellites of one process, computed together over stacked arrays with the same bits as alone.
 
-Each keeps its node, its topics and its messages. They part for good, each with its own share of the
-state, as soon as anything out of the ordinary happens: someone is lost or comes back, the graph changes,
-a parameter is changed.
+Each satellite keeps its node, its topics and its messages. The batch is dissolved for good at the first
+change of membership, graph or parameters, and each satellite continues with its own part of the state.
 """
 
 import time
@@ -23,13 +22,13 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.state import has_individual_events
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.satellite.neighbour_messages import Words
 from satform_nodes.satellite.node import SatelliteNode
 from satform_nodes.satellite.publishers import AROUND_NUMBERS, numbers_of, violation_command
 from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import MANY
+from satform_nodes.transport.sim_time import Stamps
 
 _STATES, _ATTITUDES, _HEARD = range(3)
 """What a step needs, by kind."""
@@ -38,12 +37,11 @@ _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
 
 
-def fly_abreast(satellites: Sequence[SatelliteNode], plan: FormationPlan) -> bool:
-    """Have the satellites of one process act together, if they can; whether they do.
+def batch_satellites(satellites: Sequence[SatelliteNode], plan: FormationPlan) -> bool:
+    """Have the satellites of one process compute their steps together, if they can; whether they do.
 
-    They cannot where links or faults make each hear in its own way, on the wall clock, where the graph
-    that they begin with has not all edges that it will ever have, where a parameter was given at the
-    start, or where they are of different kinds.
+    They cannot with link models or faults, on the wall clock, if the first graph lacks an edge of a later
+    one, if a parameter was set at the start, or if their models differ.
 
     Args:
         satellites: before their first step.
@@ -60,14 +58,14 @@ def fly_abreast(satellites: Sequence[SatelliteNode], plan: FormationPlan) -> boo
         stacked = Satellite.stacked(plans, max(len(node.hearsay.neighbours) for node in satellites))
     except ValueError:
         return False
-    abreast = Abreast(satellites, plan, stacked)
+    batch = BatchedStep(satellites, plan, stacked)
     for row, node in enumerate(satellites):
-        node.fly_abreast(abreast, row)
+        node.join_batch(batch, row)
     return True
 
 
-class Abreast:
-    """Gathers what arrives at the satellites of a process in a step, and acts for all once it is complete."""
+class BatchedStep:
+    """Collects the messages of one step of all satellites, and computes it for all once it is complete."""
 
     def __init__(self, satellites: Sequence[SatelliteNode], plan: FormationPlan, stacked: Satellite) -> None:
         """Nothing has arrived yet.
@@ -158,44 +156,44 @@ class Abreast:
         self._awaited = len(self._nodes) * (2 if self._turns else 1)
         self._turn = 0
 
-    def hear(self, row: int, neighbour: int, step: int, words: Words) -> None:
-        """Take in what a neighbour of a satellite says for the present step or for the next one."""
+    def add_neighbour_message(self, row: int, neighbour: int, step: int, message: Words) -> None:
+        """Add what a satellite received from a neighbour for the present step or the next one."""
         slots, place = self._heard[step & 1], self._places[row][neighbour]
         if slots[place] is None:
             self._missing[step & 1] -= 1
-        slots[place] = words
+        slots[place] = message
         self._act_if_complete()
 
-    def see(self, row: int, state: tuple[Any, ...]) -> None:
-        """Take in what the plant tells a satellite of its motion."""
+    def add_state(self, row: int, state: tuple[Any, ...]) -> None:
+        """Add the state that a satellite received from the plant."""
         step, node = int(state[2]), self._nodes[row]
         if state[3] != self._number:
-            self.part()
+            self.dissolve()
             return
         if step >= self._steps:
             return
         if not node.flying and not node.join(step):
-            self.part()
+            self.dissolve()
             return
         self._begun = True
         self._awaited -= self._states[row] is None
         self._states[row] = state
         self._act_if_complete()
 
-    def turn(self, row: int, attitude: tuple[Any, ...]) -> None:
-        """Take in what the plant tells a satellite of its attitude."""
+    def add_attitude(self, row: int, attitude: tuple[Any, ...]) -> None:
+        """Add the attitude that a satellite received from the plant."""
         if int(attitude[2]) >= self._steps:
             return
         self._awaited -= self._attitudes[row] is None
         self._attitudes[row] = attitude
         self._act_if_complete()
 
-    def part(self) -> None:
-        """Go on one by one, each with its share of the state and of what has arrived."""
+    def dissolve(self) -> None:
+        """Have each satellite compute its own steps, from its part of the state and of the messages."""
         self._executor.await_in_turn(None)
         nodes, begun = self._nodes, self._satellite.state.has_acted
         for row, node in enumerate(nodes):
-            node.fly_alone(self.single(row) if begun else None)
+            node.leave_batch(self.single(row) if begun else None)
             for neighbour, place in self._places[row].items():
                 for step in (self._step, self._step + 1):
                     words = self._heard[step & 1][place]
@@ -223,7 +221,7 @@ class Abreast:
         self._step = step + 1
         self._begin_step()
         for node in self._nodes:
-            node.has_acted(busy)
+            node.count_batched_step(busy)
         if decision is None:
             self._report(step, {0: NO_COMMAND})
         else:

@@ -13,7 +13,7 @@ from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import reason_text, write_durably
 from satform.flight.checkpoint import restore, save
 from satform.flight.satellite import Satellite
-from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.transport.node_error import NodeError
 
 MOST_BYTES = 100_000_000
 """Size of the largest file that is taken for a checkpoint; those of shipped scenarios have some kilobytes."""

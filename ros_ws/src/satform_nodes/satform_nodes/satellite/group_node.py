@@ -7,15 +7,16 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
-from satform_nodes.runtime.flight_loop import fly_all
 from satform_nodes.runtime.lifecycle import plan_of, refuse_sim_time, run
-from satform_nodes.runtime.node_error import NodeError
 from satform_nodes.runtime.parameters import FormationNode, declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import Report
-from satform_nodes.satellite.batched_step import fly_abreast
-from satform_nodes.satellite.node import SatelliteNode, Settings, declare_settings
+from satform_nodes.satellite.batched_step import batch_satellites
+from satform_nodes.satellite.flight_loop import fly_all
+from satform_nodes.satellite.node import SatelliteNode, Settings
+from satform_nodes.satellite.parameters import declare_settings
 from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.node_error import NodeError
 
 LARGEST_FULL_GROUP = 32
 """Satellites in a process whose parameters can be read and set from outside, and who warn of misfits.
@@ -42,7 +43,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, single=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, plan, settings, report))
-    fly_abreast(satellites, plan)
+    batch_satellites(satellites, plan)
     try:
         return fly_all(satellites, executor, stop)
     finally:

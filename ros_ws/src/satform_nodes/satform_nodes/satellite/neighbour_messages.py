@@ -15,8 +15,8 @@ from satform.consensus.arc_length import Announces
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.realtime_loop import Ages
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.satellite.publishers import AROUND_NUMBERS
+from satform_nodes.transport.sim_time import Stamps
 
 Words = tuple[float, ...]
 """What a neighbour said: its time, then the numbers of its announcement."""

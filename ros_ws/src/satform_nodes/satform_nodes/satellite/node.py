@@ -4,13 +4,10 @@
 
 import os
 import signal
-import sys
 import time
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from satform_msgs.msg import FormationStatus
@@ -26,27 +23,22 @@ from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.state import is_lost_at, rejoins_after
 from satform_nodes.runtime.diagnostics import Condition, Course, Health, Level
-from satform_nodes.runtime.flight_loop import fly_all
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.lifecycle import plan_of, run
-from satform_nodes.runtime.node_error import NodeError
-from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
+from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.realtime_loop import processor_seconds
-from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.runtime.supervisor_pipe import Report
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_nodes.satellite.neighbour_messages import Hearsay, Words
 from satform_nodes.satellite.parameters import SatelliteParameters
 from satform_nodes.satellite.publishers import SatelliteVoice
+from satform_nodes.satellite.step_batch import StepBatch
 from satform_nodes.satellite.subscriptions import Hearer, SatelliteEars
 from satform_nodes.transport import topics
 from satform_nodes.transport.authorised_publishers import decoded
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_validator import Entry
-
-if TYPE_CHECKING:
-    from satform_nodes.satellite.batched_step import Abreast
+from satform_nodes.transport.node_error import NodeError
+from satform_nodes.transport.sim_time import Stamps
 
 _FOREIGN_STEPS = 3
 """Steps that have to be taken without this process until another one flies its satellite for sure."""
@@ -136,7 +128,7 @@ class SatelliteNode:
         self._state: tuple[Any, ...] | None = None
         self._attitude: tuple[Any, ...] | None = None
         self.turns = plan.topics.satellites[self.index].attitude
-        self._abreast: Abreast | None = None
+        self._batch: StepBatch | None = None
         self._row = 0
         self.satellite = self._new_software()
 
@@ -229,7 +221,7 @@ class SatelliteNode:
         formation = self.view.formation
         if formation.number == before:
             return
-        self._part()
+        self._dissolve_batch()
         self.ears.vacate(np.flatnonzero(~formation.alive).tolist())
         if not formation.alive[self.index]:
             self._fall()
@@ -322,36 +314,36 @@ class SatelliteNode:
         if said is None:
             return
         words = self.hearsay.words(said)
-        if self._abreast is None:
+        if self._batch is None:
             self.hearsay.hear(neighbour, said[2], words)
             self.act_if_complete()
         else:
-            self._abreast.hear(self._row, neighbour, said[2], words)
+            self._batch.add_neighbour_message(self._row, neighbour, said[2], words)
 
     def _on_state(self, entry: Entry, data: bytes, _name: str) -> None:
         before = entry.repeated
         last = self.step if self.flying and not self.clocked else _ANY_STEP
-        encode = entry.admit(data, self.step, last)
+        numbers = entry.admit(data, self.step, last)
         # Whatever the plant says is a sign that it is there.
-        self.pulse += encode is not None or entry.repeated > before
-        if encode is None:
+        self.pulse += numbers is not None or entry.repeated > before
+        if numbers is None:
             return
-        self._state = encode
-        if self._abreast is None:
+        self._state = numbers
+        if self._batch is None:
             self.act_if_complete()
         else:
-            self._abreast.see(self._row, encode)
+            self._batch.add_state(self._row, numbers)
 
     def _on_attitude(self, entry: Entry, data: bytes, _name: str) -> None:
         last = self.step if self.flying and not self.clocked else _ANY_STEP
-        encode = entry.admit(data, self.step, last)
-        if encode is None:
+        numbers = entry.admit(data, self.step, last)
+        if numbers is None:
             return
-        self._attitude = encode
-        if self._abreast is None:
+        self._attitude = numbers
+        if self._batch is None:
             self.act_if_complete()
         else:
-            self._abreast.turn(self._row, encode)
+            self._batch.add_attitude(self._row, numbers)
 
     def act_if_complete(self) -> None:
         """Act if everything for the step is there."""
@@ -459,65 +451,43 @@ class SatelliteNode:
             self.voice.tell_changes(step, self._changes)
             self._changes.clear()
 
-    # Together with others of the process
+    # In a batch with other satellites of the process
 
     @property
     def adjusted(self) -> bool:
         """Whether parameters have changed that it has not told of yet, as those given at its start."""
         return bool(self._changes)
 
-    def fly_abreast(self, abreast: "Abreast", row: int) -> None:
-        """From now on hand over what arrives to those who act together."""
-        self._abreast, self._row = abreast, row
+    def join_batch(self, batch: StepBatch, row: int) -> None:
+        """Put messages into a batch from now on, which computes this satellite's steps."""
+        self._batch, self._row = batch, row
 
-    def fly_alone(self, satellite: Satellite | None) -> None:
-        """From now on act alone, with flight software that goes on from where the others were together."""
-        self._abreast = None
+    def leave_batch(self, satellite: Satellite | None) -> None:
+        """Compute steps alone from now on.
+
+        Args:
+            satellite: flight software in the state that it has in the batch; None before the first step.
+        """
+        self._batch = None
         if satellite is not None:
             self.satellite = satellite
 
-    def has_acted(self, busy: float) -> None:
-        """Note that this satellite has taken its step together with others.
+    def count_batched_step(self, busy: float) -> None:
+        """Count a step that the batch has computed.
 
         Args:
-            busy: its part of the processor time, s.
+            busy: this satellite's part of the processor time, s.
         """
         self.busy_seconds += busy
         self._state = self._attitude = None
         self.step += 1
 
-    def _part(self) -> None:
-        """Something is out of the ordinary: those who acted together go on one by one."""
-        if self._abreast is not None:
-            self._abreast.part()
+    def _dissolve_batch(self) -> None:
+        """Compute steps alone from now on, and so do all others of the batch."""
+        if self._batch is not None:
+            self._batch.dissolve()
 
     def _to_change(self) -> tuple[Satellite, int]:
         """The flight software, to be changed by itself, and its next step."""
-        self._part()
+        self._dissolve_batch()
         return self.satellite, self.step
-
-
-def declare_settings(node: FormationNode) -> tuple[bool, str, float]:
-    """Declare what satellites' nodes have in common: whether there is a recorder, checkpoints, the clock."""
-    declare_start(node, "scenario")
-    recorded = declare_start(node, "recorded")
-    checkpoints = declare_start(node, "checkpoints")
-    return recorded, checkpoints, declare_rate(node)
-
-
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
-    """Find the others, fly until the plant says that the flight has ended, and go."""
-    recorded, checkpoints, rate = declare_settings(node)
-    name = declare_start(node, "satellite")
-    plan = plan_of(node)
-    settings = Settings(name, recorded, checkpoints, single=True, rate=rate)
-    return fly_all([SatelliteNode(node, executor, plan, settings, report)], executor, stop)
-
-
-def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
-    """Fly one satellite; entry point of the executable `satellite_node`."""
-    return run("satellite", fly, arguments, Report(pipe))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

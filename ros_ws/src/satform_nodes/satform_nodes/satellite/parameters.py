@@ -12,7 +12,9 @@ from satform.flight.satellite import Satellite
 from satform_nodes.runtime.parameters import (
     FormationNode,
     ParameterError,
+    declare_rate,
     declare_spec,
+    declare_start,
     known_before_flight,
     on_spec_change,
     show_spec,
@@ -103,6 +105,14 @@ class SatelliteParameters:
         satellite, step = self._to_change()
         self._adjustments.use(satellite, prefix, spec)
         for name, value in fields.items():
-            encode = list(value) if isinstance(value, list | tuple) else [float(value)]
-            self._changes.append((f"{prefix}.{name}", encode))
+            numbers = list(value) if isinstance(value, list | tuple) else [float(value)]
+            self._changes.append((f"{prefix}.{name}", numbers))
         return f"takes effect at step {step}"
+
+
+def declare_settings(node: FormationNode) -> tuple[bool, str, float]:
+    """Declare the start parameters that all programs of satellites have: recorder, checkpoints, rate."""
+    declare_start(node, "scenario")
+    recorded = declare_start(node, "recorded")
+    checkpoints = declare_start(node, "checkpoints")
+    return recorded, checkpoints, declare_rate(node)

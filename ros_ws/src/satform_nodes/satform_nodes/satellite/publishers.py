@@ -25,11 +25,11 @@ from satform.flight.satellite import Decision
 from satform.numeric.elementwise import Array
 from satform_nodes.runtime.lifecycle import see_off
 from satform_nodes.runtime.parameters import FormationNode
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.node_names import local_name
+from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)

@@ -12,13 +12,13 @@ from satform_msgs.msg import Attitude, FormationStatus, RelativeState
 from satform.communication.topic_graph import PLANT, satellite_channels, subscribed_by, topic_name
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.parameters import FormationNode
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.authorised_publishers import Speakers
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import Company
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_validator import Entry, Refusals
+from satform_nodes.transport.sim_time import Stamps
 
 _STATE = layout(RelativeState, topics.FRAME)
 _ATTITUDE = layout(Attitude, topics.FRAME)

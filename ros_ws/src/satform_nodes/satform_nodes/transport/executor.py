@@ -12,7 +12,7 @@ many, in a wait set of the one that is awaited. Another one, looked at now and t
 import os
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from rclpy.executors import (
     ConditionReachedException,
@@ -24,12 +24,11 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
 from satform.communication.topic_graph import relative
-from satform_nodes.runtime.node_error import NodeError
-from satform_nodes.runtime.parameters import FormationNode
-from satform_nodes.runtime.trace import AnyTrace, trace_from_environment
 from satform_nodes.transport.authorised_publishers import Speakers
 from satform_nodes.transport.filtered_subscription import Ear
+from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.serialized_take import Taker
+from satform_nodes.transport.trace import AnyTrace, trace_from_environment
 
 HOUSEKEEPING_PERIOD = 1.0
 """Wall-clock time between two looks at what no wait set holds, such as timers and events, s."""
@@ -70,6 +69,19 @@ STOCK = "SATFORM_STOCK_EXECUTOR"
 _NANOSECONDS = 1_000_000_000
 
 
+@runtime_checkable
+class CountsFaults(Protocol):
+    """A node that logs and counts what its callbacks raise."""
+
+    def note_fault(self, name: str, error: BaseException) -> None:
+        """Log and count an error.
+
+        Args:
+            name: of the callback's topic or service.
+            error: what it raised.
+        """
+
+
 class StepExecutor(SingleThreadedExecutor):
     """A single-threaded executor with a fast path for chosen raw subscriptions."""
 
@@ -108,7 +120,7 @@ class StepExecutor(SingleThreadedExecutor):
         error = handler.exception()
         if isinstance(error, NodeError):
             raise error
-        if error is not None and isinstance(node, FormationNode):
+        if error is not None and isinstance(node, CountsFaults):
             node.note_fault(_name_of(entity), error)
 
     def add_node(self, node: Node) -> bool:

@@ -10,8 +10,8 @@ from collections import Counter
 from math import isfinite
 from typing import Any
 
-from satform_nodes.runtime.sim_time import Stamps
 from satform_nodes.transport.cdr_codec import Layout
+from satform_nodes.transport.sim_time import Stamps
 
 LARGEST = 1e15
 """Magnitude above which no number of a formation lies, in SI units."""

@@ -8,7 +8,7 @@ from satform_nodes.display import node as display_node
 from satform_nodes.plant import node as plant_node
 from satform_nodes.recorder import node as recorder_node
 from satform_nodes.satellite import group_node
-from satform_nodes.satellite import node as satellite_node
+from satform_nodes.satellite import single_node as satellite_node
 from satform_nodes.transport import topics
 
 MODULES = (scipy.special, display_node, group_node, plant_node, recorder_node, satellite_node)

@@ -4,27 +4,23 @@
 
 import resource
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from satform_msgs.msg import FormationStatus
 
-from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.common.exit_codes import EXIT_LOST
 from satform.common.wording import listed
 from satform.record.early_end import EarlyEnd
-from satform_nodes.runtime.formation_view import STOPPED
-from satform_nodes.runtime.lifecycle import patience, plant_timeout
-from satform_nodes.runtime.node_error import NodeError
+from satform_nodes.runtime.lifecycle import exit_code_of, patience, plant_timeout
 from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.satellite.node import SatelliteNode
 from satform_nodes.transport.executor import StepExecutor
-
-if TYPE_CHECKING:
-    from satform_nodes.satellite.node import SatelliteNode
+from satform_nodes.transport.node_error import NodeError
 
 _KILOBYTE = 1024
 """Unit in which Linux tells the memory of a process, bytes."""
 
 
-def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop: StopRequest) -> int:
+def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: StopRequest) -> int:
     """Fly the satellites of one process until the plant says that the flight has ended.
 
     Args:
@@ -71,24 +67,7 @@ def fly_all(satellites: Sequence["SatelliteNode"], executor: StepExecutor, stop:
     return exit_code_of(stop, satellites[0].view.ended)
 
 
-def exit_code_of(stop: StopRequest, ended: FormationStatus | None) -> int:
-    """How the process of a node ends that has heard the plant's last status.
-
-    Args:
-        stop: whether this process was asked to end.
-        ended: the last status; None when there was none.
-
-    Returns:
-        3 where the plant has aborted the flight because something was lost.
-    """
-    if stop.asked:
-        return EXIT_STOPPED
-    if ended is None or ended.phase != FormationStatus.ABORTED:
-        return EXIT_DONE
-    return EXIT_DONE if ended.reason == STOPPED or ended.early_end else EXIT_LOST
-
-
-def _say_farewell(satellites: Sequence["SatelliteNode"], *, in_time: bool) -> None:
+def _say_farewell(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
     """Say how it went, and leave when all has arrived.
 
     Raises:

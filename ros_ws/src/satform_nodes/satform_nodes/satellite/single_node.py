@@ -1,0 +1,34 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Program of one satellite in a process of its own: makes its node and flies until the flight ends."""
+
+import sys
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+
+from satform_nodes.runtime.lifecycle import plan_of, run
+from satform_nodes.runtime.parameters import FormationNode, declare_start
+from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.satellite.flight_loop import fly_all
+from satform_nodes.satellite.node import SatelliteNode, Settings
+from satform_nodes.satellite.parameters import declare_settings
+from satform_nodes.transport.executor import StepExecutor
+
+
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+    """Find the others, fly until the plant says that the flight has ended, and go."""
+    recorded, checkpoints, rate = declare_settings(node)
+    name = declare_start(node, "satellite")
+    plan = plan_of(node)
+    settings = Settings(name, recorded, checkpoints, single=True, rate=rate)
+    return fly_all([SatelliteNode(node, executor, plan, settings, report)], executor, stop)
+
+
+def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
+    """Fly one satellite; entry point of the executable `satellite_node`."""
+    return run("satellite", fly, arguments, Report(pipe))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
