@@ -50,13 +50,13 @@ def assert_flies_again(bag: Bag) -> None:
 
 
 def refused(bag: Path) -> dict[str, int]:
-    """What the nodes' diagnostics say of refused messages, by node, topic and reason: the largest count."""
+    """What the nodes' diagnostics say of rejected messages, by node, topic and reason: the largest count."""
     found: dict[str, int] = {}
     for message in read_ros2_messages(str(bag), topics=["/diagnostics"]):
         for status in message.ros_msg.status:
             for value in status.values:
-                if value.key.startswith("refused messages: "):
-                    reason = f"{status.hardware_id}: {value.key.removeprefix('refused messages: ')}"
+                if value.key.startswith("rejected messages: "):
+                    reason = f"{status.hardware_id}: {value.key.removeprefix('rejected messages: ')}"
                     found[reason] = max(found.get(reason, 0), int(value.value))
     return found
 

@@ -92,7 +92,7 @@ def main(names: list[str]) -> None:
             if kind is FormationStatus:
                 message = lie_of_the_formation(draw, names, steps)
             elif kind is DiagnosticArray:
-                lie = KeyValue(key="refused messages: none", value="1")
+                lie = KeyValue(key="rejected messages: none", value="1")
                 message = DiagnosticArray(
                     status=[DiagnosticStatus(hardware_id="stranger", message="all is well", values=[lie])]
                 )

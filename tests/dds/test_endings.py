@@ -134,7 +134,7 @@ def test_a_silent_plant_is_named_and_not_those_who_notice(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Nobody waits for the end of one that stands still: that would take ten minutes here.
-    monkeypatch.setattr(supervisor, "FAREWELL", 600.0)
+    monkeypatch.setattr(supervisor, "SHUTDOWN_TIMEOUT", 600.0)
     scenario = shortened("triangle", 12000.0, "node_timeout=3.0")
     held: list[int] = []
 
@@ -145,7 +145,7 @@ def test_a_silent_plant_is_named_and_not_those_who_notice(
 
     flight = fly(scenario, tmp_path, record=False, progress=hold_the_plant)
     assert flight.lost == ("plant",)
-    assert "nothing heard from the plant" in flight.reason
+    assert "nothing received from the plant" in flight.reason
     assert processes_of(tmp_path) == {}
 
 

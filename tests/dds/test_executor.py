@@ -36,12 +36,12 @@ def test_what_is_overheard_arrives_but_is_no_progress(observer: Node, executor: 
     say_vital, say_aside = (
         observer.create_publisher(String, topic, qos.LOCKSTEP) for topic in ("/vital", "/aside")
     )
-    executor.add_chore(lambda: say_aside.publish(String(data="again")))
+    executor.add_periodic(lambda: say_aside.publish(String(data="again")))
     # Something is said aside all the time, and the wait is over all the same.
     assert not executor.spin_while(lambda: True, SHORT)
     assert len(overheard) > 1
     assert vital == []
-    executor.add_chore(lambda: say_vital.publish(String(data="news")))
+    executor.add_periodic(lambda: say_vital.publish(String(data="news")))
     assert executor.spin_while(lambda: len(vital) < 3, LONG)
 
 
@@ -57,7 +57,7 @@ def test_a_lean_node_has_only_what_it_was_made_for_and_can_be_waited_for(
     executor.add_node(node)
     executor.subscribe(node, String, "/vital", into(heard), qos.LOCKSTEP_READER)
     say = observer.create_publisher(String, "/vital", qos.LOCKSTEP)
-    executor.add_chore(lambda: say.publish(String(data="news")))
+    executor.add_periodic(lambda: say.publish(String(data="news")))
     assert executor.spin_while(lambda: len(heard) < 3, LONG)
     node.destroy_node()
 
@@ -90,7 +90,7 @@ def test_one_is_waited_for_after_the_other_and_the_rest_is_heard_all_the_same(
     assert set(asked) >= {0, 2}
     # One that says the same again and again, and is awaited for ever, keeps nobody from an end.
     executor.await_in_turn(lambda: subscriptions[0])
-    executor.add_chore(lambda: publishers[0].publish(String(data="/first")))
+    executor.add_periodic(lambda: publishers[0].publish(String(data="/first")))
     assert not executor.spin_until(lambda: False, SHORT)
 
 
@@ -101,7 +101,7 @@ def test_what_a_node_gives_up_between_two_looks_is_not_looked_at_any_more(
     seen: list[str] = []
     given_up = observer.create_subscription(String, "/cold", lambda said: seen.append(said.data), 10)
     say = observer.create_publisher(String, "/cold", 10)
-    executor.add_chore(lambda: say.publish(String(data="cold")))
+    executor.add_periodic(lambda: say.publish(String(data="cold")))
     assert executor.spin_until(lambda: bool(seen), LONG)
     observer.destroy_subscription(given_up)
     late: list[str] = []
@@ -115,6 +115,6 @@ def test_without_anything_hot_what_is_not_hot_is_looked_at_until_the_time_is_up(
     seen: list[str] = []
     observer.create_subscription(String, "/cold", lambda said: seen.append(said.data), 10)
     say = observer.create_publisher(String, "/cold", 10)
-    executor.add_chore(lambda: say.publish(String(data="cold")))
+    executor.add_periodic(lambda: say.publish(String(data="cold")))
     assert executor.spin_until(lambda: bool(seen), LONG)
     assert not executor.spin_until(lambda: False, SHORT)

@@ -46,22 +46,22 @@ def test_a_bag_without_room_ends_the_flight_naming_disk_and_step(small_disk: Pat
 def test_a_satellite_that_is_not_lost_cannot_be_started_again_and_flies_on(
     observer: Node, tmp_path: Path, satellite: str, rate: float
 ) -> None:
-    refusals: list[str] = []
+    rejections: list[str] = []
 
     def start_again_then_stop(done: int, _all: int) -> None:
         # On the wall clock steps are taken meanwhile: those that a second process may miss are over.
-        if done < (10 if rate else 1) or refusals:
+        if done < (10 if rate else 1) or rejections:
             return
         with pytest.raises(rejoin.RejoinError) as refused:
             rejoin.rejoin(tmp_path / "run", satellite)
-        refusals.append(str(refused.value))
+        rejections.append(str(refused.value))
         client = observer.create_client(Trigger, "/formation/stop")
         assert client.wait_for_service(30.0)
         rclpy.spin_until_future_complete(observer, client.call_async(Trigger.Request()), timeout_sec=30.0)
 
     scenario = shortened("triangle", 5000.0, *(["node_timeout=3.0"] if rate else []))
     flight, bag = flown(scenario, tmp_path / "run", start_again_then_stop, rate=rate)
-    (sentence,) = refusals
+    (sentence,) = rejections
     assert sentence.startswith(f"{satellite} is not lost: another process flies it, at step ")
     assert sentence.endswith("only a lost satellite can rejoin")
     assert flight.lost == ()

@@ -54,7 +54,7 @@ def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
         ("recorder", "/sat1/parameter_changes"),
         ("recorder", "/diagnostics"),
     ]:
-        assert counted.get(f"{who}: {topic}: not for stranger to say", 0) > 0, (who, topic, counted)
+        assert counted.get(f"{who}: {topic}: stranger is not authorised", 0) > 0, (who, topic, counted)
 
 
 def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_path: Path) -> None:
@@ -62,15 +62,15 @@ def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_pat
 
     from satform_nodes.transport import topics
     from satform_nodes.transport.cdr_codec import layout
-    from satform_nodes.transport.message_validator import Entry, Refusals
+    from satform_nodes.transport.message_validator import MessageValidator, RejectionCounter
     from satform_nodes.transport.sim_time import Stamps
 
-    form, refusals = layout(Command, topics.FRAME), Refusals()
-    entry = Entry("/sat1/command", form, refusals, Stamps(0.5, 500_000_000))
+    form, rejections = layout(Command, topics.FRAME), RejectionCounter()
+    validator = MessageValidator("/sat1/command", form, rejections, Stamps(0.5, 500_000_000))
     rest = [0.0] * 5, (0, 0, *[0.0] * 8, 0, 0.0)
 
     def says(step: int, number: float) -> object:
-        return entry.admit(
+        return validator.validate(
             form.pack(*divmod(step * 500_000_000, 10**9), step, number, *rest[0], *rest[1]), 5, 5
         )
 
@@ -78,8 +78,8 @@ def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_pat
     assert says(5, float("inf")) is None
     assert says(5, 1e300) is None
     assert says(6, 0.0) is None
-    assert entry.admit(b"nonsense", 5, 5) is None
-    assert dict(refusals.counts) == {
+    assert validator.validate(b"nonsense", 5, 5) is None
+    assert dict(rejections.counts) == {
         ("/sat1/command", "not finite"): 2,
         ("/sat1/command", "out of range"): 1,
         ("/sat1/command", "a step that is not due yet"): 1,

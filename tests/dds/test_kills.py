@@ -24,7 +24,7 @@ from satform_bringup.supervisor import process_server
 from satform_bringup.supervisor.flight import Policy
 from satform_bringup.supervisor.run import fly
 from satform_bringup.supervisor.supervisor import PROCESS_SERVER
-from satform_nodes.transport.executor import MANY
+from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
 from satform_tools.bench.scaling import ring
 from satform_tools.cli.main import main
 
@@ -139,8 +139,12 @@ def test_a_killed_process_of_a_group_takes_all_its_satellites_with_it(tmp_path: 
 
 
 def test_among_many_of_whom_one_is_waited_for_after_the_other_the_killed_are_missed(tmp_path: Path) -> None:
-    flight, bag = flown(ring(MANY, 200), tmp_path, Killer(tmp_path, 50, "group1"), group=MANY // 2)
-    assert sorted(flight.lost) == sorted(f"s{place}" for place in range(MANY // 2, MANY))
+    flight, bag = flown(
+        ring(MANY_SUBSCRIPTIONS, 200), tmp_path, Killer(tmp_path, 50, "group1"), group=MANY_SUBSCRIPTIONS // 2
+    )
+    assert sorted(flight.lost) == sorted(
+        f"s{place}" for place in range(MANY_SUBSCRIPTIONS // 2, MANY_SUBSCRIPTIONS)
+    )
     assert flight.steps == 200
     assert_flies_again(bag)
 

@@ -17,7 +17,7 @@ import pytest
 from flights import shortened
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
-from satform_bringup.supervisor.run_registry import runs_under_way
+from satform_bringup.supervisor.run_registry import registered_runs
 from satform_tools.cli import main as cli
 
 pytestmark = pytest.mark.unmeasured
@@ -51,7 +51,7 @@ def test_nodes_and_topics_are_those_of_the_formation_and_whoever_looks_is_none_o
 ) -> None:
     start_run("triangle", *LONG, *CLOCKED)
     assert json.loads(look("nodes", "--json")) == ["/plant", "/recorder", "/sat1", "/sat2", "/sat3"]
-    (run,) = (run for run in runs_under_way() if run.domain == domain)
+    (run,) = (run for run in registered_runs() if run.domain == domain)
     assert (run.scenario, run.folder) == ("triangle", str(tmp_path / "run"))
     topics = {entry["topic"]: entry for entry in json.loads(look("topics", "--json"))}
     assert topics["/sat2/state"]["type"] == "satform_msgs/msg/RelativeState"

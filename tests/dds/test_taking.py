@@ -9,10 +9,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import String
 
 from satform_nodes.transport import qos
-from satform_nodes.transport.serialized_take import GID_BYTES, Taker
+from satform_nodes.transport.serialized_take import GID_BYTES, SerializedTaker
 
 
-def take(taker: Taker, subscription: object) -> tuple[bytes, bytes]:
+def take(taker: SerializedTaker, subscription: object) -> tuple[bytes, bytes]:
     end = time.monotonic() + 30.0
     while (taken := taker.take(subscription)) is None:
         assert time.monotonic() < end, "no message has come"
@@ -21,7 +21,7 @@ def take(taker: Taker, subscription: object) -> tuple[bytes, bytes]:
 
 
 def test_messages_come_whole_in_order_and_with_the_writer_that_the_graph_names(observer: Node) -> None:
-    taker = Taker()
+    taker = SerializedTaker()
     subscription = observer.create_subscription(
         String, "/spoken", lambda _: None, qos.LOCKSTEP_READER, raw=True
     )

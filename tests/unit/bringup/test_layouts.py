@@ -159,14 +159,14 @@ def test_foxglove_draws_topics_that_exist_and_shows_each_panel_once() -> None:
 
 def test_rviz_shows_every_group_of_markers() -> None:
     from satform.display.scene import Scene
-    from satform_nodes.display.markers import PictureMessages
+    from satform_nodes.display.markers import MarkerMessages
     from satform_nodes.transport.sim_time import Stamps
 
     scene = Scene(scene_plan(shipped(NAME)), 200, 10)
     for step in (0, 1):
         for index in range(3):
             scene.moved(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))
-        markers = PictureMessages(Stamps(0.5, 500_000_000), 1e-3, scene.extent).markers(scene.picture())
+        markers = MarkerMessages(Stamps(0.5, 500_000_000), 1e-3, scene.extent).markers(scene.picture())
     displays = rviz()["Visualization Manager"]["Displays"]
     (formation,) = (entry for entry in displays if entry.get("Topic", {}).get("Value") == topics.MARKERS)
     assert set(formation["Namespaces"]) == {marker.ns for marker in markers.markers}

@@ -18,7 +18,7 @@ from satform_setup.errors import SetupError
 from satform_setup.machine import check_folder
 
 OF_A_SHELL = (
-    *preflight.NOT_NEEDED,
+    *preflight.UNUSED_VARIABLES,
     "ROS_DOMAIN_ID",
     "ROS_AUTOMATIC_DISCOVERY_RANGE",
     "ROS_STATIC_PEERS",
@@ -127,8 +127,8 @@ def test_a_command_says_it_before_a_process_is_started(
 
 def test_what_a_flight_does_not_need_is_taken_away(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DISCOVERY_SERVER", "127.0.0.1:11811")
-    assert preflight.set_in_vain() == ["ROS_DISCOVERY_SERVER"]
-    preflight.neutralise()
+    assert preflight.unused_variables() == ["ROS_DISCOVERY_SERVER"]
+    preflight.remove_unused_variables()
     assert "ROS_DISCOVERY_SERVER" not in os.environ
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from satform_bringup.deployment import domain, runtime_folder
 from satform_bringup.deployment.runtime_folder import RuntimeFolderError
-from satform_bringup.supervisor.run_registry import described, runs_under_way
+from satform_bringup.supervisor.run_registry import described, registered_runs
 
 NOBODY = 65534
 
@@ -60,7 +60,7 @@ def test_what_is_not_the_users_own_folder_is_refused_in_a_sentence(
         pytest.skip("NOT TESTED: only root can give a folder to another user")
     (tmp_path / "other").mkdir(mode=0o700)
     make(runtime_folder.place(), tmp_path / "other")
-    for use in (lambda: runtime_folder.write("a", "b"), runs_under_way):
+    for use in (lambda: runtime_folder.write("a", "b"), registered_runs):
         with pytest.raises(RuntimeFolderError, match=f"is not a folder of this user alone .*{found}"):
             use()
     assert list((tmp_path / "other").iterdir()) == []

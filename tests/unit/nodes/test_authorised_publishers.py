@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from satform_nodes.transport import authorised_publishers
-from satform_nodes.transport.authorised_publishers import UNDECIDED, Speakers, decoded
-from satform_nodes.transport.message_validator import Refusals
+from satform_nodes.transport.authorised_publishers import UNDECIDED, AuthorisedPublishers, decoded
+from satform_nodes.transport.message_validator import RejectionCounter
 
 TOPIC = "/sat1/command"
 
@@ -52,8 +52,8 @@ def graph() -> Graph:
 
 
 @pytest.fixture
-def refusals() -> Refusals:
-    return Refusals()
+def rejections() -> RejectionCounter:
+    return RejectionCounter()
 
 
 @pytest.fixture
@@ -65,21 +65,23 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
 
 
 @pytest.fixture
-def believed(graph: Graph, refusals: Refusals) -> Speakers:
-    return Speakers(graph, TOPIC, ["sat1"], refusals)  # type: ignore[arg-type]
+def believed(graph: Graph, rejections: RejectionCounter) -> AuthorisedPublishers:
+    return AuthorisedPublishers(graph, TOPIC, ["sat1"], rejections)  # type: ignore[arg-type]
 
 
-def test_the_node_that_has_to_speak_is_believed_and_looked_up_once(believed: Speakers, graph: Graph) -> None:
+def test_the_node_that_has_to_speak_is_believed_and_looked_up_once(
+    believed: AuthorisedPublishers, graph: Graph
+) -> None:
     graph.owner = {writer(1): "sat1"}
     assert [believed.who(writer(1)) for _ in range(1000)] == ["sat1"] * 1000
     assert graph.asked == 1
 
 
 def test_a_writer_that_was_found_before_the_flight_is_not_looked_up_and_needs_the_right_name_too(
-    believed: Speakers, graph: Graph
+    believed: AuthorisedPublishers, graph: Graph
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "stranger", writer(3): "sat1"}
-    believed.introduce(graph.get_publishers_info_by_topic("sat1/command"))
+    believed.note_endpoints(graph.get_publishers_info_by_topic("sat1/command"))
     asked = graph.asked
     assert believed.who(writer(1)) == "sat1"
     assert graph.asked == asked
@@ -88,51 +90,53 @@ def test_a_writer_that_was_found_before_the_flight_is_not_looked_up_and_needs_th
 
 
 def test_a_stranger_is_refused_by_name_each_time_and_looked_up_once(
-    believed: Speakers, graph: Graph, refusals: Refusals
+    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "stranger"}
     assert [believed.who(writer(2)) for _ in range(1000)] == [None] * 1000
-    assert refusals.counts == {(TOPIC, "not for stranger to say"): 1000}
+    assert rejections.counts == {(TOPIC, "stranger is not authorised"): 1000}
     assert graph.asked == 1
     assert believed.who(writer(1)) == "sat1"
 
 
 def test_a_second_writer_of_the_same_name_is_refused_whichever_speaks_first(
-    believed: Speakers, graph: Graph, refusals: Refusals
+    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "sat1"}
     assert believed.who(writer(2)) == "sat1"
     assert believed.who(writer(1)) is None
-    assert refusals.counts == {(TOPIC, "a second writer of sat1"): 1}
+    assert rejections.counts == {(TOPIC, "a second writer of sat1"): 1}
     assert believed.writers("sat1") == {writer(1), writer(2)}
 
 
 def test_after_a_loss_one_successor_is_believed_and_its_predecessor_no_more(
-    believed: Speakers, graph: Graph, refusals: Refusals
+    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "sat1", writer(3): "sat1"}
     assert believed.who(writer(1)) == "sat1"
     assert believed.who(writer(2)) is None
-    believed.vacate("sat1")
+    believed.allow_replacement("sat1")
     assert believed.who(writer(1)) == "sat1"
     assert believed.who(writer(2)) == "sat1"
     assert believed.who(writer(1)) is None
     assert believed.who(writer(3)) is None
-    assert refusals.counts == {
+    assert rejections.counts == {
         (TOPIC, "a second writer of sat1"): 2,
-        (TOPIC, "sat1 has been started anew"): 1,
+        (TOPIC, "sat1 has been restarted"): 1,
     }
 
 
-def test_the_loss_of_one_who_does_not_speak_here_lets_nobody_in(believed: Speakers, graph: Graph) -> None:
+def test_the_loss_of_one_who_does_not_speak_here_lets_nobody_in(
+    believed: AuthorisedPublishers, graph: Graph
+) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "sat2"}
     assert believed.who(writer(1)) == "sat1"
-    believed.vacate("sat2")
+    believed.allow_replacement("sat2")
     assert believed.who(writer(2)) is None
 
 
 def test_a_writer_of_whom_nothing_is_known_yet_is_undecided_until_it_is(
-    believed: Speakers, graph: Graph, refusals: Refusals, clock: SimpleNamespace
+    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter, clock: SimpleNamespace
 ) -> None:
     assert believed.who(writer(1)) == UNDECIDED
     graph.owner = {writer(1): "_NODE_NAME_UNKNOWN_"}
@@ -141,11 +145,11 @@ def test_a_writer_of_whom_nothing_is_known_yet_is_undecided_until_it_is(
     graph.owner = {writer(1): "sat1"}
     clock.now += 0.1
     assert believed.who(writer(1)) == "sat1"
-    assert refusals.total == 0
+    assert rejections.total == 0
 
 
 def test_the_graph_is_not_asked_again_at_every_message_of_the_undecided(
-    believed: Speakers, graph: Graph, clock: SimpleNamespace
+    believed: AuthorisedPublishers, graph: Graph, clock: SimpleNamespace
 ) -> None:
     for _ in range(1000):
         assert believed.who(writer(1)) == UNDECIDED
@@ -155,28 +159,30 @@ def test_the_graph_is_not_asked_again_at_every_message_of_the_undecided(
 
 
 def test_one_who_never_tells_its_name_is_refused_in_the_end(
-    believed: Speakers, refusals: Refusals, clock: SimpleNamespace
+    believed: AuthorisedPublishers, rejections: RejectionCounter, clock: SimpleNamespace
 ) -> None:
     assert believed.who(writer(1)) == UNDECIDED
     clock.now += 10.1
     assert believed.who(writer(1)) is None
-    assert refusals.counts == {(TOPIC, "not for a nameless node to say"): 1}
+    assert rejections.counts == {(TOPIC, "a node without a name is not authorised"): 1}
 
 
-def test_bytes_that_are_no_message_are_counted_and_nothing_comes_of_them(refusals: Refusals) -> None:
+def test_bytes_that_are_no_message_are_counted_and_nothing_comes_of_them(
+    rejections: RejectionCounter,
+) -> None:
     from satform_msgs.msg import NodeReady
 
-    assert decoded(b"\x00\x01\x00\x00", NodeReady, "/formation/node_ready", refusals) is None
-    assert refusals.counts == {("/formation/node_ready", "another form"): 1}
+    assert decoded(b"\x00\x01\x00\x00", NodeReady, "/formation/node_ready", rejections) is None
+    assert rejections.counts == {("/formation/node_ready", "another form"): 1}
 
 
 def test_a_node_of_another_namespace_is_not_the_one_of_the_same_name(
-    believed: Speakers, graph: Graph, refusals: Refusals
+    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     # Two formations in a domain have nodes of the same names, and `/clock` and `/diagnostics` in common.
     graph.owner = {writer(1): "/f2/sat1", writer(2): "sat1", writer(3): "/sat1"}
     assert [believed.who(writer(number)) for number in (1, 2, 3)] == [None, "sat1", None]
-    assert dict(refusals.counts) == {
-        (TOPIC, "not for /f2/sat1 to say"): 1,
-        (TOPIC, "not for /sat1 to say"): 1,
+    assert dict(rejections.counts) == {
+        (TOPIC, "/f2/sat1 is not authorised"): 1,
+        (TOPIC, "/sat1 is not authorised"): 1,
     }

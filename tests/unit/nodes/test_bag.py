@@ -251,7 +251,7 @@ def test_a_damaged_bag_gives_right_numbers_up_to_the_damage_or_says_why_not(
     file = tmp_path / "damaged.mcap"
     (end,) = struct.unpack("<Q", data[-28:-20])  # of the part that a reader in order relies on
     scenario_end = data.index(b"satform_msgs/msg/RelativeState")
-    opened, refusals = 0, []
+    opened, rejections = 0, []
     places = generator.sample(range(scenario_end), 15), generator.sample(range(scenario_end, end - 13), 25)
     for place in (*places[0], *places[1]):
         damaged = bytearray(data)
@@ -260,15 +260,15 @@ def test_a_damaged_bag_gives_right_numbers_up_to_the_damage_or_says_why_not(
         try:
             bag = read_bag(file)
         except BagError as refusal:
-            refusals.append(str(refusal))
+            rejections.append(str(refusal))
             continue
         opened += 1
         assert not bag.complete, f"byte {place}"
         read = dataclasses.replace(bag.record, step=record.step, satellites=record.satellites)
         assert read.differences(first_steps(record, bag.record.steps)) == [], f"byte {place}"
     assert opened > 0
-    assert refusals
-    assert all(refusal.startswith(f"{file}: ") for refusal in refusals)
+    assert rejections
+    assert all(refusal.startswith(f"{file}: ") for refusal in rejections)
 
 
 def test_a_gap_in_the_steps_is_named(tmp_path: Path, scenario: Scenario, record: FlightRecord) -> None:

@@ -15,6 +15,7 @@ from satform.bag.message_types import TopicMessages
 from satform.flight.simulate import simulate
 from satform.plot.style import Unit
 from satform_nodes.transport import topics
+from satform_nodes.transport.message_definitions import definition
 from satform_tools.report.event_log import flight_events, graph_states
 from satform_tools.report.page.charts import graph_charts
 from satform_tools.run.stored_run import StoredRun

@@ -14,13 +14,13 @@ from satform_nodes.runtime.diagnostics import (
     PERIOD,
     SHORTEST,
     Condition,
-    Course,
+    FlightProgress,
     Health,
     Level,
     flight_condition,
     status,
 )
-from satform_nodes.transport.message_validator import Refusals
+from satform_nodes.transport.message_validator import RejectionCounter
 
 
 class Clock:
@@ -78,10 +78,10 @@ class Part:
         self.condition = Condition(Level.OK, "flying", {"step": 1})
         self.asked = 0
         self.health = Health(
-            self.node, "sat1: flight software", "sat1", self.tell, lambda: (1500, 250_000_000), self.clock
+            self.node, "sat1: flight software", "sat1", self.publish, lambda: (1500, 250_000_000), self.clock
         )
 
-    def tell(self) -> Condition:
+    def publish(self) -> Condition:
         self.asked += 1
         return self.condition
 
@@ -104,15 +104,15 @@ def test_a_timer_of_one_second_tells_the_condition_whether_it_has_changed_or_not
 
 
 def test_a_change_is_told_at_once(part: Part) -> None:
-    part.health.tell()
+    part.health.publish()
     part.clock.now += 1.01 * SHORTEST
-    part.condition = Condition(Level.WARN, "nothing heard from sat2")
+    part.condition = Condition(Level.WARN, "nothing received from sat2")
     part.health.changed()
-    assert part.told()[-1] == (1, "nothing heard from sat2")
+    assert part.told()[-1] == (1, "nothing received from sat2")
 
 
 def test_figures_that_merely_grow_wait_for_the_timer(part: Part) -> None:
-    part.health.tell()
+    part.health.publish()
     for step in range(2, 50):
         part.clock.now += SHORTEST
         part.condition = Condition(Level.OK, "flying", {"step": step})
@@ -131,7 +131,7 @@ def test_a_part_that_flickers_is_told_of_at_most_ten_times_a_second(part: Part) 
 
 def test_a_report_that_the_timer_owes_is_made_by_whoever_looks_after_it(part: Part) -> None:
     """A flood of messages keeps the timers of a node waiting."""
-    part.health.tell()
+    part.health.publish()
     for _ in range(40):
         part.clock.now += 0.1
         part.health.due()
@@ -140,7 +140,7 @@ def test_a_report_that_the_timer_owes_is_made_by_whoever_looks_after_it(part: Pa
 
 
 def test_what_changed_too_soon_is_told_by_the_timer(part: Part) -> None:
-    part.health.tell()
+    part.health.publish()
     part.condition = Condition(Level.ERROR, "lost")
     part.health.changed()
     assert part.told() == [(0, "flying")]
@@ -161,7 +161,7 @@ def test_the_last_word_is_told_and_the_timer_ends(part: Part) -> None:
 
 
 def test_a_report_is_stamped_and_bears_one_status(part: Part) -> None:
-    part.health.tell()
+    part.health.publish()
     (array,) = part.node.published
     # Simulated time, as everything else in a bag; the wall clock's time is a value.
     assert (array.header.stamp.sec, array.header.stamp.nanosec) == (1500, 250_000_000)
@@ -202,36 +202,36 @@ def test_a_part_that_hears_everyone_is_ok() -> None:
     assert condition.values == {
         "step": 10,
         "steps per second": 1500.0,
-        "refused messages": 0,
-        "silent neighbours": "none",
+        "rejected messages": 0,
+        "lost neighbours": "none",
     }
 
 
 def test_refused_messages_are_a_warning_and_counted_by_reason() -> None:
     condition = flying(refused={"wrong step": 2, "wrong form": 1, "unknown sender": 0})
     assert condition.level is Level.WARN
-    assert condition.values["refused messages"] == 3
-    assert condition.values["refused messages: wrong step"] == 2
-    assert condition.values["refused messages: wrong form"] == 1
-    assert "refused messages: unknown sender" not in condition.values
+    assert condition.values["rejected messages"] == 3
+    assert condition.values["rejected messages: wrong step"] == 2
+    assert condition.values["rejected messages: wrong form"] == 1
+    assert "rejected messages: unknown sender" not in condition.values
 
 
 def test_silent_neighbours_are_named_with_their_steps_of_silence() -> None:
     condition = flying(silent={"sat3": 4, "sat2": 7}, refused={"wrong step": 1})
-    assert (condition.level, condition.message) == (Level.WARN, "nothing heard from sat2, sat3")
-    assert condition.values["silent neighbours"] == "sat2, sat3"
-    assert condition.values["steps of silence: sat3"] == 4
+    assert (condition.level, condition.message) == (Level.WARN, "nothing received from sat2, sat3")
+    assert condition.values["lost neighbours"] == "sat2, sat3"
+    assert condition.values["steps since the loss: sat3"] == 4
 
 
 def test_a_part_tells_how_fast_it_has_been_since_it_last_told() -> None:
-    refusals, moments = Refusals(), iter([10.0, 12.0, 12.5])
-    course = Course(refusals, lambda: next(moments))
+    rejections, moments = RejectionCounter(), iter([10.0, 12.0, 12.5])
+    course = FlightProgress(rejections, lambda: next(moments))
     assert course.condition(200, {}).values["steps per second"] == 100.0
-    refusals.note("/sat1/command", "not finite")
+    rejections.add("/sat1/command", "not finite")
     later = course.condition(210, {"sat2": 4})
     assert later.values["steps per second"] == 20.0
-    assert later.values["refused messages: /sat1/command: not finite"] == 1
-    assert later.message == "nothing heard from sat2"
+    assert later.values["rejected messages: /sat1/command: not finite"] == 1
+    assert later.message == "nothing received from sat2"
 
 
 def test_an_end_that_was_not_wanted_is_an_error_whatever_else_there_is() -> None:

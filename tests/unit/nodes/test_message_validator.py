@@ -12,7 +12,7 @@ from satform.flight.compile import compile_scenario
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.message_validator import EARLIER_STAMPS, Entry, Refusals
+from satform_nodes.transport.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 
 STEP = 500_000_000
@@ -23,12 +23,12 @@ KINDS = {"command": Command, "state": RelativeState, "arc_length": ArcLength}
 
 def admitted(kind: str, step: int, nanoseconds: int) -> tuple[Any, dict[tuple[str, str], int]]:
     """What becomes of a message of a step with a stamp, and what is counted."""
-    form, refusals = layout(KINDS[kind], topics.FRAME), Refusals()
+    form, rejections = layout(KINDS[kind], topics.FRAME), RejectionCounter()
     exact = kind not in EARLIER_STAMPS
-    entry = Entry(f"/sat1/{kind}", form, refusals, Stamps(0.5, STEP), exact=exact)
+    validator = MessageValidator(f"/sat1/{kind}", form, rejections, Stamps(0.5, STEP), exact=exact)
     rest = [0] * (len(form.fields) - 3)
     data = form.pack(*divmod(nanoseconds, 10**9), step, *rest)
-    return entry.admit(data, 0, 100), dict(refusals.counts)
+    return validator.validate(data, 0, 100), dict(rejections.counts)
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))

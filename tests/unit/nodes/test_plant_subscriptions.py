@@ -15,11 +15,11 @@ from satform.flight.compile import topic_plan
 from satform.membership.manager import MembershipManager
 from satform.scenario import Scenario
 from satform_nodes.plant import subscriptions as plant_subscriptions
-from satform_nodes.plant.subscriptions import PlantEars
+from satform_nodes.plant.subscriptions import PlantSubscriptions
 from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.executor import MANY
-from satform_nodes.transport.message_validator import Refusals
+from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
+from satform_nodes.transport.message_validator import RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 from satform_tools.bench.scaling import ring
 
@@ -52,13 +52,13 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     return clock
 
 
-def plant_ears_of(scenario: Scenario, network: Network, membership: MembershipManager) -> PlantEars:
-    return PlantEars(
+def plant_ears_of(scenario: Scenario, network: Network, membership: MembershipManager) -> PlantSubscriptions:
+    return PlantSubscriptions(
         SimpleNamespace(),  # type: ignore[arg-type]
         network,  # type: ignore[arg-type]
         subscribed_by(PLANT, channels(topic_plan(scenario))),
         membership,
-        Refusals(),
+        RejectionCounter(),
         lambda: None,
         lambda _name, _checkpoint: None,
         Stamps(scenario.timing.step, scenario.timing.step_nanoseconds),
@@ -78,22 +78,22 @@ def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(cloc
     for name in ("sat1", "sat3"):
         network.command(name, 0)
     clock.now += 1.0
-    assert ears.quiet(names, 2.0) == ["sat2"]
-    assert ears.quiet(["sat1", "recorder"], 2.0) == ["recorder"]
-    assert ears.quiet(names, 0.5) == names
+    assert ears.unresponsive(names, 2.0) == ["sat2"]
+    assert ears.unresponsive(["sat1", "recorder"], 2.0) == ["recorder"]
+    assert ears.unresponsive(names, 0.5) == names
 
 
 def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_not(
     clock: SimpleNamespace,
 ) -> None:
-    scenario = ring(MANY, 10)
+    scenario = ring(MANY_SUBSCRIPTIONS, 10)
     network = Network(scenario)
     membership = MembershipManager(scenario.membership_plan(), [])
     ears = plant_ears_of(scenario, network, membership)
     assert network.next_awaited is None
     ears.begin()
     assert network.next_awaited is not None
-    last = f"s{MANY - 1}"
+    last = f"s{MANY_SUBSCRIPTIONS - 1}"
     assert network.next_awaited() == topics.command(last)
     for name in membership.names:
         network.command(name, 0)
@@ -104,10 +104,10 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
     membership.close()
     assert network.next_awaited() == topics.command(last)
     for place in (2, 1, 4):
-        network.command(f"s{MANY - place}", 1)
-    assert network.next_awaited() == topics.command(f"s{MANY - 3}")
-    membership.lose(MANY - 3, "gone")
-    assert network.next_awaited() == topics.command(f"s{MANY - 5}")
+        network.command(f"s{MANY_SUBSCRIPTIONS - place}", 1)
+    assert network.next_awaited() == topics.command(f"s{MANY_SUBSCRIPTIONS - 3}")
+    membership.lose(MANY_SUBSCRIPTIONS - 3, "gone")
+    assert network.next_awaited() == topics.command(f"s{MANY_SUBSCRIPTIONS - 5}")
 
 
 def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:

@@ -25,7 +25,7 @@ def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated()
     executor.spin_while.side_effect = [True, False]
     stop = Mock()
     stop.asked = False
-    with pytest.raises(NodeError, match="nothing heard from the plant at step 12"):
+    with pytest.raises(NodeError, match="nothing received from the plant at step 12"):
         fly_all([satellite], executor, stop)
     assert executor.spin_while.call_args_list[1].args[1] == 14.0
 

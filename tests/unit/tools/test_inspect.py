@@ -22,7 +22,7 @@ from satform_msgs.msg import FormationStatus, ParameterChange, RelativeState
 from satform_bringup.deployment import domain as domains
 from satform_bringup.deployment import runtime_folder
 from satform_bringup.deployment.domain import DomainError, hold
-from satform_bringup.supervisor.run_registry import described, file_name, hold_shell_domain, runs_under_way
+from satform_bringup.supervisor.run_registry import described, file_name, hold_shell_domain, registered_runs
 from satform_tools.cli import main as cli
 from satform_tools.errors import CommandError
 from satform_tools.inspect import message_values, observer_node, target_domain
@@ -46,24 +46,24 @@ def machine_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_only_run_on_this_machine_is_found_and_an_ended_one_is_not(tmp_path: Path) -> None:
     with described(41, "triangle", tmp_path):
-        (run,) = runs_under_way()
+        (run,) = registered_runs()
         assert (run.domain, run.scenario, run.folder) == (41, "triangle", str(tmp_path))
         assert target_domain.domain(None) == 41
-    assert runs_under_way() == []
+    assert registered_runs() == []
 
 
 def test_what_a_killed_run_left_behind_is_passed_over(tmp_path: Path) -> None:
     script = (
         f"import tempfile; tempfile.tempdir = {tempfile.gettempdir()!r}\n"
         "from pathlib import Path\n"
-        "from satform_bringup.supervisor.run_registry import describe, runs_under_way\n"
-        "describe(7, 'ring_six', Path('run')); print(len(runs_under_way()), flush=True)"
+        "from satform_bringup.supervisor.run_registry import describe, registered_runs\n"
+        "describe(7, 'ring_six', Path('run')); print(len(registered_runs()), flush=True)"
     )
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == "1"
     (left,) = runtime_folder.names()
     assert json.loads(runtime_folder.read(left) or "")["scenario"] == "ring_six"
-    assert runs_under_way() == []
+    assert registered_runs() == []
     with described(3, "triangle", tmp_path):
         assert left not in runtime_folder.names()
 
@@ -73,13 +73,13 @@ def test_a_process_with_the_number_of_a_killed_run_is_no_run(tmp_path: Path) -> 
         note = json.loads(runtime_folder.read(file_name(7)) or "")
         assert note["process"] == os.getpid()
         runtime_folder.write(file_name(7), json.dumps({**note, "started": note["started"] - 1}))
-        assert runs_under_way() == []
+        assert registered_runs() == []
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"domain": 7}', '{"domain": 8, "x": 1}', "\0"])
 def test_a_description_that_says_nothing_sensible_is_passed_over(text: str) -> None:
     runtime_folder.write(file_name(7), text)
-    assert runs_under_way() == []
+    assert registered_runs() == []
 
 
 def test_of_several_runs_one_has_to_be_named(tmp_path: Path) -> None:
@@ -118,7 +118,7 @@ def test_a_launch_in_a_domain_that_is_taken_is_refused_by_the_name_of_who_has_it
         hold_shell_domain("ring_six", tmp_path)
     os.close(lock)
     assert hold_shell_domain("ring_six", tmp_path) == 9
-    assert [run.scenario for run in runs_under_way()] == ["ring_six"]
+    assert [run.scenario for run in registered_runs()] == ["ring_six"]
     assert hold(9) is None
 
 

@@ -161,9 +161,11 @@ def _prepare_dds(*, secured: bool) -> None:
         preflight.require(secured=secured)
     except preflight.PreflightError as error:
         raise CommandError(str(error)) from None
-    for name in preflight.set_in_vain():
+    for name in preflight.unused_variables():
         console.note(f"{name} is set; the nodes of a flight ignore it")
-    preflight.neutralise()
+    if sentence := preflight.shared_memory():
+        console.note(sentence)
+    preflight.remove_unused_variables()
     process_server.prepare()
 
 

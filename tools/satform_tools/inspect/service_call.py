@@ -8,7 +8,7 @@ import yaml
 
 from satform.scenario import ScenarioError
 from satform.scenario.yaml_reader import read_value
-from satform_bringup.deployment.local_discovery import MOST_FULL
+from satform_bringup.deployment.local_discovery import MAX_FULL_PROCESSES
 from satform_nodes.satellite.group_node import LARGEST_FULL_GROUP
 from satform_tools import console
 from satform_tools.errors import CommandError
@@ -66,8 +66,8 @@ def _why_not(service: str) -> str:
     if not service.endswith("parameters"):
         return ""
     return (
-        f"; parameter services are off in a run of more than {MOST_FULL} processes, and in a process of more "
-        f"than {LARGEST_FULL_GROUP} satellites (see run --satellites-per-process)"
+        f"; parameter services are off in a run of more than {MAX_FULL_PROCESSES} processes, and in a "
+        f"process of more than {LARGEST_FULL_GROUP} satellites (see run --satellites-per-process)"
     )
 
 

@@ -5,7 +5,7 @@
 from satform_bringup.deployment.domain import DomainError, shell_domain
 from satform_bringup.deployment.runtime_folder import RuntimeFolderError
 from satform_bringup.supervisor import run_registry
-from satform_bringup.supervisor.run_registry import RunUnderWay
+from satform_bringup.supervisor.run_registry import RegisteredRun
 from satform_tools.errors import CommandError
 
 
@@ -52,19 +52,19 @@ def no_formation_sentence(number: int, namespace: str | None = None) -> str:
     return f"no formation is flying on domain {number}{inside}; {elsewhere}"
 
 
-def runs_here() -> list[RunUnderWay]:
+def runs_here() -> list[RegisteredRun]:
     """This user's runs on this machine, by domain.
 
     Raises:
         CommandError: the folder in which they are described is not the user's alone.
     """
     try:
-        return run_registry.runs_under_way()
+        return run_registry.registered_runs()
     except RuntimeFolderError as error:
         raise CommandError(str(error)) from None
 
 
-def running(runs: list[RunUnderWay]) -> str:
+def running(runs: list[RegisteredRun]) -> str:
     """Runs as text."""
     named = ", ".join(f"{run.domain} ({run.scenario})" for run in runs)
     return f"runs under way on this machine: {named}"

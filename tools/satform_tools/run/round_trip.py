@@ -16,8 +16,8 @@ def median_round_trip(count: int) -> float:
         RuntimeError: there is no free DDS domain, or the other process does not answer.
     """
     from satform_bringup.deployment.domain import on_domain, own_domain  # noqa: PLC0415 - needs ROS
-    from satform_bringup.deployment.local_discovery import as_in_a_run  # noqa: PLC0415
+    from satform_bringup.deployment.local_discovery import run_environment  # noqa: PLC0415
     from satform_nodes.runtime import round_trip  # noqa: PLC0415
 
-    with own_domain() as domain, on_domain(domain), as_in_a_run():
+    with own_domain() as domain, on_domain(domain), run_environment():
         return round_trip.measure(count).median

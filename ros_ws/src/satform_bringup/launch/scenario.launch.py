@@ -25,7 +25,7 @@ from satform_bringup.deployment import local_discovery, preflight
 from satform_bringup.deployment.node_processes import NodeProcess, processes
 from satform_bringup.supervisor.launch_report import refuse_unknown_arguments, result
 from satform_bringup.supervisor.run_registry import hold_shell_domain
-from satform_bringup.supervisor.supervisor import FAREWELL
+from satform_bringup.supervisor.supervisor import SHUTDOWN_TIMEOUT
 from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE
 
 ARGUMENTS = ("scenario", "mode", "rate", "set", "record", "out", "group", "display")
@@ -97,7 +97,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
         plan, scenario_file, bag, int(asked["group"]), checkpoints, rate=rate, display=display
     )
     preflight.require(len(started))
-    preflight.neutralise()
+    preflight.remove_unused_variables()
     environment = local_discovery.variables(len(started), len(scenario.satellites), out)
     environment |= preflight.log_variables(out)
     flight = _Flight(scenario, plan.membership, bag, environment)
@@ -147,8 +147,8 @@ def _node(process: NodeProcess, flight: _Flight) -> Node:
         output="screen",
         additional_env=flight.environment,
         # As long as `satform run` gives them: a bag is to be closed before anyone is killed.
-        sigterm_timeout=str(FAREWELL),
-        sigkill_timeout=str(FAREWELL),
+        sigterm_timeout=str(SHUTDOWN_TIMEOUT),
+        sigkill_timeout=str(SHUTDOWN_TIMEOUT),
         on_exit=None if process.optional else partial(_ended, process, flight),
     )
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A DDS domain of one's own, so that two runs on one machine do not hear each other."""
+"""DDS domains: each run on a machine holds one of its own, apart from all other runs."""
 
 import errno
 import os
@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from satform_bringup import leftovers
 from satform_bringup.deployment.environment import restored
 
 FIRST, LAST = 1, 99
@@ -30,7 +29,7 @@ ABSTRACT = "\0satform/domain/"
 """Beginning of the abstract socket names by which domains are held."""
 
 _BACKLOG = 8
-"""Connections of those who ask who holds a domain."""
+"""Connections of processes that query the holder of a domain."""
 
 _CREDENTIALS = struct.Struct("3i")
 """Linux's `struct ucred`: process, user, group."""
@@ -78,7 +77,7 @@ def own_domain(agreed: int | None = None, namespace: str = "") -> Iterator[int]:
     if given:
         raise DomainError(
             f"ROS_DOMAIN_ID={given} is in use by another run on this machine{_in_words(wanted[0])}, and both "
-            "would hear each other; wait for it to end, set another one, "
+            "would receive each other's messages; wait for it to end, set another one, "
             + ("or unset it to get a free one" if agreed is None else "the same on every host")
         )
     raise DomainError(f"{len(wanted)} runs are under way already; wait for one to end")
@@ -128,8 +127,6 @@ def hold(number: int, namespace: str = "") -> int | None:
     first, and takes back when its process ends; it is no file, in whose place another user could put a link.
     Like the ports that it stands for it belongs to a network namespace: containers that share the host's
     network share the domains, too.
-
-    What killed processes have left of the domain in shared memory is taken away.
     """
     held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
@@ -141,9 +138,6 @@ def hold(number: int, namespace: str = "") -> int | None:
         if error.errno == errno.EADDRINUSE:
             return None
         raise
-    if not namespace.rstrip("/"):
-        # In a domain that several formations share another one may be about to begin.
-        leftovers.clear(number)
     return held.detach()
 
 

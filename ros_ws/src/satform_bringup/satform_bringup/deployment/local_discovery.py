@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the processes of one run find each other and talk, without ever leaving this machine.
+"""Discovery and transport of the processes of a run on one machine, by sockets on the loopback interface.
 
 They use sockets on the loopback interface alone. Each calls at all participants' ports there, one by one, and
 so does, at the first 32 of them, whoever looks in with rmw_fastrtps' range LOCALHOST: `ros2 topic echo` finds
@@ -21,13 +21,13 @@ from satform_bringup.deployment import middleware
 from satform_bringup.deployment.environment import restored
 from satform_nodes import LEAN
 
-LOOKERS = 4
-"""Ports that are left to those who look in."""
+OBSERVER_PORTS = 4
+"""Ports that are left to observers."""
 
-MOST = middleware.PORTS - LOOKERS
+MOST = middleware.PORTS - OBSERVER_PORTS
 """Processes that find each other on one machine."""
 
-MOST_FULL = 34
+MAX_FULL_PROCESSES = 34
 """Processes, plant and recorder among them, up to which nodes have everything that a node of ROS 2 has.
 
 Every endpoint is told to every process, and more than half of a satellite's are those of the services for its
@@ -63,9 +63,9 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
             f"let satellites share processes with --satellites-per-process {_group_for(processes)} or more"
         )
     period = middleware.heartbeat(satellites)
-    lean = {LEAN: "1"} if processes > MOST_FULL else {}
+    lean = {LEAN: "1"} if processes > MAX_FULL_PROCESSES else {}
     ranged = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or os.environ.get("ROS_STATIC_PEERS")
-    if ranged or middleware.is_told():
+    if ranged or middleware.is_configured():
         return lean | middleware.tell(folder, period)
     told = middleware.tell(folder, period, middleware.LOOPBACK_ALONE)
     # In this range alone rmw_fastrtps goes by the profile; the deprecated variable would overrule the range.
@@ -73,7 +73,7 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
 
 
 @contextmanager
-def as_in_a_run() -> Iterator[None]:
+def run_environment() -> Iterator[None]:
     """Have this process talk as those of a run do, for the length of the block."""
     with tempfile.TemporaryDirectory() as folder:
         told = variables(1, 1, Path(folder))

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the middleware of a run is told beyond its defaults: a file of profiles, as Fast DDS reads it.
+"""Fast DDS profile of a run: heartbeat period and transports, as an XML file.
 
 A message that was dropped on its way, by a network or by a full queue between two processes, has no successor
 by which its loss would show while a step waits for it; only the writer's next heartbeat tells, by default
@@ -82,7 +82,7 @@ def heartbeat(satellites: int) -> float:
     return min(HEARTBEAT_OF_A_SATELLITE * satellites, SLOWEST_HEARTBEAT)
 
 
-def is_told() -> bool:
+def is_configured() -> bool:
     """Whether the environment names a file of profiles already, which is then left as it is."""
     return any(os.environ.get(name) for name in VARIABLES)
 
@@ -101,7 +101,7 @@ def tell(folder: Path, period: float, participant: str = "") -> dict[str, str]:
     Raises:
         OSError: the folder cannot be written to.
     """
-    if is_told():
+    if is_configured():
         return {}
     seconds, nanoseconds = divmod(round(period * 1e9), 10**9)
     file = folder.absolute() / FILE

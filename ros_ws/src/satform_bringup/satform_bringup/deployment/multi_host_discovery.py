@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How the machines of a flight on several find each other: by address, without multicast."""
+"""Discovery between the hosts of a flight: by address, without multicast."""
 
 import difflib
 import hashlib
@@ -136,8 +136,8 @@ def variables(scenario: Scenario, host: HostSpec | None, folder: Path) -> dict[s
     }
 
 
-def step_told(event: dict[str, Any], last_step: int) -> int:
-    """The step that a node's report speaks of, where there is no plant to tell how far the flight is.
+def step_reported(event: dict[str, Any], last_step: int) -> int:
+    """The step in a node's event, on a host without the plant.
 
     Args:
         event: what a satellite or the recorder reported.

@@ -3,7 +3,7 @@
 """What the environment of a flight has to allow, looked at before any process starts.
 
 Variables that a flight does not need, and that would keep its nodes from finding each other, are taken away
-from its processes (`NOT_NEEDED`); what cannot work is named in a sentence.
+from its processes (`UNUSED_VARIABLES`); what cannot work is named in a sentence.
 """
 
 import ipaddress
@@ -22,7 +22,7 @@ from satform_bringup.deployment.domain import DomainError, shell_domain
 from satform_bringup.deployment.local_discovery import RANGE
 from satform_bringup.deployment.middleware import VARIABLES as PROFILES
 
-NOT_NEEDED = (
+UNUSED_VARIABLES = (
     # Another way of discovery, by a server that the nodes of a flight do not ask.
     "ROS_DISCOVERY_SERVER",
     "ROS_SUPER_CLIENT",
@@ -76,9 +76,9 @@ def require(processes: int = 1, *, secured: bool = False) -> None:
         raise PreflightError("; ".join(found))
 
 
-def neutralise() -> None:
+def remove_unused_variables() -> None:
     """Take away from this process what a flight does not need."""
-    for name in NOT_NEEDED:
+    for name in UNUSED_VARIABLES:
         os.environ.pop(name, None)
 
 
@@ -91,9 +91,26 @@ def log_variables(run: Path) -> dict[str, str]:
     return {"ROS_LOG_DIR": str((run / LOG_FOLDER / "ros").absolute())}
 
 
-def set_in_vain() -> list[str]:
+def unused_variables() -> list[str]:
     """Names of the variables that are set and not used by a flight."""
-    return [name for name in NOT_NEEDED if os.environ.get(name)]
+    return [name for name in UNUSED_VARIABLES if os.environ.get(name)]
+
+
+def shared_memory() -> str:
+    """Sentence for a run whose nodes may use shared memory, since the environment has a Fast DDS profile.
+
+    Without one nodes communicate through sockets, which the kernel closes with their process.
+
+    Returns:
+        The sentence; empty without a profile.
+    """
+    given = [name for name in PROFILES if os.environ.get(name)]
+    if not given:
+        return ""
+    return (
+        f"{given[0]} is set, so the nodes use that profile and may communicate through shared memory; files "
+        "of killed processes then stay in /dev/shm, where `fastdds shm clean` removes them"
+    )
 
 
 def _wrong_variables(*, secured: bool) -> Iterable[str]:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flying secured: keys for every node from a keystore, or not at all."""
+"""DDS security of a flight: every node has keys from a keystore, or the flight does not start."""
 
 import os
 import subprocess

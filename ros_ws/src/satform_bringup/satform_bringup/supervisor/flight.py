@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a flight over DDS is asked for beside its scenario, and how it went."""
+"""Options of a flight over DDS beside its scenario, and its result."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +11,12 @@ from satform.record.early_end import EarlyEnd
 
 @dataclass(frozen=True)
 class Loss:
-    """A satellite or the recorder is no longer there.
+    """Loss of a satellite or of the recorder.
 
     Attributes:
         name: of its node.
         step: first step without it.
-        reason: in words.
+        reason: as text.
         planned: whether the scenario says so.
     """
 
@@ -27,8 +27,8 @@ class Loss:
 
 
 @dataclass(frozen=True)
-class Return:
-    """A satellite takes part again.
+class Rejoin:
+    """Rejoin of a satellite.
 
     Attributes:
         name: of its node.
@@ -43,7 +43,7 @@ class Return:
 
 @dataclass(frozen=True)
 class Policy:
-    """What is done about losses, and how time passes.
+    """How losses are handled, and how time passes.
 
     Attributes:
         restart: whether a satellite that is lost is started again.
@@ -58,7 +58,7 @@ class Policy:
 
 @dataclass(frozen=True)
 class Flight:
-    """How a flight over DDS went.
+    """Result of a flight over DDS.
 
     Attributes:
         steps: steps flown.
@@ -92,7 +92,7 @@ class Flight:
     domain: int
     lost: tuple[str, ...]
     losses: tuple[Loss, ...]
-    returns: tuple[Return, ...]
+    returns: tuple[Rejoin, ...]
     reason: str
     stopped: bool
     bag: Path | None

@@ -1,10 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Where node processes are born: from a server that has imported everything they need.
+"""Process server (fork server): node processes are forks of a process that has all imports done.
 
-Importing Python, numpy, scipy, pydantic and rclpy takes a process more than a second, and a
-formation has many processes on few cores. Here one server imports once, without ever touching DDS,
-and every node's process is a fork of it.
+Reason for it: importing numpy, scipy, pydantic and rclpy takes a process more than a second, and a formation
+has many processes on few cores. The server imports once, without using DDS, and every node's process is a
+fork of it.
 """
 
 import atexit
@@ -39,7 +39,7 @@ _SET_PARENT_DEATH_SIGNAL = 1
 
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({})
 
-_FAREWELL = 5.0
+_SHUTDOWN_TIMEOUT = 5.0
 """Wall-clock time that a helper of Python's is given to end, s."""
 
 _owner = -1
@@ -92,14 +92,14 @@ def close() -> None:
     if process is not None:
         server._forkserver_alive_fd = server._forkserver_pid = server._forkserver_address = None
         # It has nothing to put away, and would first import all that it was to.
-        _see_off(alive, process, 0.0)
+        _end_helper(alive, process, 0.0)
     alive, process = tracker._fd, tracker._pid
     if process is not None:
         tracker._fd = tracker._pid = None
-        _see_off(alive, process, _FAREWELL)
+        _end_helper(alive, process, _SHUTDOWN_TIMEOUT)
 
 
-def _see_off(alive: int, process: int, patience: float) -> None:
+def _end_helper(alive: int, process: int, patience: float) -> None:
     """Let a helper end by itself within some time in s, and end it after that."""
     os.close(alive)
     with suppress(ChildProcessError, ProcessLookupError):
@@ -133,7 +133,7 @@ def start(
     context = prepare()
     ours, theirs = context.Pipe()
     process = context.Process(
-        target=_live, args=(executable, arguments, domain, log, dict(environment), theirs)
+        target=_run_node, args=(executable, arguments, domain, log, dict(environment), theirs)
     )
     try:
         with _without_main_module():
@@ -187,7 +187,7 @@ def _signals_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _live(
+def _run_node(
     executable: str,
     arguments: list[str],
     domain: int,
@@ -202,7 +202,7 @@ def _live(
     with log.open("wb") as output:
         os.dup2(output.fileno(), sys.stdout.fileno())
         os.dup2(output.fileno(), sys.stderr.fileno())
-    preflight.neutralise()
+    preflight.remove_unused_variables()
     os.environ.update(environment)
     enter_domain(domain)
     name = next(word.partition("__node:=")[2] for word in arguments if "__node:=" in word)

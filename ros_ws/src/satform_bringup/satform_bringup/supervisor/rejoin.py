@@ -1,15 +1,15 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""One process of a run that is under way, started by hand: a lost satellite comes back."""
+"""Restart of one process of a running flight by hand, so that a lost satellite rejoins."""
 
 from pathlib import Path
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.files.bounded_file import read_json
-from satform_bringup import LOG_FOLDER, PROCESSES_FILE, leftovers
+from satform_bringup import LOG_FOLDER, PROCESSES_FILE
 from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
-from satform_bringup.supervisor.supervisor import FAREWELL
+from satform_bringup.supervisor.supervisor import SHUTDOWN_TIMEOUT
 
 _LOOK = 0.1
 """Wall-clock time between two looks at whether someone asked to stop, s."""
@@ -68,7 +68,6 @@ def rejoin(run: Path, name: str) -> int:
     """
     node, domain, environment = process_of(run, name)
     log = _free(run / LOG_FOLDER, name)
-    leftovers.release(domain)
     process, pipe = process_server.start(node.executable, node.arguments(), domain, log, environment)
     try:
         while process.exitcode is None:
@@ -80,7 +79,7 @@ def rejoin(run: Path, name: str) -> int:
                     break
     except KeyboardInterrupt:
         process.terminate()
-        process.join(FAREWELL)
+        process.join(SHUTDOWN_TIMEOUT)
         if process.exitcode is None:
             process.kill()
             process.join()
@@ -88,11 +87,11 @@ def rejoin(run: Path, name: str) -> int:
     pipe.close()
     process.close()
     if code == EXIT_BAD_INPUT:
-        raise RejoinError(_last_words(log))
+        raise RejoinError(_last_line(log))
     return code
 
 
-def _last_words(log: Path) -> str:
+def _last_line(log: Path) -> str:
     """What a node said last, without what its logger puts in front."""
     lines = log.read_text(errors="replace").strip().splitlines() or ["it printed nothing"]
     return lines[-1].rpartition("]: ")[2]

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A flight over DDS, from its scenario to how it went; no process is left behind."""
+"""Runs a flight over DDS, from its scenario to its result; all processes have ended afterwards."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from satform_bringup.deployment.multi_host_discovery import flight_domain, varia
 from satform_bringup.deployment.node_processes import processes
 from satform_bringup.supervisor.flight import Flight, Policy
 from satform_bringup.supervisor.run_registry import described
-from satform_bringup.supervisor.supervisor import Watch
+from satform_bringup.supervisor.supervisor import Supervisor
 from satform_nodes.runtime.signals import StopRequest
 
 CHECKPOINT_STEPS = 100
@@ -93,7 +93,7 @@ def fly(
             security.require_secured(keystore, nodes, domain)
         given = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
         save_scenario(scenario, scenario_file)
-        watch = Watch(plan, signals, progress, policy, out / LOG_FOLDER, domain, given)
+        watch = Supervisor(plan, signals, progress, policy, out / LOG_FOLDER, domain, given)
         told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
         write_durably(out / PROCESSES_FILE, json.dumps(told).encode())
         try:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which runs of this user are under way on this machine: what each says of itself in the user's folder."""
+"""Run registry: the running flights of this user on this machine, each described by a file."""
 
 import json
 import os
@@ -21,8 +21,8 @@ _START_TIME = 19
 
 
 @dataclass(frozen=True)
-class RunUnderWay:
-    """A run as it describes itself.
+class RegisteredRun:
+    """Description of a running flight.
 
     Attributes:
         domain: DDS domain in which it flies.
@@ -41,7 +41,7 @@ class RunUnderWay:
 
 @contextmanager
 def described(domain: int, scenario: str, folder: Path) -> Iterator[None]:
-    """Tell those who want to look in what flies in a domain that this process holds.
+    """Register the flight in a domain that this process holds, for observers.
 
     Raises:
         RuntimeFolderError: the user's folder for it is another user's, or open to others.
@@ -55,15 +55,15 @@ def described(domain: int, scenario: str, folder: Path) -> Iterator[None]:
 
 
 def describe(domain: int, scenario: str, folder: Path) -> None:
-    """Say for the rest of this process's life what flies in a domain that it holds.
+    """Register the flight in a domain that this process holds, for the rest of its life.
 
     Raises:
         RuntimeFolderError: the user's folder for it is another user's, or open to others.
     """
-    run = RunUnderWay(domain, scenario, str(folder.absolute()), os.getpid(), _started(os.getpid()) or 0)
+    run = RegisteredRun(domain, scenario, str(folder.absolute()), os.getpid(), _started(os.getpid()) or 0)
     # Without room for the description the run flies all the same; observers then name the domain.
     with suppress(OSError):
-        for name in set(runtime_folder.names()) - {_name_of(other) for other in runs_under_way()}:
+        for name in set(runtime_folder.names()) - {_name_of(other) for other in registered_runs()}:
             # What killed runs have left.
             if _NAME.fullmatch(name):
                 runtime_folder.remove(name)
@@ -76,7 +76,7 @@ def file_name(domain: int) -> str:
 
 
 def hold_shell_domain(scenario: str, folder: Path, namespace: str = "") -> int:
-    """Hold the shell's own domain for the rest of this process's life, and say what flies in it.
+    """Hold the shell's own domain for the rest of this process's life, and register the flight.
 
     Args:
         scenario: name of what is flown.
@@ -91,17 +91,18 @@ def hold_shell_domain(scenario: str, folder: Path, namespace: str = "") -> int:
     """
     domain = shell_domain() or 0
     if hold(domain, namespace) is None:
-        others = [run for run in runs_under_way() if run.domain == domain]
+        others = [run for run in registered_runs() if run.domain == domain]
         who = f" ({others[0].scenario} in {others[0].folder})" if others else ""
         raise DomainError(
-            f"domain {domain} is in use by another run on this machine{who}, and both would hear each other; "
+            f"domain {domain} is in use by another run on this machine{who}, and both would receive "
+            "each other's messages; "
             "wait for it to end, set ROS_DOMAIN_ID to another number, or push a namespace"
         )
     describe(domain, scenario, folder)
     return domain
 
 
-def runs_under_way() -> list[RunUnderWay]:
+def registered_runs() -> list[RegisteredRun]:
     """This user's runs on this machine whose process lives, by domain; what killed ones left is passed over.
 
     Raises:
@@ -112,13 +113,13 @@ def runs_under_way() -> list[RunUnderWay]:
     return sorted(alive, key=lambda run: (run.domain, run.process))
 
 
-def _name_of(run: RunUnderWay) -> str:
+def _name_of(run: RegisteredRun) -> str:
     return f"run-{run.domain}-{run.process}.json"
 
 
-def _read(name: str) -> RunUnderWay | None:
+def _read(name: str) -> RegisteredRun | None:
     try:
-        run = RunUnderWay(**json.loads(runtime_folder.read(name) or ""))
+        run = RegisteredRun(**json.loads(runtime_folder.read(name) or ""))
         return run if _name_of(run) == name else None
     except (ValueError, TypeError):
         return None

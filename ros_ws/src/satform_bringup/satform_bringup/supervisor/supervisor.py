@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who watches the processes of a flight: starts them, hears their reports, ends them by their own handles."""
+"""Supervisor of the processes of a flight: starts, monitors, restarts and ends them by their handles."""
 
 import os
 import select
@@ -20,20 +20,19 @@ from satform.flight.compile import FormationPlan
 from satform.membership.manager import ALL_LOST
 from satform.membership.state import SatelliteLost, rejoins_after
 from satform.record.early_end import EarlyEnd
-from satform_bringup import leftovers
-from satform_bringup.deployment.multi_host_discovery import step_told
+from satform_bringup.deployment.multi_host_discovery import step_reported
 from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
-from satform_bringup.supervisor.flight import Flight, Loss, Policy, Return
+from satform_bringup.supervisor.flight import Flight, Loss, Policy, Rejoin
 from satform_nodes.runtime.signals import StopRequest
 
 PROCESS_SERVER = "process server"
-"""How the server of processes is called among those who are lost."""
+"""Name of the process server among the lost processes."""
 
 _STANDSTILL = 2.0
-"""Wall-clock time for which all that are left have to have been stopped before they are given up, s."""
+"""Wall-clock time for which all remaining processes have to be suspended before they are ended, s."""
 
-FAREWELL = 15.0
+SHUTDOWN_TIMEOUT = 15.0
 """Wall-clock time that processes have to end once the flight is over, s."""
 
 MOST_RESTARTS = 10
@@ -65,8 +64,8 @@ class _Running:
         return self.node.name
 
 
-class Watch:
-    """Starts the processes of a flight, watches them until it is over, and ends those that are left."""
+class Supervisor:
+    """Starts the processes of a flight, monitors them until it is over, and ends the remaining ones."""
 
     def __init__(
         self,
@@ -82,7 +81,7 @@ class Watch:
 
         Args:
             plan: of the flight's parts.
-            signals: count up when the user asks to stop; at the second nobody is waited for any more.
+            signals: count up when the user asks to stop; after the second no process is waited for.
             progress: called now and then with the steps flown and the steps to fly.
             policy: what is done about losses.
             logs: folder for what each process prints; is made.
@@ -98,7 +97,7 @@ class Watch:
         self._environment = environment
         self._losses: list[Loss] = []
         self._lost_since: dict[str, float] = {}
-        self._returns: list[Return] = []
+        self._returns: list[Rejoin] = []
         self._restarts: Counter[str] = Counter()
         self._killed: set[str] = set()
         self._satellites: dict[str, dict[str, Any]] = {}
@@ -119,7 +118,7 @@ class Watch:
         self._early_end: EarlyEnd | None = None
 
     def start(self, nodes: list[NodeProcess]) -> None:
-        """Start all processes, each with a pipe for its reports and a file for its words."""
+        """Start all processes, each with a pipe for its events and a log file."""
         self._logs.mkdir(parents=True, exist_ok=True)
         self._begun = time.monotonic()
         self._sees_plant = any(node.name == "plant" for node in nodes)
@@ -138,7 +137,7 @@ class Watch:
         self._selector.register(pipe, selectors.EVENT_READ, (entry, self._on_report))
 
     def until_over(self) -> None:
-        """Watch until every process has ended, or those that do not end in time are to be ended."""
+        """Monitor until every process has ended, or the timeout for their end has passed."""
         self._server = process_server.watch_server()
         try:
             self._until_over()
@@ -175,7 +174,7 @@ class Watch:
                 return
             now = time.monotonic()
             moved = moved if self._over_since is not None and self._nobody_moves() else now
-            if now - moved > _STANDSTILL or now - (self._over_since or now) > FAREWELL:
+            if now - moved > _STANDSTILL or now - (self._over_since or now) > SHUTDOWN_TIMEOUT:
                 return
 
     def _nobody_moves(self) -> bool:
@@ -184,7 +183,7 @@ class Watch:
         return bool(left) and all(process_server.is_stopped(entry.process) for entry in left)
 
     def _end_flight(self) -> None:
-        """Ask the plant to end the flight for everyone; without a plant or a first step, ask everyone."""
+        """Ask the plant to end the flight; without a plant or a first step, ask all processes."""
         if self._over_since is None:
             self._over_since = time.monotonic()
         plant = self._running.get("plant")
@@ -201,7 +200,7 @@ class Watch:
             return
         self._on_event(event)
         if not self._sees_plant:
-            self._steps = max(self._steps, step_told(event, self._plan.timing.steps))
+            self._steps = max(self._steps, step_reported(event, self._plan.timing.steps))
         if event["event"] == "lost" and entry.name == "plant":
             # Those who are told of it end with an exit code of their own.
             self._over_since = self._over_since or time.monotonic()
@@ -255,7 +254,7 @@ class Watch:
         self._over_since = self._over_since or time.monotonic()
 
     def _on_absence(self, event: dict[str, Any]) -> None:
-        """Someone is lost or back, and the flight goes on; or a quantity has ended it."""
+        """Handle a loss or a rejoin, after which the flight continues, or an early end."""
         match event["event"]:
             case "killed":
                 self._killed.add(event["node"])
@@ -268,7 +267,7 @@ class Watch:
                 self._on_early_end(event)
             case "return":
                 away = time.monotonic() - self._lost_since.pop(event["who"], time.monotonic())
-                self._returns.append(Return(event["who"], event["step"], away))
+                self._returns.append(Rejoin(event["who"], event["step"], away))
                 if event["who"] in self._lost:
                     # Its loss stays on record; what counts at the end is who is away.
                     self._lost.remove(event["who"])
@@ -288,10 +287,10 @@ class Watch:
                 # It has told everyone that the flight is over, and why.
                 self._end_flight()
         elif code and self._over_since is None and not entry.node.optional:
-            self._go_on_without(entry, code)
+            self._continue_without(entry, code)
 
-    def _go_on_without(self, entry: _Running, code: int) -> None:
-        """Tell the plant who is gone, and start it again where that is wanted."""
+    def _continue_without(self, entry: _Running, code: int) -> None:
+        """Report a lost process to the plant, and restart it if the policy says so."""
         if self._flying_since is None or "plant" not in self._running or code == EXIT_BAD_INPUT:
             self._note_loss(entry, code)
             self._end_flight()
@@ -309,17 +308,15 @@ class Watch:
             self._lost += [name for name in names if name not in self._lost]
         for name in names:
             self._lost_since.setdefault(name, time.monotonic())
-            self._tell_plant(name, self._end_of(entry, code))
+            self._notify_plant(name, self._end_of(entry, code))
         if entry.name == "recorder" or not (expected or self._policy.restart):
             return
-        wanted = self._comes_back(names) if expected else self._policy.restart
+        wanted = self._rejoins(names) if expected else self._policy.restart
         if wanted and self._restarts[entry.name] < MOST_RESTARTS:
             self._restarts[entry.name] += 1
-            # A port in shared memory, where the flight uses it, may never have been let go of.
-            leftovers.release(self._domain)
             self._start(entry.node)
 
-    def _comes_back(self, names: list[str]) -> bool:
+    def _rejoins(self, names: list[str]) -> bool:
         """Whether the scenario brings one of these satellites back at some time."""
         plan = self._plan
         return any(
@@ -328,13 +325,13 @@ class Watch:
             if name in names
         )
 
-    def _tell_plant(self, name: str, reason: str) -> None:
+    def _notify_plant(self, name: str, reason: str) -> None:
         with suppress(OSError):
             # A plant that has gone away itself is noticed by its own end.
             self._running["plant"].pipe.send({"event": "lost", "who": name, "reason": reason})
 
     def _note_absence(self, name: str, step: int, reason: str) -> None:
-        """Remember that the flight goes on without someone."""
+        """Store a loss after which the flight continues."""
         steps = self._plan.membership.events.get(step, [])
         names = self._plan.names
         expected = any(isinstance(event, SatelliteLost) and names[event.satellite] == name for event in steps)
@@ -369,7 +366,7 @@ class Watch:
         """End what still runs: first asked, then forced; every process is waited for."""
         if self._signals.count < 2:
             self._end_with(BaseProcess.terminate, 3.0)
-        self._end_with(BaseProcess.kill, FAREWELL)
+        self._end_with(BaseProcess.kill, SHUTDOWN_TIMEOUT)
         self._selector.close()
 
     def _end_with(self, end: Callable[[BaseProcess], None], patience: float) -> None:

@@ -27,7 +27,7 @@ _DIAMETER, _ARROW, _TEXT, _LINE = 0.04, 0.16, 0.07, 0.006
 """Sizes of a satellite, its heading, its name and of lines, per extent of the formation."""
 
 
-class PictureMessages:
+class MarkerMessages:
     """Turns pictures into messages that are stamped in simulated time."""
 
     def __init__(self, stamps: Stamps, scale: float, extent: float, namespace: str = "/") -> None:

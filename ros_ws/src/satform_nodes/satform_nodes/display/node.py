@@ -1,9 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node that shows the flight: markers, poses, paths and transforms for RViz and Foxglove.
+"""Node of the display: publishes markers, poses, paths and transforms for RViz and Foxglove.
 
-It only looks on. It takes the newest message of each topic, if it comes, so that no other node ever
-waits for it, and a flight is the same with and without it.
+It is an observer: it takes the newest message of each topic by best effort, so that no other node waits for
+it, and a flight is the same with and without it.
 """
 
 import math
@@ -23,12 +23,12 @@ from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT
 from satform.communication.topic_graph import relative, topic_name
 from satform.display.scene import Scene
 from satform.flight.compile import FormationPlan
-from satform_nodes.display.markers import PictureMessages
-from satform_nodes.runtime.lifecycle import patience, plan_of, plant_timeout, run
+from satform_nodes.display.markers import MarkerMessages
+from satform_nodes.runtime.lifecycle import discovery_timeout, plan_of, plant_timeout, run
 from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
-from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
@@ -36,26 +36,26 @@ from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import Stamps
 
 _PATH_EVERY = 10
-"""Pictures between two publications of the paths, which are long."""
+"""Frames between two publications of the paths, which are long."""
 
 _NICENESS = 10
-"""By how much the display stands back where processors are few."""
+"""Niceness of the display, so that it yields the processor to the flight."""
 
-_GLANCE = 0.02
-"""Wall-clock time between two looks at what has arrived: messages in between are not even taken, s."""
+_POLLING_PERIOD = 0.02
+"""Wall-clock time between two polls: messages in between are not taken, s."""
 
 _MOTION = tuple(f"{vector}.{axis}" for vector in ("position", "velocity") for axis in "xyz")
 _MRP = ("mrp.x", "mrp.y", "mrp.z")
 
-_LAST_SIGHT = 0.2
+_LAST_MESSAGES = 0.2
 """Wall-clock time after the end of the flight in which the last states may still arrive, s."""
 
-_FAREWELL = Duration(seconds=2)
-"""How long the display stays for the sake of its last picture."""
+_ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=2)
+"""Timeout of the acknowledgement of the last frame."""
 
 
 class DisplayNode:
-    """Looks at the formation's topics and publishes pictures; what is in them is decided in `satform`."""
+    """Subscribes to the formation's topics and publishes frames; their content is computed in `satform`."""
 
     def __init__(self, node: Node, executor: StepExecutor, plan: FormationPlan) -> None:
         scale = _positive(node, "display_scale")
@@ -64,37 +64,41 @@ class DisplayNode:
         rate = _positive(node, "frame_rate")
         self.node = node
         self.ended: FormationStatus | None = None
-        self.seen_anything = False
+        self.received_anything = False
         self.pictures = 0
         self.scene = Scene(plan.scene, max(per_lap, 1), max(trail, 2))
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
-        self._messages = PictureMessages(self._stamps, scale, self.scene.extent, node.get_namespace())
+        self._messages = MarkerMessages(self._stamps, scale, self.scene.extent, node.get_namespace())
         self._period = 1.0 / rate
         self._next_picture = 0.0
-        # The newest message of each topic, and who understands it; taken apart only for a picture.
+        # The newest message of each topic, and its decoder; decoded only for a frame.
         self._newest: dict[int, bytes] = {}
         self._readers: list[Callable[[bytes], None]] = []
 
         types = topics.TYPES
-        self._say_markers = node.create_publisher(types["markers"], relative(topics.MARKERS), qos.MARKERS)
-        self._say_transforms = node.create_publisher(types["tf"], topics.TF, qos.TRANSFORMS)
-        self._say_pose, self._say_path = {}, {}
+        self._marker_publisher = node.create_publisher(
+            types["markers"], relative(topics.MARKERS), qos.MARKERS
+        )
+        self._transform_publisher = node.create_publisher(types["tf"], topics.TF, qos.TRANSFORMS)
+        self._pose_publishers, self._path_publishers = {}, {}
         for name in self.scene.names:
-            self._say_pose[name] = node.create_publisher(
+            self._pose_publishers[name] = node.create_publisher(
                 types["pose"], relative(topics.pose(name)), qos.MARKERS
             )
-            self._say_path[name] = node.create_publisher(
+            self._path_publishers[name] = node.create_publisher(
                 types["path"], relative(topics.path(name)), qos.MARKERS
             )
         for index, name in enumerate(self.scene.names):
             spec = plan.topics.satellites[index]
             moved = ("truth", topics.truth) if spec.sensor is not None else ("state", topics.state)
-            self._look_at(executor, moved[0], moved[1](name), self._on_state(index), _MOTION)
+            self._subscribe_newest(executor, moved[0], moved[1](name), self._on_state(index), _MOTION)
             if spec.attitude is not None:
-                self._look_at(executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP)
-            # Looked at last: what was announced is then at least as new as what it is compared with.
+                self._subscribe_newest(
+                    executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP
+                )
+            # Decoded last: it is then at least as new as what it is compared with.
             said = plan.announces
-            self._look_at(executor, said, topic_name(said, name), self._on_announcement(index), ())
+            self._subscribe_newest(executor, said, topic_name(said, name), self._on_announcement(index), ())
         node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, qos.BEST_EFFORT)
         # What was decided before this node came is only kept for readers whom the plant waits for at the
         # end of the flight; so this subscription is given up once it has been heard.
@@ -113,11 +117,11 @@ class DisplayNode:
         Raises:
             NodeError: there is none.
         """
-        if not executor.spin_until(lambda: self.seen_anything or stop.asked, longest):
-            raise NodeError(f"nothing to show within {longest:g} s: no formation is heard", EXIT_LOST)
+        if not executor.spin_until(lambda: self.received_anything or stop.asked, longest):
+            raise NodeError(f"nothing to show within {longest:g} s: no message of a formation", EXIT_LOST)
         self.node.destroy_subscription(self._history)
 
-    def show_if_due(self) -> None:
+    def publish_if_due(self) -> None:
         """Publish a picture if enough simulated time has passed, and not too little of the wall clock."""
         now = time.monotonic()
         if now < self._next_picture:
@@ -125,30 +129,34 @@ class DisplayNode:
         self._read_newest()
         if self.scene.due:
             self._next_picture = now + self._period
-            self.show(paths=self.pictures % _PATH_EVERY == 0)
+            self.publish(paths=self.pictures % _PATH_EVERY == 0)
 
-    def show_last(self) -> None:
-        """Publish how the flight ended, and stay until it has arrived, for a bounded time."""
+    def publish_last(self) -> None:
+        """Publish the last frame, and wait for its acknowledgement, for a bounded time."""
         self._read_newest()
         if self.scene.step < 0:
             return
-        self.show(paths=True)
-        for publisher in (self._say_markers, *self._say_pose.values(), *self._say_path.values()):
-            if not publisher.wait_for_all_acked(_FAREWELL):
+        self.publish(paths=True)
+        for publisher in (
+            self._marker_publisher,
+            *self._pose_publishers.values(),
+            *self._path_publishers.values(),
+        ):
+            if not publisher.wait_for_all_acked(_ACKNOWLEDGEMENT_TIMEOUT):
                 return
 
-    def show(self, *, paths: bool) -> None:
-        """Publish a picture of what was last seen."""
+    def publish(self, *, paths: bool) -> None:
+        """Publish a frame of the newest messages."""
         picture = self.scene.picture()
         self.pictures += 1
-        self._say_markers.publish(self._messages.markers(picture))
-        self._say_transforms.publish(self._messages.transforms(picture))
+        self._marker_publisher.publish(self._messages.markers(picture))
+        self._transform_publisher.publish(self._messages.transforms(picture))
         for view in picture.satellites:
-            self._say_pose[view.name].publish(self._messages.pose(view.pose))
+            self._pose_publishers[view.name].publish(self._messages.pose(view.pose))
             if paths:
-                self._say_path[view.name].publish(self._messages.path(view))
+                self._path_publishers[view.name].publish(self._messages.path(view))
 
-    def _look_at(
+    def _subscribe_newest(
         self,
         executor: StepExecutor,
         kind: str,
@@ -156,7 +164,7 @@ class DisplayNode:
         read: Callable[[int, int, int, list[float]], None],
         fields: tuple[str, ...],
     ) -> None:
-        """Keep the newest message of a topic until a picture is made.
+        """Subscribe to a topic, and store its newest message until the next frame.
 
         Args:
             executor: hands out the messages.
@@ -175,7 +183,7 @@ class DisplayNode:
 
         def keep(data: bytes, _name: str) -> None:
             self._newest[place] = data
-            self.seen_anything = True
+            self.received_anything = True
 
         self._readers.append(take_apart)
         executor.subscribe(self.node, topics.TYPES[kind], topic, keep, qos.BEST_EFFORT)
@@ -187,7 +195,7 @@ class DisplayNode:
 
     def _on_state(self, index: int) -> Callable[[int, int, int, list[float]], None]:
         def moved(seconds: int, nanoseconds: int, _step: int, numbers: list[float]) -> None:
-            # A measurement may be told later than it was taken: what counts is when the satellite was there.
+            # A delayed measurement has the time at which it was taken.
             self.scene.moved(index, self._stamps.step(seconds, nanoseconds), numbers[:3], numbers[3:])
 
         return moved
@@ -205,30 +213,30 @@ class DisplayNode:
         return spoke
 
     def _on_status(self, status: FormationStatus) -> None:
-        self.seen_anything = True
+        self.received_anything = True
         self.scene.decided(status.alive, status.edge_receivers, status.edge_senders)
         if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             self.ended = status
 
 
-def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Report) -> int:
+def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: SupervisorPipe) -> int:
     """Show the flight until it has ended."""
     os.nice(_NICENESS)
     declare_start(node, "scenario")
     plan = plan_of(node)
     display = DisplayNode(node, executor, plan)
-    first = patience(len(plan.names))
+    first = discovery_timeout(len(plan.names))
     display.begin(executor, stop, first)
 
     def flying() -> bool:
-        display.show_if_due()
+        display.publish_if_due()
         return display.ended is None and not stop.asked
 
     longest = max(first, plant_timeout(plan.timing.node_timeout))
-    if not executor.spin_at_leisure(flying, longest, lambda _leisure: stop.pause(_GLANCE)):
-        raise NodeError(f"nothing to show for {longest:g} s: the formation is silent", EXIT_LOST)
-    executor.spin_while(lambda: not stop.asked, _LAST_SIGHT)
-    display.show_last()
+    if not executor.spin_polling(flying, longest, lambda _leisure: stop.pause(_POLLING_PERIOD)):
+        raise NodeError(f"nothing to show for {longest:g} s: no message of the formation", EXIT_LOST)
+    executor.spin_while(lambda: not stop.asked, _LAST_MESSAGES)
+    display.publish_last()
     return EXIT_STOPPED if stop.asked else EXIT_DONE
 
 
@@ -252,7 +260,7 @@ def _positive(node: Node, name: str) -> float:
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Show a flight; entry point of the executable `display_node`."""
-    return run("display", fly, arguments, Report(pipe))
+    return run("display", fly, arguments, SupervisorPipe(pipe))
 
 
 if __name__ == "__main__":

@@ -28,17 +28,17 @@ from satform.flight.plant import Plant
 from satform.membership.manager import ALL_LOST, Change, MembershipManager
 from satform.membership.state import Event
 from satform.record.early_end import EarlyEnd
-from satform_nodes.plant.publishers import PlantVoice
+from satform_nodes.plant.publishers import PlantPublishers
 from satform_nodes.plant.services import FormationServices
-from satform_nodes.plant.subscriptions import PlantEars
-from satform_nodes.runtime.diagnostics import Condition, Course, Health
+from satform_nodes.plant.subscriptions import PlantSubscriptions
+from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
 from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import plan_of, run, start_timeout
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
-from satform_nodes.runtime.realtime_loop import fly_on_the_clock, processor_seconds
+from satform_nodes.runtime.realtime_loop import processor_seconds, run_realtime
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.supervisor_pipe import Report
-from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
+from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.missing_endpoints import in_words, shortcomings
 from satform_nodes.transport.node_error import NodeError
@@ -75,7 +75,7 @@ class PlantNode:
         executor: StepExecutor,
         plan: FormationPlan,
         settings: "Settings",
-        report: Report,
+        report: SupervisorPipe,
     ) -> None:
         recorded = settings.recorded
         self.clocked = settings.rate > 0.0
@@ -87,7 +87,7 @@ class PlantNode:
             plan.membership, [RECORDER] if recorded else [], lockstep=not self.clocked
         )
         self.recorded = recorded
-        self.refusals = node.refusals
+        self.rejections = node.rejections
         self.busy_seconds = 0.0
         self.flying = False
         self.aborted: tuple[list[str], str] | None = None
@@ -105,38 +105,40 @@ class PlantNode:
         self._pulse = 0
         self._next_sign = 0.0
         self._next_progress = 0.0
-        self._course = Course(self.refusals)
+        self._progress = FlightProgress(self.rejections)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
 
         table = channels(plan.topics)
-        self._voice = PlantVoice(node, plan, self.plant, published_by(PLANT, table))
-        self.ears = PlantEars(
+        self._publishers = PlantPublishers(node, plan, self.plant, published_by(PLANT, table))
+        self.subscriptions = PlantSubscriptions(
             node,
             executor,
             subscribed_by(PLANT, table),
             self.membership,
-            self.refusals,
+            self.rejections,
             self._advance_if_complete,
             self._on_ready,
             self._stamps,
             clocked=self.clocked,
         )
-        self._company = Company(node)
-        self.ears.expect_speakers(self._company)
+        self._endpoints = MatchedEndpoints(node)
+        self.subscriptions.require_publishers(self._endpoints)
         if recorded:
-            self.ears.hear_recorder(self._company, self._go_on)
-        self._voice.expect_listeners(self._company, recorded=recorded)
+            self.subscriptions.subscribe_recorder_progress(self._endpoints, self._go_on)
+        self._publishers.require_subscribers(self._endpoints, recorded=recorded)
         self._health = Health(node, "plant: formation", "plant", self._condition, self._now)
         if recorded:
-            self._company.listens(self._health.publisher, [RECORDER])
-        executor.add_chore(self._health.due)
+            self._endpoints.require_subscribers(self._health.publisher, [RECORDER])
+        executor.add_periodic(self._health.due)
         self._services = FormationServices(node, self)
-        executor.add_chore(self._chore)
+        executor.add_periodic(self._run_periodic)
 
     @property
     def finished(self) -> bool:
         """Whether the last state has been published, and recorded if a recorder takes part."""
-        return self.flown and (not self.recorded or self.ears.recorded_step >= self.plan.timing.steps)
+        return self.flown and (
+            not self.recorded or self.subscriptions.recorded_step >= self.plan.timing.steps
+        )
 
     @property
     def flown(self) -> bool:
@@ -159,14 +161,14 @@ class PlantNode:
         return (
             membership.step,
             len(membership.commanded),
-            self.ears.recorded_step,
+            self.subscriptions.recorded_step,
             membership.formation.number,
             self._pulse,
         )
 
     def everyone_is_ready(self) -> bool:
         """Whether all nodes have said that they are ready, and are there seen from this side."""
-        return not self.membership.unready and self._company.complete()
+        return not self.membership.unready and self._endpoints.complete()
 
     def not_ready(self) -> tuple[list[str], str]:
         """Who keeps the flight from beginning, and what is wrong with them."""
@@ -189,8 +191,8 @@ class PlantNode:
     def begin(self) -> None:
         """Publish the first states; everything else follows from the answers."""
         self.flying = True
-        self.ears.begin()
-        self.say_status(FormationStatus.FLYING, "")
+        self.subscriptions.begin()
+        self.publish_status(FormationStatus.FLYING, "")
         if self._within_limits():
             self._begin_step()
 
@@ -212,7 +214,7 @@ class PlantNode:
 
     def _lose(self, index: int, reason: str) -> None:
         loss = self.membership.lose(index, reason)
-        self._tell_change(loss.change)
+        self._publish_change(loss.change)
         if loss.end:
             self.aborted = ([self.names[index]], loss.end)
 
@@ -224,25 +226,25 @@ class PlantNode:
             return
         self.recorded = False
         self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
-        self.report.say("loss", who=RECORDER, step=self.plant.step, reason=reason)
+        self.report.send("loss", who=RECORDER, step=self.plant.step, reason=reason)
         self._go_on()
 
-    def _tell_change(self, change: Change | None) -> None:
+    def _publish_change(self, change: Change | None) -> None:
         """Tell everyone that the formation is another one from the present step on."""
         if change is None:
             return
         formation, step = self.membership.formation, self.membership.step
-        self.ears.take(change)
+        self.subscriptions.take(change)
         for index in change.lost:
-            self.report.say("loss", who=self.names[index], step=step, reason=formation.reason)
+            self.report.send("loss", who=self.names[index], step=step, reason=formation.reason)
         for event in change.rejoined:
-            self.report.say("return", who=self.names[event.satellite], step=step)
+            self.report.send("return", who=self.names[event.satellite], step=step)
         phase = FormationStatus.PAUSED if self._paused else FormationStatus.FLYING
-        final_commands = [self.ears.last_word(index) for index in change.lost]
-        self._voice.say_status(formation, phase, formation.reason, change, final_commands)
+        final_commands = [self.subscriptions.final_command(index) for index in change.lost]
+        self._publishers.publish_status(formation, phase, formation.reason, change, final_commands)
         self._health.changed()
 
-    def rewire(self, event: Event) -> int:
+    def schedule_event(self, event: Event) -> int:
         """Take up an event for the next step; the step's number."""
         return self.membership.schedule(event)
 
@@ -256,7 +258,7 @@ class PlantNode:
 
     def _begin_step(self) -> None:
         """Let happen what is due at this step, and publish its states when nothing stands against it."""
-        self._tell_change(self.membership.begin(self.plant.step))
+        self._publish_change(self.membership.begin(self.plant.step))
         self._awaited_since = time.monotonic()
         self._go_on()
 
@@ -264,7 +266,7 @@ class PlantNode:
         """Publish the states that are due, unless someone has to be waited for."""
         if not self.membership.open or self.early_end:
             return
-        behind = self.plant.step - self.ears.recorded_step
+        behind = self.plant.step - self.subscriptions.recorded_step
         if self.recorded and not self.clocked and behind > RECORDER_WINDOW:
             return
         if self._paused and not self._single_steps:
@@ -273,25 +275,25 @@ class PlantNode:
             return
         self._single_steps = max(0, self._single_steps - 1)
         change = self.membership.close()
-        self._tell_change(change)
+        self._publish_change(change)
         if change is not None and change.lost and self.membership.is_empty:
             names = [self.names[index] for index in change.lost]
             self.aborted = (names, f"{self.membership.formation.reason}; {ALL_LOST}")
             return
-        self._voice.tell_states(self.membership.formation.number)
+        self._publishers.publish_states(self.membership.formation.number)
 
     def pause(self) -> int:
         """Take no more steps; the number of the first one that is not taken."""
         self._paused = True
-        self.say_status(FormationStatus.PAUSED, "paused")
+        self.publish_status(FormationStatus.PAUSED, "paused")
         return self.membership.next_step
 
     def resume(self) -> int:
         """Take steps again; the number of the first one."""
         self._paused = False
         self._single_steps = 0
-        self.ears.promptness.begin()
-        self.say_status(FormationStatus.FLYING, "resumed")
+        self.subscriptions.promptness.begin()
+        self.publish_status(FormationStatus.FLYING, "resumed")
         step = self.plant.step
         self._go_on()
         return step
@@ -310,16 +312,16 @@ class PlantNode:
         """Whether steps are taken only when asked for."""
         return self._paused
 
-    def say_again(self) -> None:
+    def retransmit(self) -> None:
         """Repeat what was said last: the step does not go on, and somebody may not have heard it."""
         # Who has not heard of a change of the formation cannot answer.
-        self._voice.repeat_status()
+        self._publishers.republish_status()
         if not (self.membership.open or self.membership.over):
-            self._voice.tell_again(self.membership.not_commanded)
+            self._publishers.retransmit_states(self.membership.not_commanded)
 
-    def _chore(self) -> None:
+    def _run_periodic(self) -> None:
         """Off the path of a step: what the starter says, and whether standing still is meant."""
-        for said in self.report.heard():
+        for said in self.report.received():
             if said["event"] == "lost":
                 self.lose([said["who"]], said["reason"])
         waits = self.membership.awaited and time.monotonic() - self._awaited_since < self.start_timeout
@@ -329,7 +331,7 @@ class PlantNode:
             if now >= self._next_sign:
                 # Whoever hears nothing would take the plant for lost.
                 self._next_sign = now + _SIGN_PERIOD
-                self._voice.repeat_status()
+                self._publishers.republish_status()
 
     def _now(self) -> tuple[int, int]:
         """Simulated time, as a stamp."""
@@ -338,17 +340,17 @@ class PlantNode:
     def _condition(self) -> Condition:
         lost_at = self.membership.formation.lost_at
         lost = {self.names[index]: self.plant.step - lost_at[index] for index in self.membership.lost}
-        return self._course.condition(self.plant.step, lost)
+        return self._progress.condition(self.plant.step, lost)
 
-    def say_status(self, phase: int, reason: str) -> None:
+    def publish_status(self, phase: int, reason: str) -> None:
         """Tell everyone in what phase the formation is, from which step, and why."""
-        self._voice.say_status(self.membership.formation, phase, reason, early_end=self.early_end)
+        self._publishers.publish_status(self.membership.formation, phase, reason, early_end=self.early_end)
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
         # What the plant said last would be lost with it; what a recorder has is not on its way any more.
         recorded = phase == FormationStatus.FINISHED and self.recorded
         present = self.membership.everyone - {self.names[index] for index in self.membership.lost}
-        if not self._voice.see_off(present, recorded=recorded):
+        if not self._publishers.wait_for_acknowledgement(present, recorded=recorded):
             self.node.get_logger().warning("not everyone has heard how the flight ended")
 
     @property
@@ -365,10 +367,12 @@ class PlantNode:
     def tick(self) -> None:
         """Take the next step with the commands that there are; one that is too old is none any more."""
         silence = self.plan.timing.node_timeout
-        for index in self.ears.promptness.judge(self.membership.flying, self.plant.step, silence):
+        for index in self.subscriptions.promptness.judge(self.membership.flying, self.plant.step, silence):
             self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
-        for index in self.ears.promptness.expired(self.membership.flying, self.plant.step, self._held_steps):
-            self.ears.commands[index] = 0.0
+        for index in self.subscriptions.promptness.expired(
+            self.membership.flying, self.plant.step, self._held_steps
+        ):
+            self.subscriptions.commands[index] = 0.0
         if not self.over and self.plant.step < self.plan.timing.steps:
             self._advance()
 
@@ -394,13 +398,16 @@ class PlantNode:
     def _commands_within_limits(self) -> bool:
         """Whether no satellite has computed anything that it must not fly by; else the flight ends."""
         step = self.plant.step
-        self.early_end, self.flown_steps = self._limits.computed_end(self.ears.violations, step), step
+        self.early_end, self.flown_steps = (
+            self._limits.computed_end(self.subscriptions.violations, step),
+            step,
+        )
         return self.early_end is None
 
     def _advance(self) -> None:
         if not self._commands_within_limits():
             return
-        commands = self.ears.commands
+        commands = self.subscriptions.commands
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
         self.plant.advance(commands[:, :3], commands[:, 3:])
@@ -408,15 +415,15 @@ class PlantNode:
         self.busy_seconds += time.thread_time() - begin
         if not within:
             return
-        self._voice.show_propulsion()
+        self._publishers.publish_propulsion()
         self._begin_step()
         now = time.monotonic()
         if now >= self._next_progress:
             self._next_progress = now + _PROGRESS_PERIOD
-            self.report.say_if_heard("step", step=self.plant.step)
+            self.report.send_if_ready("step", step=self.plant.step)
 
 
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
     """Wait for everyone, fly the scenario to its end, and say how it went."""
     declare_start(node, "scenario")
     settings = Settings(
@@ -431,31 +438,35 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     ):
         return _abort(plant, *plant.not_ready())
     begin = time.perf_counter()
-    plant.report.say("flying")
+    plant.report.send("flying")
     node.get_logger().info(f"flying {_in_words(plan, settings.rate)}")
     if not (stop.asked or plant.stop_asked):
         plant.begin()
     timing: dict[str, Any] = {}
     if plant.clocked:
-        kept = fly_on_the_clock(plant, executor, stop, plan.timing.step / settings.rate)
-        timing = {**kept.data(), "processor": processor_seconds(), **plant.ears.promptness.data(plant.names)}
+        kept = run_realtime(plant, executor, stop, plan.timing.step / settings.rate)
+        timing = {
+            **kept.data(),
+            "processor": processor_seconds(),
+            **plant.subscriptions.promptness.data(plant.names),
+        }
     _fly_on(plant, executor, stop)
     if plant.early_end:
         return _end_early(plant, plant.early_end)
     if plant.aborted:
         return _abort(plant, *plant.aborted)
     if stop.asked or plant.stop_asked:
-        plant.report.say("stopped", step=plant.plant.step)
+        plant.report.send("stopped", step=plant.plant.step)
         node.get_logger().info(f"stopped at step {plant.plant.step}")
-        plant.say_status(FormationStatus.ABORTED, STOPPED)
+        plant.publish_status(FormationStatus.ABORTED, STOPPED)
         return EXIT_STOPPED
     seconds = time.perf_counter() - begin
-    plant.report.say(
+    plant.report.send(
         "finished",
         step=plant.plant.step,
         seconds=seconds,
         busy=plant.busy_seconds,
-        refused=plant.refusals.sentences(),
+        refused=plant.rejections.sentences(),
         timing=timing,
     )
     step = plant.plant.step
@@ -463,7 +474,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         f"finished: {step} steps, {step * plan.timing.step:g} s, in {seconds:.2f} s "
         f"({step / max(seconds, 1e-9):.0f} steps/s)"
     )
-    plant.say_status(FormationStatus.FINISHED, "")
+    plant.publish_status(FormationStatus.FINISHED, "")
     return EXIT_DONE
 
 
@@ -478,7 +489,7 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
     """Take steps until the flight is over; whoever is silent for too long is lost."""
     silence = plant.plan.timing.node_timeout
     while not executor.spin_while(
-        lambda: not (plant.over or stop.asked), silence, plant.say_again, plant.progress
+        lambda: not (plant.over or stop.asked), silence, plant.retransmit, plant.progress
     ):
         silent = plant.missing()
         if plant.waits_for_return:
@@ -486,28 +497,28 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
             plant.aborted = (silent, late)
         else:
             # Where nobody is quiet nobody is to blame, and all the same it does not go on.
-            quiet = plant.ears.quiet(silent, silence) or silent
-            plant.lose(quiet, f"no answer within {silence:g} s from {listed(quiet)}")
+            unresponsive = plant.subscriptions.unresponsive(silent, silence) or silent
+            plant.lose(unresponsive, f"no answer within {silence:g} s from {listed(unresponsive)}")
 
 
 def _end_early(plant: PlantNode, end: EarlyEnd) -> int:
     """Tell everyone that a quantity was not finite or beyond its limit, and that the flight ends."""
-    plant.report.say("ended_early", step=plant.flown_steps, end=end.data())
-    plant.say_status(FormationStatus.ABORTED, end.sentence)
+    plant.report.send("ended_early", step=plant.flown_steps, end=end.data())
+    plant.publish_status(FormationStatus.ABORTED, end.sentence)
     raise NodeError(f"the flight ended early: {end.sentence}", EXIT_ENDED_EARLY)
 
 
 def _abort(plant: PlantNode, who: list[str], reason: str) -> int:
     step = plant.plant.step
     sentence = f"lost at step {step}: {reason}" if plant.flying else reason
-    plant.report.say("lost", who=who, step=step, reason=sentence)
-    plant.say_status(FormationStatus.ABORTED, sentence)
+    plant.report.send("lost", who=who, step=step, reason=sentence)
+    plant.publish_status(FormationStatus.ABORTED, sentence)
     raise NodeError(sentence, EXIT_LOST)
 
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Run the plant; entry point of the executable `plant_node`."""
-    return run("plant", fly, arguments, Report(pipe))
+    return run("plant", fly, arguments, SupervisorPipe(pipe))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the plant says: the states of a step, what became of commands, and who takes part."""
+"""Publishers of the plant: states, attitudes, applied thrust, clock, formation status."""
 
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
@@ -17,10 +17,10 @@ from satform.flight.plant import Plant
 from satform.membership.manager import Change
 from satform.membership.state import Formation
 from satform.record.early_end import EarlyEnd
-from satform_nodes.runtime.lifecycle import see_off
+from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 
@@ -31,31 +31,31 @@ _PROPULSION = layout(Propulsion, topics.FRAME)
 _NOTHING = Change((), ())
 """No change of the formation."""
 
-_FAREWELL = 5.0
-"""How long the last status is kept up for those who have not yet taken it, s."""
+_ACKNOWLEDGEMENT_TIMEOUT = 5.0
+"""Timeout of the acknowledgements of the final status, s."""
 
 
-class PlantVoice:
-    """The plant's publishers, and its words as bytes."""
+class PlantPublishers:
+    """The plant's publishers, with its last messages for retransmission."""
 
     def __init__(self, node: Node, plan: FormationPlan, plant: Plant, said: Iterable[Channel]) -> None:
-        """Nothing has been said yet.
+        """Nothing has been published yet.
 
         Args:
             node: of the plant.
             plan: of the flight's parts.
-            plant: whose states are told.
-            said: the topics on which the plant speaks.
+            plant: whose states are published.
+            said: the topics on which the plant publishes.
         """
         self._node = node
         self._plant = plant
         self._names = list(plan.names)
         self._last_step = plan.timing.steps
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
-        # What each satellite was told at this step, to be said again.
+        # Messages to each satellite at this step, for retransmission.
         self._said: dict[int, list[bytes]] = {}
         self._status = FormationStatus()
-        # Diagnostics are told by the node's health.
+        # Diagnostics are published by `Health`.
         self._channels = [channel for channel in said if channel.kind != "diagnostics"]
         publishers = self._publishers = {
             channel.topic: node.create_publisher(
@@ -65,33 +65,35 @@ class PlantVoice:
         }
 
         def of_satellites(kind: str) -> dict[int, Any]:
-            """The publishers of a kind by the satellites' places."""
+            """The publishers of a kind by the satellites' indices."""
             named = {index: topic_name(kind, name) for index, name in enumerate(self._names)}
             return {index: publishers[own] for index, own in named.items() if own in publishers}
 
-        self._say_clock, self._say_status = publishers[topics.CLOCK], publishers[topics.STATUS]
-        self._say_state = list(of_satellites("state").values())
-        self._say_attitude = of_satellites("attitude")
-        self._say_truth = of_satellites("truth")
-        self._say_propulsion = list(of_satellites("propulsion").values())
+        self._clock_publisher, self._status_publisher = publishers[topics.CLOCK], publishers[topics.STATUS]
+        self._state_publishers = list(of_satellites("state").values())
+        self._attitude_publishers = of_satellites("attitude")
+        self._truth_publishers = of_satellites("truth")
+        self._propulsion_publishers = list(of_satellites("propulsion").values())
 
-    def expect_listeners(self, company: Company, *, recorded: bool) -> None:
-        """Have those waited for that are to hear the plant.
+    def require_subscribers(self, endpoints: MatchedEndpoints, *, recorded: bool) -> None:
+        """Require the subscribers of the plant's topics.
 
         Args:
-            company: waits.
-            recorded: whether a recorder hears it too.
+            endpoints: gets them.
+            recorded: whether a recorder subscribes, too.
         """
         for channel in self._channels:
-            company.listens(self._publishers[channel.topic], channel.subscribers_in(recorded=recorded))
+            endpoints.require_subscribers(
+                self._publishers[channel.topic], channel.subscribers_in(recorded=recorded)
+            )
 
     # At each step
 
-    def tell_states(self, number: int) -> None:
-        """Tell every satellite where it is, and those who look on how it really is.
+    def publish_states(self, number: int) -> None:
+        """Publish the states of a step, measured to the satellites and true to observers, and the clock.
 
         Args:
-            number: of the formation that holds at this step.
+            number: formation version of this step.
         """
         step, stamps = self._plant.step, self._stamps
         seconds, nanoseconds = stamps.at(step)
@@ -99,7 +101,7 @@ class PlantVoice:
         applied = self._plant.applied.tolist()
         for index, (publisher, moment, position, velocity) in enumerate(
             zip(
-                self._say_state,
+                self._state_publishers,
                 moments.tolist(),
                 told.position.tolist(),
                 told.velocity.tolist(),
@@ -109,22 +111,22 @@ class PlantVoice:
             data = _STATE.pack(*stamps.at(moment), step, number, *position, *velocity, *applied[index])
             self._said[index] = [data]
             publisher.publish(data)
-        self._tell_attitudes(seconds, nanoseconds, step)
+        self._publish_attitudes(seconds, nanoseconds, step)
         truth = self._plant.motion()
-        for index, publisher in self._say_truth.items():
+        for index, publisher in self._truth_publishers.items():
             position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
             moved = (*position, *velocity, *applied[index])
             publisher.publish(_STATE.pack(seconds, nanoseconds, step, number, *moved))
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
-        self._say_clock.publish(clock)
+        self._clock_publisher.publish(clock)
 
-    def _tell_attitudes(self, seconds: int, nanoseconds: int, step: int) -> None:
+    def _publish_attitudes(self, seconds: int, nanoseconds: int, step: int) -> None:
         attitude = self._plant.attitude()
         if attitude is None:
             return
         limits = self._plant.wheel_limits().astype(np.uint64).tolist()
-        for index, publisher in self._say_attitude.items():
+        for index, publisher in self._attitude_publishers.items():
             turned = (
                 *attitude.mrp[index].tolist(),
                 *attitude.angular_velocity[index].tolist(),
@@ -134,17 +136,17 @@ class PlantVoice:
             self._said[index].append(data)
             publisher.publish(data)
 
-    def tell_again(self, satellites: Iterable[int]) -> None:
-        """Repeat to some satellites what they were told at this step."""
+    def retransmit_states(self, satellites: Iterable[int]) -> None:
+        """Retransmit the messages of this step to some satellites."""
         for index in satellites:
-            publishers = [self._say_state[index]]
-            if index in self._say_attitude:
-                publishers.append(self._say_attitude[index])
+            publishers = [self._state_publishers[index]]
+            if index in self._attitude_publishers:
+                publishers.append(self._attitude_publishers[index])
             for publisher, data in zip(publishers, self._said.get(index, []), strict=False):
                 publisher.publish(data)
 
-    def show_propulsion(self) -> None:
-        """Show what became of the commands of the step that was just taken."""
+    def publish_propulsion(self) -> None:
+        """Publish the applied thrust of the step that was just taken."""
         thrusters = self._plant.thrusters
         if thrusters is None:
             return
@@ -157,7 +159,7 @@ class PlantVoice:
             axis=-1,
         ).astype(np.uint64)
         for publisher, acceleration, delta_v, propellant, counts in zip(
-            self._say_propulsion,
+            self._propulsion_publishers,
             given,
             state.delta_v.tolist(),
             state.propellant.tolist(),
@@ -170,7 +172,7 @@ class PlantVoice:
 
     # Now and then
 
-    def say_status(
+    def publish_status(
         self,
         formation: Formation,
         phase: int,
@@ -179,10 +181,10 @@ class PlantVoice:
         final_commands: Sequence[Command] = (),
         early_end: EarlyEnd | None = None,
     ) -> None:
-        """Tell everyone in what phase the formation is, from which step, and why.
+        """Publish the status of the formation.
 
         Args:
-            formation: who flies and who hears whom.
+            formation: membership and communication graph.
             phase: of the flight.
             reason: why, in words.
             change: of the formation at this step.
@@ -212,29 +214,31 @@ class PlantVoice:
         seconds, nanoseconds = self._stamps.at(self._plant.step)
         self._status.header.stamp.sec, self._status.header.stamp.nanosec = seconds, nanoseconds
         self._status.header.frame_id = topics.FRAME
-        self.repeat_status()
+        self.republish_status()
 
-    def repeat_status(self) -> None:
-        """Say once more how the formation is."""
-        self._say_status.publish(self._status)
+    def republish_status(self) -> None:
+        """Publish the last status again."""
+        self._status_publisher.publish(self._status)
 
-    def see_off(self, others: Collection[str], *, recorded: bool) -> bool:
-        """Stay until what was said last has arrived, for a bounded time.
+    def wait_for_acknowledgement(self, others: Collection[str], *, recorded: bool) -> bool:
+        """Wait until the last messages are acknowledged, for a bounded time.
 
         Args:
-            others: nodes that matter; when none of them listens any more, nobody is waited for.
-            recorded: whether all steps are in a bag, so that none of them is on its way any more.
+            others: names of required subscribers; if none of them is present, the wait ends.
+            recorded: whether all steps are in a bag, so that no state is unacknowledged.
 
         Returns:
-            False when the time was up.
+            False after the timeout.
         """
 
         def present() -> bool:
-            listening = self._node.get_subscriptions_info_by_topic(self._say_status.topic_name)
+            listening = self._node.get_subscriptions_info_by_topic(self._status_publisher.topic_name)
             return any(local_name(other, self._node.get_namespace()) in others for other in listening)
 
-        said_in_steps: list[Any] = [] if recorded else [*self._say_state, self._say_clock]
-        return see_off((self._say_status, *said_in_steps), present, _FAREWELL)
+        said_in_steps: list[Any] = [] if recorded else [*self._state_publishers, self._clock_publisher]
+        return wait_for_acknowledgement(
+            (self._status_publisher, *said_in_steps), present, _ACKNOWLEDGEMENT_TIMEOUT
+        )
 
 
 def _early_end_message(end: EarlyEnd) -> EarlyEndMessage:

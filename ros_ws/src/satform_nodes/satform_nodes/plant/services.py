@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What anyone may ask of a formation in flight: pause, resume, take one step, stop, another graph."""
+"""Services of the plant: pause, resume, take one step, stop, set the communication graph."""
 
 from typing import Any, Protocol
 
@@ -21,7 +21,7 @@ STOP = "/formation/stop"
 SET_GRAPH = "/formation/set_graph"
 
 
-class Conductor(Protocol):
+class FlightControl(Protocol):
     """What the services need of the plant's node."""
 
     plan: FormationPlan
@@ -46,15 +46,15 @@ class Conductor(Protocol):
     def single_step(self) -> int:
         """Take one step and pause again; the number of the step that is taken."""
 
-    def rewire(self, event: Event) -> int:
-        """Take up an event for the next step; the step's number."""
+    def schedule_event(self, event: Event) -> int:
+        """Schedule an event for the next step; returns the step."""
 
 
 class FormationServices:
     """The services of the plant's node."""
 
-    def __init__(self, node: Node, conductor: Conductor) -> None:
-        self._conductor = conductor
+    def __init__(self, node: Node, control: FlightControl) -> None:
+        self._control = control
         node.create_service(Trigger, relative(PAUSE), self._pause)
         node.create_service(Trigger, relative(RESUME), self._resume)
         node.create_service(Trigger, relative(STEP), self._step)
@@ -62,41 +62,43 @@ class FormationServices:
         node.create_service(SetGraph, relative(SET_GRAPH), self._set_graph)
 
     def _pause(self, _request: Any, reply: Any) -> Any:
-        if self._conductor.paused:
-            return _refused(reply, "the flight is paused already")
-        if not self._conductor.flying:
-            return _refused(reply, "the flight has not begun")
-        return _done(reply, f"pauses before step {self._conductor.pause()}")
+        if self._control.paused:
+            return _failed(reply, "the flight is paused already")
+        if not self._control.flying:
+            return _failed(reply, "the flight has not begun")
+        return _done(reply, f"pauses before step {self._control.pause()}")
 
     def _resume(self, _request: Any, reply: Any) -> Any:
-        if not self._conductor.paused:
-            return _refused(reply, "the flight is not paused")
-        return _done(reply, f"goes on with step {self._conductor.resume()}")
+        if not self._control.paused:
+            return _failed(reply, "the flight is not paused")
+        return _done(reply, f"goes on with step {self._control.resume()}")
 
     def _step(self, _request: Any, reply: Any) -> Any:
-        if not self._conductor.flying:
-            return _refused(reply, "the flight has not begun")
-        return _done(reply, f"takes step {self._conductor.single_step()} and pauses")
+        if not self._control.flying:
+            return _failed(reply, "the flight has not begun")
+        return _done(reply, f"takes step {self._control.single_step()} and pauses")
 
     def _stop(self, _request: Any, reply: Any) -> Any:
-        self._conductor.stop_asked = True
+        self._control.stop_asked = True
         return _done(reply, "stops")
 
     def _set_graph(self, request: Any, reply: Any) -> Any:
-        if not self._conductor.flying:
-            return _refused(reply, "the flight has not begun")
-        if self._conductor.last_step_taken:
-            return _refused(reply, "the last step has been taken")
+        if not self._control.flying:
+            return _failed(reply, "the flight has not begun")
+        if self._control.last_step_taken:
+            return _failed(reply, "the last step has been taken")
         try:
-            graph = wanted_graph(request.adjacency, self._conductor.plan)
+            graph = wanted_graph(request.adjacency, self._control.plan)
         except ValueError as error:
-            return _refused(reply, str(error))
-        reply.step = self._conductor.rewire(TopologyChanged(graph, "the graph was changed by a service"))
+            return _failed(reply, str(error))
+        reply.step = self._control.schedule_event(
+            TopologyChanged(graph, "the graph was changed by a service")
+        )
         return _done(reply, f"takes effect at step {reply.step}")
 
 
 def wanted_graph(adjacency: Any, plan: FormationPlan) -> Graph:
-    """The graph that someone asks for.
+    """Validate the graph of a request.
 
     Args:
         adjacency: row-major, of zeros and ones, shape (N * N,).
@@ -116,9 +118,9 @@ def wanted_graph(adjacency: Any, plan: FormationPlan) -> Graph:
     if not np.isin(matrix, (0.0, 1.0)).all():
         raise ValueError("adjacency has entries other than 0 and 1")
     if np.diagonal(matrix).any():
-        raise ValueError("adjacency has a 1 on its diagonal: a satellite does not hear itself")
+        raise ValueError("adjacency has a 1 on its diagonal: a satellite is no neighbour of itself")
     if plan.announces == "motion":
-        raise ValueError("a satellite that follows a neighbour has to hear it all the time")
+        raise ValueError("a satellite that follows a neighbour needs its messages at every step")
     new = matrix > plan.membership.possible_graph.adjacency
     points = plan.points_at_satellites
     if points and new.any():
@@ -141,6 +143,6 @@ def _done(reply: Any, sentence: str) -> Any:
     return reply
 
 
-def _refused(reply: Any, sentence: str) -> Any:
+def _failed(reply: Any, sentence: str) -> Any:
     reply.success, reply.message = False, sentence
     return reply

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the plant hears: commands, who can fly, and how far the recorder is."""
+"""Subscriptions of the plant: commands, node readiness, progress of the recorder."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -17,11 +17,11 @@ from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.manager import Change, MembershipManager
 from satform_nodes.runtime.realtime_loop import Promptness
 from satform_nodes.transport import qos, topics
-from satform_nodes.transport.authorised_publishers import Speakers, decoded
+from satform_nodes.transport.authorised_publishers import AuthorisedPublishers, decoded
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import Company
-from satform_nodes.transport.executor import MANY, StepExecutor
-from satform_nodes.transport.message_validator import CONTRADICTION, Entry, Refusals
+from satform_nodes.transport.discovery_barrier import MatchedEndpoints
+from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS, StepExecutor
+from satform_nodes.transport.message_validator import CONTRADICTION, MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topics.FRAME)
@@ -33,13 +33,13 @@ _ACCELERATION_AND_TORQUE = slice(3, 9)
 _VIOLATION, _VALUE = _COMMAND.fields.index("violation"), _COMMAND.fields.index("violating_value")
 
 
-class PlantEars:
-    """The plant's subscriptions, and what of their messages it goes by.
+class PlantSubscriptions:
+    """The plant's subscriptions, and the values received on them.
 
     Attributes:
         commands: acceleration and wheel torque of each satellite, m/s^2 and N m, shape (N, 6).
-        violations: what satellites computed in the present step and must not fly by, by their places.
-        promptness: how well the satellites keep to the clock.
+        violations: violations of limits that satellites reported for the present step, by their indices.
+        promptness: delays and misses of commands on the wall clock.
         recorded_step: last step that is in the bag.
     """
 
@@ -49,23 +49,23 @@ class PlantEars:
         executor: StepExecutor,
         heard: Iterable[Channel],
         membership: MembershipManager,
-        refusals: Refusals,
+        rejections: RejectionCounter,
         on_answer: Callable[[], None],
         on_offer: Callable[[str, int], None],
         stamps: Stamps,
         *,
         clocked: bool,
     ) -> None:
-        """Nothing has been heard yet.
+        """Nothing has been received yet.
 
         Args:
             node: of the plant.
             executor: hands out the messages.
-            heard: the topics to which the plant listens.
-            membership: is told who has commanded, and knows whose command is due.
-            refusals: where messages that are not believed are counted.
-            on_answer: called after each command that counts.
-            on_offer: called with the name of a node that can fly or watch, and the step of its checkpoint.
+            heard: the topics to which the plant subscribes.
+            membership: is updated with each command, and knows which commands are missing.
+            rejections: counts rejected messages.
+            on_answer: called after each valid command.
+            on_offer: called with the name of a node that is ready, and the step of its checkpoint.
             stamps: of the scenario's steps.
             clocked: whether the flight goes by the wall clock.
         """
@@ -77,23 +77,29 @@ class PlantEars:
         self._node = node
         self._executor = executor
         self._membership = membership
-        self._refusals = refusals
+        self._rejections = rejections
         self._on_answer = on_answer
         self._on_offer = on_offer
         self._stamps = stamps
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
         self._turn = (-1, 0)
-        self._heard_at = [time.monotonic()] * len(names)
-        speakers = {channel.topic: channel.publishers for channel in heard}
-        self._ready_speakers = Speakers(node, topics.NODE_READY, speakers[topics.NODE_READY], refusals)
+        self._received_at = [time.monotonic()] * len(names)
+        authorised = {channel.topic: channel.publishers for channel in heard}
+        self._authorised_ready = AuthorisedPublishers(
+            node, topics.NODE_READY, authorised[topics.NODE_READY], rejections
+        )
         executor.subscribe(
-            node, NodeReady, topics.NODE_READY, self._on_ready, qos.LATCHED_READER, self._ready_speakers
+            node, NodeReady, topics.NODE_READY, self._on_ready, qos.LATCHED_READER, self._authorised_ready
         )
         commands = [topics.command(name) for name in names]
-        self._speakers = [Speakers(node, topic, speakers[topic], refusals) for topic in commands]
+        self._authorised = [
+            AuthorisedPublishers(node, topic, authorised[topic], rejections) for topic in commands
+        ]
         # The value of a violation is what no other number may be.
-        self._entries = [Entry(topic, _COMMAND, refusals, stamps, unbounded=1) for topic in commands]
+        self._validators = [
+            MessageValidator(topic, _COMMAND, rejections, stamps, unbounded=1) for topic in commands
+        ]
         self._subscriptions = [
             executor.subscribe(
                 node,
@@ -101,21 +107,21 @@ class PlantEars:
                 topic,
                 partial(self._on_command, index),
                 qos.REALTIME if clocked else qos.LOCKSTEP_READER,
-                self._speakers[index],
+                self._authorised[index],
             )
             for index, topic in enumerate(commands)
         ]
 
     def begin(self) -> None:
-        """The flight begins: from now on commands are due."""
+        """Start the flight: from now on commands are waited for."""
         self.promptness.begin()
-        if len(self._subscriptions) >= MANY and not self._clocked:
+        if len(self._subscriptions) >= MANY_SUBSCRIPTIONS and not self._clocked:
             self._executor.await_in_turn(self._next_awaited)
 
     def _next_awaited(self) -> Any:
         """The subscription of the last satellite whose command is due; None when none is.
 
-        It was told its state after all others: when its command comes theirs have come as a rule.
+        It receives its state after all others: when its command arrives, theirs usually have.
         """
         membership = self._membership
         if membership.open or membership.over:
@@ -129,81 +135,87 @@ class PlantEars:
         self._turn = (membership.step, place)
         return self._subscriptions[place] if place >= 0 else None
 
-    def expect_speakers(self, company: Company) -> None:
-        """Have those waited for that are to command."""
-        for subscription, speakers in zip(self._subscriptions, self._speakers, strict=True):
-            company.is_used_by_neighbours(subscription, speakers)
+    def require_publishers(self, endpoints: MatchedEndpoints) -> None:
+        """Require the publishers of the commands."""
+        for subscription, authorised in zip(self._subscriptions, self._authorised, strict=True):
+            endpoints.is_used_by_neighbours(subscription, authorised)
 
-    def hear_recorder(self, company: Company, on_recorded: Callable[[], None]) -> None:
-        """Listen to how far the recorder is.
+    def subscribe_recorder_progress(
+        self, endpoints: MatchedEndpoints, on_recorded: Callable[[], None]
+    ) -> None:
+        """Subscribe to the progress of the recorder.
 
         Args:
-            company: waits for the recorder.
-            on_recorded: called whenever it has come further.
+            endpoints: gets the recorder as a required publisher.
+            on_recorded: called at each progress.
         """
         stamps = self._stamps
 
         def note(data: bytes, _name: str) -> None:
             numbers = _RECORDER_PROGRESS.unpack(data)
             if numbers is None:
-                self._refusals.note(topics.RECORDER_PROGRESS, "another form")
+                self._rejections.add(topics.RECORDER_PROGRESS, "another form")
                 return
             if stamps.contradict(*numbers[:3], exact=True):
-                self._refusals.note(topics.RECORDER_PROGRESS, CONTRADICTION)
+                self._rejections.add(topics.RECORDER_PROGRESS, CONTRADICTION)
                 return
             self.recorded_step = max(self.recorded_step, min(numbers[2], self._membership.step))
             on_recorded()
 
-        speakers = Speakers(self._node, topics.RECORDER_PROGRESS, [RECORDER], self._refusals)
+        authorised = AuthorisedPublishers(self._node, topics.RECORDER_PROGRESS, [RECORDER], self._rejections)
         progress = self._executor.subscribe(
-            self._node, RecorderProgress, topics.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, speakers
+            self._node, RecorderProgress, topics.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, authorised
         )
-        company.is_used_by_neighbours(progress, speakers)
+        endpoints.is_used_by_neighbours(progress, authorised)
 
     def take(self, change: Change) -> None:
-        """Go by the commands of those who fly from now on, and by nobody else's."""
+        """Apply a change of membership: use only the commands of the satellites that fly."""
         for index in change.lost:
             name = self._membership.names[index]
             self.commands[index] = 0.0
             self.violations.pop(index, None)
-            self._speakers[index].vacate(name)
-            self._ready_speakers.vacate(name)
+            self._authorised[index].allow_replacement(name)
+            self._authorised_ready.allow_replacement(name)
         for event in change.rejoined:
             if self._membership.formation.lost_at.get(event.satellite) != self._membership.step:
-                # What it said before it was lost is no last word of what it says now.
+                # A command from before the loss is not its final command after the rejoin.
                 self._last_commands.pop(event.satellite, None)
             self.promptness.heard(event.satellite)
 
-    def quiet(self, names: Iterable[str], silence: float) -> list[str]:
-        """Those of some nodes that have not even repeated themselves.
+    def unresponsive(self, names: Iterable[str], silence: float) -> list[str]:
+        """Those of some nodes that have not even retransmitted.
 
-        A satellite that waits for another one's word does not answer either, but repeats what it said last.
+        A satellite that waits for a neighbour's message does not command, but retransmits its last messages.
 
         Args:
             names: of nodes that keep a step from going on.
-            silence: wall-clock time within which one that is there says something, s.
+            silence: timeout, wall-clock time, s.
         """
         now = time.monotonic()
         places = {name: index for index, name in enumerate(self._membership.names)}
-        return [name for name in names if name not in places or now - self._heard_at[places[name]] >= silence]
+        return [
+            name for name in names if name not in places or now - self._received_at[places[name]] >= silence
+        ]
 
-    def last_word(self, satellite: int) -> Command:
+    def final_command(self, satellite: int) -> Command:
         """The last command of a satellite since it joined; an empty one when it has not commanded since."""
         data = self._last_commands.get(satellite)
         return deserialize_message(data, Command) if data else Command()
 
     def _on_command(self, index: int, data: bytes, _name: str) -> None:
         membership = self._membership
-        self._heard_at[index] = time.monotonic()
+        self._received_at[index] = time.monotonic()
         if not membership.formation.alive[index]:
             return
         step = membership.step
         first = self.promptness.first_due(index) if self._clocked else step
-        numbers = self._entries[index].admit(data, first, step)
+        numbers = self._validators[index].validate(data, first, step)
         if numbers is None or index in membership.commanded or membership.open:
             return
         if numbers[_VIOLATION] > len(QUANTITIES):
-            self._refusals.note(topics.command(membership.names[index]), "a violation of an unknown quantity")
+            self._rejections.add(
+                topics.command(membership.names[index]), "a violation of an unknown quantity"
+            )
             return
         if self._clocked:
             self.promptness.note(index, int(numbers[2]), step)
@@ -216,14 +228,14 @@ class PlantEars:
         self._on_answer()
 
     def _on_ready(self, data: bytes, name: str) -> None:
-        ready = decoded(data, NodeReady, topics.NODE_READY, self._refusals)
+        ready = decoded(data, NodeReady, topics.NODE_READY, self._rejections)
         if ready is None:
             return
         if ready.node.rpartition("/")[2] != name:
-            self._refusals.note(topics.NODE_READY, f"{name} speaks for another node")
+            self._rejections.add(topics.NODE_READY, f"{name} publishes for another node")
             return
         stamp = ready.header.stamp
         if self._stamps.contradict(stamp.sec, stamp.nanosec, ready.step, exact=True):
-            self._refusals.note(topics.NODE_READY, CONTRADICTION)
+            self._rejections.add(topics.NODE_READY, CONTRADICTION)
             return
         self._on_offer(name, int(ready.checkpoint))

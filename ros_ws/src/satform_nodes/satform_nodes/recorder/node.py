@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node that keeps the flight: every message of every step, written as it passes."""
+"""Node of the recorder: writes every message of every step to a bag as it arrives."""
 
 import sys
 from collections.abc import Callable, Collection, Sequence
@@ -23,19 +23,19 @@ from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.runtime.diagnostics import Condition, Course, Health
+from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.lifecycle import exit_code_of, patience, plant_timeout, run, scenario_of
+from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, plant_timeout, run, scenario_of
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport import qos, topics
-from satform_nodes.transport.authorised_publishers import Speakers, decoded
+from satform_nodes.transport.authorised_publishers import AuthorisedPublishers, decoded
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_definitions import described
-from satform_nodes.transport.message_validator import CONTRADICTION, EARLIER_STAMPS, Entry
+from satform_nodes.transport.message_validator import CONTRADICTION, EARLIER_STAMPS, MessageValidator
 from satform_nodes.transport.missing_endpoints import OPTIONAL
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
@@ -46,28 +46,28 @@ _CLOCK_BYTES = 12
 """Length of a serialised clock: encapsulation, seconds, nanoseconds."""
 
 _REPORT_EVERY = 128
-"""Steps between two words to the plant about how far the recording is."""
+"""Steps between two progress messages to the plant."""
 
 _LATE = 2.0
 """Wall-clock time without a message after which those that are missing at the end count as lost, s."""
 
-_LAST_WORDS = 0.1
-"""Wall-clock time after the end of the flight in which words still count, s."""
+_LAST_MESSAGES = 0.1
+"""Wall-clock time after the end of the flight in which messages are still recorded, s."""
 
 
 @dataclass
-class _Followed:
+class _SteppedTopic:
     """A topic with a message at each step.
 
     Attributes:
         number: of the topic in the bag.
         topic: its name.
         kind: of topic.
-        satellite: place of the satellite that speaks there; -1 for the plant.
+        satellite: index of the publishing satellite; -1 for the plant.
         last: step of its last message.
         latest: step of the newest message in the bag; -1 before the first.
         gaps: first and last step of each stretch without messages.
-        entry: what may come in; None for the clock, whose messages are of another kind.
+        validator: of its messages; None for the clock, whose messages have no header.
     """
 
     number: int
@@ -77,11 +77,11 @@ class _Followed:
     last: int
     latest: int = -1
     gaps: list[tuple[int, int]] = field(default_factory=list)
-    entry: Entry | None = None
+    validator: MessageValidator | None = None
 
 
 class RecorderNode:
-    """Writes what passes on the formation's topics, and knows what has to pass."""
+    """Writes the messages of the formation's topics, and detects missing ones."""
 
     def __init__(
         self,
@@ -89,7 +89,7 @@ class RecorderNode:
         executor: StepExecutor,
         scenario: Scenario,
         folder: Path,
-        report: Report,
+        report: SupervisorPipe,
         clocked: bool,
     ) -> None:
         plan = compile_scenario(scenario)
@@ -97,8 +97,8 @@ class RecorderNode:
         self.report = report
         self.folder = folder
         self.missed: list[str] = []
-        self.refusals = node.refusals
-        self._course = Course(self.refusals)
+        self.rejections = node.rejections
+        self._progress = FlightProgress(self.rejections)
         self.view = FormationView(plan)
         self._absences = Absences(plan.names)
         self._clocked = clocked
@@ -106,8 +106,8 @@ class RecorderNode:
         self._names = list(plan.names)
         self._last_step = plan.timing.steps
         self._reported = 0
-        self._channels: list[_Followed] = []
-        self._speakers: list[Speakers] = []
+        self._channels: list[_SteppedTopic] = []
+        self._authorised: list[AuthorisedPublishers] = []
         self._last_status: FormationStatus | None = None
         try:
             self.bag = BagWriter(
@@ -121,41 +121,41 @@ class RecorderNode:
         except OSError as error:
             raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_BAD_INPUT) from None
 
-        self._say_ready = node.create_publisher(NodeReady, relative(topics.NODE_READY), qos.LATCHED)
-        self._say_recorded = node.create_publisher(
+        self._ready_publisher = node.create_publisher(NodeReady, relative(topics.NODE_READY), qos.LATCHED)
+        self._progress_publisher = node.create_publisher(
             RecorderProgress, relative(topics.RECORDER_PROGRESS), qos.LOCKSTEP
         )
-        self._company = Company(node)
-        self._company.listens(self._say_recorded, [PLANT])
-        self._company.listens(self._say_ready, [PLANT])
+        self._endpoints = MatchedEndpoints(node)
+        self._endpoints.require_subscribers(self._progress_publisher, [PLANT])
+        self._endpoints.require_subscribers(self._ready_publisher, [PLANT])
         heard = subscribed_by(RECORDER, channels(plan.topics))
-        # Before all else: who is lost or back has to be known before what they say is judged.
-        self._listen(executor, "status", topics.STATUS, PLANT, self._on_status)
+        # First: losses and rejoins have to be known before messages are checked for gaps.
+        self._subscribe_occasional(executor, "status", topics.STATUS, PLANT, self._on_status)
         for channel in heard:
             if channel.kind == "parameter_changes":
-                self._listen(
+                self._subscribe_occasional(
                     executor, channel.kind, channel.topic, channel.publishers[0], self._write_stepped
                 )
         for channel in heard:
             if channel.rhythm != "now and then":
-                self._follow(executor, channel)
+                self._subscribe_stepped(executor, channel)
         self._now = (0, 0)
         (health,) = [channel for channel in heard if channel.kind == "diagnostics"]
-        self._overhear(executor, health)
+        self._subscribe_diagnostics(executor, health)
         self._health = Health(node, "recorder: bag", "recorder", self._condition, lambda: self._now)
-        executor.add_chore(self._health.due)
+        executor.add_periodic(self._health.due)
 
     @property
     def ended(self) -> FormationStatus | None:
-        """The plant's last word; None while the flight goes on."""
+        """The plant's final status; None while the flight continues."""
         return self.view.ended
 
     def _condition(self) -> Condition:
-        """How the recording is."""
-        return self._course.condition(max(0, self.recorded_step), {})
+        """Condition of the recorder, for diagnostics."""
+        return self._progress.condition(max(0, self.recorded_step), {})
 
-    def _expected(self) -> list[_Followed]:
-        """Topics on which someone speaks at every step at present; on the wall clock only the plant does."""
+    def _expected(self) -> list[_SteppedTopic]:
+        """Topics that have a message at every step at present; on the wall clock only those of the plant."""
         alive = self.view.formation.alive & (not self._clocked)
         return [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
 
@@ -186,19 +186,21 @@ class RecorderNode:
                 if not self._absences.explain(channel.satellite, channel.kind, first, last):
                     self.missed.append(f"{channel.topic}: nothing from step {first} to {last}")
 
-    def told(self) -> str:
-        """What is in the bag, in words."""
+    def summary(self) -> str:
+        """Summary of the bag, as text."""
         whole = "the whole flight" if self.complete else f"complete to step {self.recorded_step}"
         gaps = f", {len(self.missed)} gaps" if self.missed else ""
         return f"bag: {self.folder}, {self.bag.messages} messages, {whole}{gaps}"
 
     def matched(self) -> bool:
-        """Whether all topics have their publisher, seen from this side."""
-        return self._company.complete()
+        """Whether the publishers of all topics are matched."""
+        return self._endpoints.complete()
 
-    def say_ready(self) -> None:
-        """Tell the plant that recording can begin."""
-        self._say_ready.publish(NodeReady(node=self.node.get_fully_qualified_name(), step=0, checkpoint=-1))
+    def publish_ready(self) -> None:
+        """Publish that the recorder is ready."""
+        self._ready_publisher.publish(
+            NodeReady(node=self.node.get_fully_qualified_name(), step=0, checkpoint=-1)
+        )
 
     def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
         message_type = topics.TYPES[kind]
@@ -206,7 +208,7 @@ class RecorderNode:
         name = self.node.resolve_topic_name(relative(topic))
         return self.bag.add_topic(name, described(message_type), [offered(profile)], role=topic)
 
-    def _follow(self, executor: StepExecutor, followed: Channel) -> None:
+    def _subscribe_stepped(self, executor: StepExecutor, followed: Channel) -> None:
         """Write every message of a topic that has one at each step, and notice a gap.
 
         Args:
@@ -216,12 +218,12 @@ class RecorderNode:
         topic, kind, (speaker,) = followed.topic, followed.kind, followed.publishers
         satellite = self._names.index(speaker) if speaker in self._names else -1
         last = self._last_step - (followed.rhythm == "steps")
-        channel = _Followed(self._add_topic(topic, kind, qos.LOCKSTEP), topic, kind, satellite, last)
+        channel = _SteppedTopic(self._add_topic(topic, kind, qos.LOCKSTEP), topic, kind, satellite, last)
         if kind != "clock":
-            channel.entry = Entry(
+            channel.validator = MessageValidator(
                 topic,
                 layout(topics.TYPES[kind], topics.FRAME),
-                self.refusals,
+                self.rejections,
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,
                 # A command may tell of a value that is beyond every limit.
@@ -230,7 +232,7 @@ class RecorderNode:
         self._channels.append(channel)
 
         def _on_message(data: bytes, _name: str) -> None:
-            numbers = self._admitted(channel, data)
+            numbers = self._validated(channel, data)
             if numbers is None:
                 return
             seconds, nanoseconds, step = numbers[:3]
@@ -240,28 +242,28 @@ class RecorderNode:
             self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
             self._report_progress(step)
 
-        speakers = self._only(topic, [speaker])
+        authorised = self._authorise(topic, [speaker])
         subscription = executor.subscribe(
-            self.node, topics.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, speakers
+            self.node, topics.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, authorised
         )
-        self._company.is_used_by_neighbours(subscription, speakers)
+        self._endpoints.is_used_by_neighbours(subscription, authorised)
 
-    def _only(self, topic: str, names: Collection[str]) -> Speakers:
-        """The nodes that are to be believed on a topic, and nobody else."""
-        speakers = Speakers(self.node, topic, names, self.refusals)
-        self._speakers.append(speakers)
-        return speakers
+    def _authorise(self, topic: str, names: Collection[str]) -> AuthorisedPublishers:
+        """The authorised publishers of a topic."""
+        authorised = AuthorisedPublishers(self.node, topic, names, self.rejections)
+        self._authorised.append(authorised)
+        return authorised
 
-    def _admitted(self, channel: _Followed, data: bytes) -> tuple[Any, ...] | None:
-        """The numbers of a message that belongs into the bag."""
-        if channel.entry is not None:
-            return channel.entry.admit(data, channel.latest + 1, self._last_step)
+    def _validated(self, channel: _SteppedTopic, data: bytes) -> tuple[Any, ...] | None:
+        """Numbers of a valid message; None if it is rejected."""
+        if channel.validator is not None:
+            return channel.validator.validate(data, channel.latest + 1, self._last_step)
         moment = self._read_clock(data)
         if moment is None or not channel.latest < moment[2] <= self._last_step:
-            self.refusals.note(channel.topic, "another form, or a step that is not due")
+            self.rejections.add(channel.topic, "another form, or a step that is not due")
             return None
         if self._stamps.contradict(*moment, exact=True):
-            self.refusals.note(channel.topic, CONTRADICTION)
+            self.rejections.add(channel.topic, CONTRADICTION)
             return None
         self._now = moment[:2]
         return moment
@@ -274,7 +276,7 @@ class RecorderNode:
         nanoseconds = int.from_bytes(data[8:12], "little")
         return seconds, nanoseconds, self._stamps.step(seconds, nanoseconds)
 
-    def _listen(
+    def _subscribe_occasional(
         self,
         executor: StepExecutor,
         kind: str,
@@ -282,49 +284,49 @@ class RecorderNode:
         speaker: str,
         callback: Callable[[Any, int], None],
     ) -> None:
-        """Write a topic on which something is said now and then."""
+        """Write a topic with occasional messages."""
         message_type = topics.TYPES[kind]
         channel = self._add_topic(topic, kind, qos.LATCHED)
 
         def _on_message(data: bytes, _name: str) -> None:
-            message = decoded(data, message_type, topic, self.refusals)
+            message = decoded(data, message_type, topic, self.rejections)
             if message is None:
                 return
             stamp = message.header.stamp
             if self._stamps.contradict(stamp.sec, stamp.nanosec, message.step, exact=True):
-                self.refusals.note(topic, CONTRADICTION)
+                self.rejections.add(topic, CONTRADICTION)
                 return
             callback(message, channel)
 
-        speakers = self._only(topic, [speaker])
+        authorised = self._authorise(topic, [speaker])
         subscription = executor.subscribe(
-            self.node, message_type, topic, _on_message, qos.LATCHED_READER, speakers
+            self.node, message_type, topic, _on_message, qos.LATCHED_READER, authorised
         )
         if kind not in OPTIONAL:
-            self._company.is_used_by_neighbours(subscription, speakers)
+            self._endpoints.is_used_by_neighbours(subscription, authorised)
 
-    def _overhear(self, executor: StepExecutor, channel: Channel) -> None:
-        """Write what the nodes say of their health, which nobody waits for.
+    def _subscribe_diagnostics(self, executor: StepExecutor, channel: Channel) -> None:
+        """Write the diagnostics, which are not waited for.
 
-        It has the simulated time at which it came, as all else in the bag.
+        They have the simulated time at which they arrived.
         """
         topic = channel.topic
         number = self._add_topic(topic, channel.kind, qos.OBSERVER)
 
         def _on_message(data: bytes, _name: str) -> None:
-            # A stranger's process may have one of the names; the bag has to be readable all the same.
-            if decoded(data, topics.TYPES[channel.kind], topic, self.refusals) is not None:
+            # An unauthorised process may have one of the names; the bag has to be readable all the same.
+            if decoded(data, topics.TYPES[channel.kind], topic, self.rejections) is not None:
                 seconds, nanoseconds = self._now
                 self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
 
-        speakers = self._only(topic, channel.publishers)
+        authorised = self._authorise(topic, channel.publishers)
         executor.subscribe(
             self.node,
             topics.TYPES[channel.kind],
             topic,
             _on_message,
             qos.LOCKSTEP_READER,
-            speakers,
+            authorised,
             vital=False,
         )
 
@@ -336,7 +338,7 @@ class RecorderNode:
 
     def _on_status(self, status: FormationStatus, channel: int) -> None:
         if status == self._last_status:
-            # A sign of life while nothing happens.
+            # A retransmission while nothing changes.
             return
         self._last_status = status
         self._write_stepped(status, channel)
@@ -345,8 +347,8 @@ class RecorderNode:
             return
         self._absences.take(status)
         for name in status.lost:
-            for speakers in self._speakers:
-                speakers.vacate(name)
+            for authorised in self._authorised:
+                authorised.allow_replacement(name)
 
     def _report_progress(self, step: int) -> None:
         if step < self._reported + _REPORT_EVERY and step < self._last_step - 1:
@@ -357,11 +359,13 @@ class RecorderNode:
         self._reported = reached
         self.bag.flush()
         seconds, nanoseconds = self._stamps.at(reached)
-        self._say_recorded.publish(_RECORDER_PROGRESS.pack(seconds, nanoseconds, reached, self.bag.messages))
+        self._progress_publisher.publish(
+            _RECORDER_PROGRESS.pack(seconds, nanoseconds, reached, self.bag.messages)
+        )
 
 
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
-    """Be ready before the first step, write until the flight has ended, and close the bag."""
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
+    """Record from the first step to the end of the flight, and close the bag."""
     declare_start(node, "scenario")
     folder = declare_start(node, "bag")
     clocked = declare_rate(node) > 0.0
@@ -381,41 +385,39 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     finally:
         end = None if recorder.ended is None else EarlyEnd.of_message(recorder.ended, scenario.timing.step)
         if recorder.ended is not None and recorder.ended.phase == FormationStatus.ABORTED:
-            recorder.report.say("aborted", reason=recorder.ended.reason)
+            recorder.report.send("aborted", reason=recorder.ended.reason)
         if end is not None:
             # On a host without the plant nobody else knows.
-            recorder.report.say("end_heard", end=end.data())
-        recorder.report.say(
+            recorder.report.send("end_heard", end=end.data())
+        recorder.report.send(
             "recorded",
             messages=recorder.bag.messages,
             complete=recorder.complete,
             missed=recorder.missed[:20],
         )
-        node.get_logger().info(recorder.told())
+        node.get_logger().info(recorder.summary())
     return exit_code_of(stop, recorder.ended)
 
 
 def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, scenario: Scenario) -> None:
     """Write until the flight is over or a stop is asked for; the bag is closed in any case."""
-    first = patience(len(scenario.satellites))
+    first = discovery_timeout(len(scenario.satellites))
     longest = max(first, plant_timeout(scenario.node_timeout))
     try:
         if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, first):
             raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)
-        recorder.say_ready()
-        recorder.report.say("ready", node="recorder")
+        recorder.publish_ready()
+        recorder.report.send("ready", node="recorder")
         recorder.node.get_logger().info(f"recording into {recorder.folder}")
-        heard = executor.spin_at_leisure(
-            lambda: recorder.ended is None and not stop.asked, longest, stop.pause
-        )
+        heard = executor.spin_polling(lambda: recorder.ended is None and not stop.asked, longest, stop.pause)
         if not heard:
-            sentence = f"nothing to record for {longest:g} s: the plant is silent"
-            recorder.report.say("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
+            sentence = f"nothing to record for {longest:g} s: no message from the plant"
+            recorder.report.send("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
             raise NodeError(sentence, EXIT_LOST)
-        # What was said in the last steps may still be on its way, or be sent once more.
+        # Messages of the last steps may still arrive, or be retransmitted.
         executor.spin_while(lambda: recorder.lags() and not stop.asked, _LATE)
-        # So may what was said on topics that are looked at now and then.
-        executor.spin_until(lambda: stop.asked, _LAST_WORDS)
+        # So may messages of topics that are polled in the background.
+        executor.spin_until(lambda: stop.asked, _LAST_MESSAGES)
     finally:
         recorder.judge_gaps()
         recorder.bag.close()
@@ -423,7 +425,7 @@ def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, s
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Record a flight; entry point of the executable `recorder_node`."""
-    return run("recorder", fly, arguments, Report(pipe))
+    return run("recorder", fly, arguments, SupervisorPipe(pipe))
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from satform.communication import topic_graph
-from satform_nodes.transport.message_validator import Refusals
+from satform_nodes.transport.message_validator import RejectionCounter
 
 DIAGNOSTICS = topic_graph.DIAGNOSTICS
 """The topic on which everything that has a health tells it (REP 107)."""
@@ -100,41 +100,41 @@ class Health:
         self._condition = condition
         self._stamp = stamp
         self._clock = clock
-        self._told: tuple[Level, str] | None = None
-        self._told_at = float("-inf")
+        self._published: tuple[Level, str] | None = None
+        self._published_at = float("-inf")
         self._begun = clock()
         self.publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=10))
-        self._timer = node.create_timer(PERIOD, self.tell)
+        self._timer = node.create_timer(PERIOD, self.publish)
 
     def changed(self) -> None:
         """Tell at once if level or message are others than those told last.
 
         Within `SHORTEST` after a report nothing is told and nothing is asked: the timer tells it.
         """
-        if self._clock() - self._told_at < SHORTEST:
+        if self._clock() - self._published_at < SHORTEST:
             return
         condition = self._condition()
-        if (condition.level, condition.message) != self._told:
+        if (condition.level, condition.message) != self._published:
             self._publish(condition)
 
     def due(self) -> None:
         """Tell if nothing has been told for `LATEST`; to be called now and then while the node is at work."""
-        if self._clock() - max(self._told_at, self._begun) > LATEST:
+        if self._clock() - max(self._published_at, self._begun) > LATEST:
             self._timer.reset()
-            self.tell()
+            self.publish()
 
-    def tell(self) -> None:
+    def publish(self) -> None:
         """Tell how it is, whether that has changed or not."""
         self._publish(self._condition())
 
     def close(self) -> None:
         """Tell a last time, and no more."""
         self._node.destroy_timer(self._timer)
-        self.tell()
+        self.publish()
 
     def _publish(self, condition: Condition) -> None:
-        self._told = (condition.level, condition.message)
-        self._told_at = self._clock()
+        self._published = (condition.level, condition.message)
+        self._published_at = self._clock()
         # All stamps are simulated time, so that a bag has one clock; the wall clock's time is a figure.
         moment = datetime.now(UTC).isoformat(timespec="milliseconds")
         timed = replace(condition, values={**condition.values, WALL_TIME: moment})
@@ -164,11 +164,11 @@ def status(name: str, hardware_id: str, condition: Condition) -> DiagnosticStatu
     )
 
 
-def refused_values(refused: Mapping[str, int]) -> dict[str, Value]:
+def rejected_values(refused: Mapping[str, int]) -> dict[str, Value]:
     """Figures for messages that were refused, by reason, the total first."""
     return {
-        "refused messages": sum(refused.values()),
-        **{f"refused messages: {reason}": count for reason, count in sorted(refused.items()) if count},
+        "rejected messages": sum(refused.values()),
+        **{f"rejected messages: {reason}": count for reason, count in sorted(refused.items()) if count},
     }
 
 
@@ -185,7 +185,7 @@ def flight_condition(
     Args:
         step: that it has come to.
         step_rate: steps a second of wall-clock time.
-        refused: count of refused messages by reason.
+        refused: count of rejected messages by reason.
         silent: for each neighbour that is silent now, the steps for which it has been.
         ended: why it no longer flies though it should; empty while it does.
 
@@ -193,31 +193,31 @@ def flight_condition(
         An error when it has ended, a warning when a neighbour is silent or a message was refused.
     """
     values: dict[str, Value] = {"step": step, "steps per second": round(step_rate, 1)}
-    values |= refused_values(refused)
-    values["silent neighbours"] = ", ".join(sorted(silent)) or "none"
-    values |= {f"steps of silence: {name}": count for name, count in sorted(silent.items())}
+    values |= rejected_values(refused)
+    values["lost neighbours"] = ", ".join(sorted(silent)) or "none"
+    values |= {f"steps since the loss: {name}": count for name, count in sorted(silent.items())}
     if ended:
         return Condition(Level.ERROR, ended, values)
     if silent:
-        return Condition(Level.WARN, f"nothing heard from {', '.join(sorted(silent))}", values)
+        return Condition(Level.WARN, f"nothing received from {', '.join(sorted(silent))}", values)
     if any(refused.values()):
-        return Condition(Level.WARN, "messages were refused", values)
+        return Condition(Level.WARN, "messages were rejected", values)
     return Condition(Level.OK, "flying", values)
 
 
-class Course:
+class FlightProgress:
     """How a part that takes steps gets on, from one report to the next."""
 
-    def __init__(self, refusals: Refusals, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, rejections: RejectionCounter, clock: Callable[[], float] = time.monotonic) -> None:
         """Begin at step 0.
 
         Args:
-            refusals: of the messages that the part hears.
+            rejections: of the messages that the part hears.
             clock: wall clock, s.
         """
-        self._refusals = refusals
+        self._rejections = rejections
         self._clock = clock
-        self._told_step, self._told_at = 0, clock()
+        self._published_step, self._published_at = 0, clock()
 
     def condition(self, step: int, silent: Mapping[str, int]) -> Condition:
         """The condition at a step; its rate is that since the report before.
@@ -227,9 +227,9 @@ class Course:
             silent: for each neighbour that is silent now, the steps for which it has been.
         """
         now = self._clock()
-        rate = (step - self._told_step) / max(now - self._told_at, 1e-9)
-        self._told_step, self._told_at = step, now
-        refused = {f"{topic}: {reason}": count for (topic, reason), count in self._refusals.counts.items()}
+        rate = (step - self._published_step) / max(now - self._published_at, 1e-9)
+        self._published_step, self._published_at = step, now
+        refused = {f"{topic}: {reason}": count for (topic, reason), count in self._rejections.counts.items()}
         return flight_condition(step=step, step_rate=rate, refused=refused, silent=silent)
 
 

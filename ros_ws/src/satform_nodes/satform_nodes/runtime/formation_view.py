@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the plant says of the formation, as a satellite, the recorder or anyone else takes it in."""
+"""Membership and graph of the formation as received in `FormationStatus`, for satellites and the recorder."""
 
 from collections.abc import Sequence
 
@@ -13,22 +13,22 @@ from satform.membership.state import Formation
 from satform_nodes.transport.sim_time import Stamps
 
 STOPPED = "asked to stop"
-"""Reason of a flight that was aborted because it was asked to be, by a signal or a service."""
+"""Reason of a flight that was stopped by a signal or a service."""
 
 OVER = (FormationStatus.FINISHED, FormationStatus.ABORTED)
 """Phases after which nothing follows."""
 
 
 class FormationView:
-    """The formation as the plant's last word has it.
+    """The formation by the last status of the plant.
 
     Attributes:
-        formation: who flies and who hears whom.
-        ended: the plant's last word; None while the flight goes on.
+        formation: membership and communication graph.
+        ended: the plant's final status; None while the flight continues.
         paused: whether the plant takes no steps at present.
-        heard: how many words of the plant have come in.
-        final_commands: what lost satellites had announced for the step in which they were lost, by place.
-        returns: by place, from which step a satellite takes part again, and from which checkpoint.
+        heard: number of statuses that have been received.
+        final_commands: what lost satellites had announced for the step in which they were lost, by index.
+        returns: by index, the first step after a rejoin, and the step of its checkpoint.
     """
 
     def __init__(self, plan: FormationPlan) -> None:
@@ -42,11 +42,11 @@ class FormationView:
         self._names = list(plan.names)
 
     def take(self, status: FormationStatus) -> bool:
-        """Take in a word of the plant; False for one that is not about this formation."""
+        """Update from a status of the plant; False if it is not about this formation."""
         if not self._fits(status):
             return False
         newer = status.version > self.formation.number
-        # What holds already is not built again: each of a thousand satellites hears it a few times.
+        # A known version is not built again: each of a thousand satellites receives it several times.
         graph = self._graph(status) if newer else self.formation.graph
         if graph is None:
             return False
@@ -65,13 +65,13 @@ class FormationView:
             self._lose(name, command, int(status.step))
         for name, checkpoint in zip(status.rejoined, status.rejoin_checkpoints, strict=True):
             if name in self._names:
-                place = self._names.index(name)
-                self.returns[place] = (int(status.step), int(checkpoint))
-                self.formation.rejoined_at[place] = int(status.step)
+                index = self._names.index(name)
+                self.returns[index] = (int(status.step), int(checkpoint))
+                self.formation.rejoined_at[index] = int(status.step)
         return True
 
     def _fits(self, status: FormationStatus) -> bool:
-        """Whether a word is about this formation, and as long in its parts as it has to be."""
+        """Whether a status is about this formation, and its arrays have the right lengths."""
         stamp = status.header.stamp
         if self._stamps.contradict(stamp.sec, stamp.nanosec, status.step, exact=True):
             return False
@@ -84,7 +84,7 @@ class FormationView:
         return {*status.lost, *status.rejoined} <= set(self._names)
 
     def _graph(self, status: FormationStatus) -> Graph | None:
-        """Who hears whom; None where that is no graph of this formation."""
+        """The communication graph; None if the edges are no graph of this formation."""
         try:
             return Graph.of_edges(len(self._names), status.edge_receivers, status.edge_senders)
         except ValueError:
@@ -92,15 +92,15 @@ class FormationView:
 
     def _lose(self, name: str, command: Command, step: int) -> None:
         if name in self._names:
-            place = self._names.index(name)
-            # Without a command in the step before it has announced nothing for this one.
+            index = self._names.index(name)
+            # Without a command in the step before it has published nothing for this one.
             announced = bool(command.header.frame_id) and command.step + 1 == step
             if announced:
-                self.final_commands[place] = command
-            self.formation.lost_at[place] = step if announced else step - 1
+                self.final_commands[index] = command
+            self.formation.lost_at[index] = step if announced else step - 1
 
     def is_used_by_neighbours(self, satellite: int, step: int) -> bool:
-        """Whether a satellite's neighbours use what it announces for a step."""
+        """Whether a satellite's neighbours use its message for a step."""
         return self.formation.is_used_by_neighbours(satellite, step)
 
     @property
@@ -109,5 +109,5 @@ class FormationView:
         return self.names(np.flatnonzero(~self.formation.alive).tolist())
 
     def names(self, places: Sequence[int]) -> list[str]:
-        """Names of satellites by their places."""
-        return [self._names[place] for place in places]
+        """Names of satellites by their indices."""
+        return [self._names[index] for index in places]

@@ -28,7 +28,7 @@ from satform_nodes.runtime.parameters import (
 )
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE
-from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
 
@@ -42,10 +42,10 @@ def start_timeout(satellites: int) -> float:
 
 
 def plant_timeout(node_timeout: float) -> float:
-    """Wall-clock time after which the others count a silent plant as lost, s.
+    """Wall-clock time without a message after which the other nodes count the plant as lost, s.
 
-    Twice what the plant waits for a satellite: whoever is missing is named by the plant first, and is not the
-    reason why all others give up the plant.
+    Twice the timeout of the plant for a satellite: the plant reports a lost satellite before the other nodes
+    time out.
 
     Args:
         node_timeout: of the scenario, s.
@@ -53,8 +53,8 @@ def plant_timeout(node_timeout: float) -> float:
     return 2.0 * node_timeout
 
 
-def patience(satellites: int) -> float:
-    """Wall-clock time that the others wait for the plant, which is the one to say who is missing, s."""
+def discovery_timeout(satellites: int) -> float:
+    """Wall-clock time that the other nodes wait at the start, longer than the plant does, s."""
     return 1.5 * start_timeout(satellites)
 
 
@@ -62,15 +62,15 @@ _EXIT_CODES = 256
 """How many there are."""
 
 _ACKNOWLEDGED = Duration(seconds=0.1)
-"""Wall-clock time between two looks at who is there, while it is waited for what they have heard."""
+"""Wall-clock time between two checks of the subscriptions while acknowledgements are waited for."""
 
 
 _SOURCE_LINE = re.compile(r", at \S+:\d+")
 """Where in its own sources rcl has met an error."""
 
 
-def refuse_sim_time(node: Node) -> None:
-    """Refuse to fly with a node whose clock would go by `/clock`.
+def reject_sim_time(node: Node) -> None:
+    """Reject `use_sim_time`: simulated time is made by the nodes themselves.
 
     Raises:
         NodeError: the node was started so.
@@ -119,21 +119,23 @@ def _stopped_exit_code(node: Node) -> int:
     return code
 
 
-def see_off(publishers: Iterable[Any], present: Callable[[], bool], patience: float) -> bool:
-    """Wait until what was said last has arrived: it would be lost with the one who said it.
+def wait_for_acknowledgement(
+    publishers: Iterable[Any], present: Callable[[], bool], discovery_timeout: float
+) -> bool:
+    """Wait until the last messages are acknowledged: a publisher that is destroyed loses them.
 
-    A reader that was killed never confirms anything, and DDS counts it among the living until its lease
-    ends; so the wait also ends when those who matter have gone.
+    A subscription that was killed never acknowledges, and DDS keeps it matched until its lease ends; so the
+    wait also ends when no required subscriber is present.
 
     Args:
-        publishers: on which something was said.
-        present: whether anyone is there who matters.
-        patience: wall-clock time at most, s.
+        publishers: with messages that may be unacknowledged.
+        present: whether a required subscriber is present.
+        discovery_timeout: wall-clock time at most, s.
 
     Returns:
-        False when the time was up.
+        False after the timeout.
     """
-    end = time.monotonic() + patience
+    end = time.monotonic() + discovery_timeout
     for publisher in publishers:
         while not publisher.wait_for_all_acked(_ACKNOWLEDGED):
             if not present():
@@ -145,9 +147,9 @@ def see_off(publishers: Iterable[Any], present: Callable[[], bool], patience: fl
 
 def run(
     name: str,
-    fly: Callable[[FormationNode, StepExecutor, StopRequest, Report], int],
+    fly: Callable[[FormationNode, StepExecutor, StopRequest, SupervisorPipe], int],
     arguments: Sequence[str] | None,
-    report: Report,
+    report: SupervisorPipe,
 ) -> int:
     """Make a node, let it fly, and take it down again.
 
@@ -155,7 +157,7 @@ def run(
         name: the node's name; remapping (`__node:=`) changes it.
         fly: does the node's work and returns the exit code.
         arguments: command line; the process's own when None.
-        report: to whoever started the process.
+        report: pipe to the supervisor.
 
     Returns:
         The exit code.
@@ -180,7 +182,7 @@ def run(
         executor = StepExecutor()
         executor.add_node(node)
         try:
-            refuse_sim_time(node)
+            reject_sim_time(node)
             code = _stopped_exit_code(node)
             ended = fly(node, executor, stop, report)
             return code if ended == EXIT_STOPPED else ended
@@ -203,10 +205,10 @@ def run(
 
 
 def exit_code_of(stop: StopRequest, ended: FormationStatus | None) -> int:
-    """How the process of a node ends that has heard the plant's last status.
+    """Exit code of a node's process by the plant's final status.
 
     Args:
-        stop: whether this process was asked to end.
+        stop: whether this process was asked to stop.
         ended: the last status; None when there was none.
 
     Returns:

@@ -24,7 +24,7 @@ from satform_nodes import LEAN
 from satform_nodes.runtime.parameter_values import Forms, as_declared
 from satform_nodes.runtime.service_guard import guarded, in_words
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
-from satform_nodes.transport.message_validator import Refusals
+from satform_nodes.transport.message_validator import RejectionCounter
 
 
 class FormationNode(Node):
@@ -47,7 +47,7 @@ class FormationNode(Node):
         """
         self.sentence = ""
         # Before the parent class, which makes services that may be called at once.
-        self.refusals = Refusals()
+        self.rejections = RejectionCounter()
         self._lean = lean = lean or LEAN in os.environ
         # With the services for parameters goes the one that describes message types.
         bare = [Parameter("start_type_description_service", value=False)] if lean else []
@@ -68,8 +68,8 @@ class FormationNode(Node):
             error: that was raised.
         """
         reason = f"not handled: {type(error).__name__}"
-        self.refusals.note(name, reason)
-        if self.refusals.counts[name, reason] == 1:
+        self.rejections.add(name, reason)
+        if self.rejections.counts[name, reason] == 1:
             self.get_logger().warning(f"{name}: refused, and counted from now on: {in_words(error)}")
 
     def create_service(

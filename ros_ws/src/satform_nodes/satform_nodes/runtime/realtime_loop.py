@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flying on the wall clock: steps begin on time, and what comes late is late, as on a spacecraft."""
+"""Real-time loop of the plant: steps begin by the wall clock, and late commands are not waited for."""
 
 import resource
 import time
@@ -12,11 +12,11 @@ from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.transport.executor import StepExecutor
 
 _MOST_KEPT = 1_000_000
-"""Delays of steps of which the distribution is told."""
+"""Largest number of delays that are stored for the statistics."""
 
 
-class Clocked(Protocol):
-    """What is moved on at each tick: the plant's node."""
+class RealtimePlant(Protocol):
+    """What the loop needs of the plant's node."""
 
     @property
     def over(self) -> bool:
@@ -39,7 +39,7 @@ class Clocked(Protocol):
 
 @dataclass
 class Punctuality:
-    """How well the plant kept to the clock.
+    """Delays of the plant's steps.
 
     Attributes:
         period: wall-clock time between two steps, s.
@@ -65,16 +65,16 @@ class Punctuality:
 
 
 class Promptness:
-    """How well the satellites keep to the clock with their commands.
+    """Delays and misses of the satellites' commands.
 
     Attributes:
         misses: of each satellite, steps that were taken without its command.
-        late: of each satellite, commands that came at all but late.
+        late: of each satellite, commands that arrived late.
         timed_out: of each satellite, steps that were taken with its thrusters off, its command being too old.
     """
 
     def __init__(self, satellites: int, clock: Callable[[], float] = time.monotonic) -> None:
-        """Nobody has commanded yet.
+        """No command has been received yet.
 
         Args:
             satellites: how many there are.
@@ -85,15 +85,15 @@ class Promptness:
         self.late = [0] * satellites
         self.timed_out = [0] * satellites
         self._commanded = [-1] * satellites
-        self._heard_at = [0.0] * satellites
+        self._received_at = [0.0] * satellites
 
     def begin(self) -> None:
-        """Count everyone's silence from now on."""
-        self._heard_at = [self._clock()] * len(self._heard_at)
+        """Start all satellites' timeouts now."""
+        self._received_at = [self._clock()] * len(self._received_at)
 
     def heard(self, satellite: int) -> None:
-        """A satellite has given a sign of life."""
-        self._heard_at[satellite] = self._clock()
+        """Restart a satellite's timeout: a message of it has been received."""
+        self._received_at[satellite] = self._clock()
 
     def first_due(self, satellite: int) -> int:
         """The first step for which a satellite has not commanded yet."""
@@ -112,20 +112,20 @@ class Promptness:
         self.late[satellite] += step < now
 
     def judge(self, satellites: Iterable[int], step: int, tolerated: float) -> list[int]:
-        """Count whose command is not there as a step is taken.
+        """Count the commands that are missing as a step is taken.
 
         Args:
             satellites: that fly.
             step: that is taken.
-            tolerated: wall-clock time for which a satellite may be silent, s.
+            tolerated: timeout of a satellite, wall-clock time, s.
 
         Returns:
-            Those that have been silent for longer.
+            Indices of the satellites that have timed out.
         """
         now, silent = self._clock(), []
         for satellite in satellites:
             self.misses[satellite] += self._commanded[satellite] < step
-            if now - self._heard_at[satellite] > tolerated:
+            if now - self._received_at[satellite] > tolerated:
                 silent.append(satellite)
         return silent
 
@@ -151,7 +151,9 @@ class Promptness:
         }
 
 
-def fly_on_the_clock(plant: Clocked, executor: StepExecutor, stop: StopRequest, period: float) -> Punctuality:
+def run_realtime(
+    plant: RealtimePlant, executor: StepExecutor, stop: StopRequest, period: float
+) -> Punctuality:
     """Take steps at their times until the flight is over.
 
     A step that would begin more than a period late sets the clock anew: steps are never made up for
@@ -197,11 +199,11 @@ def processor_seconds() -> float:
 
 
 @dataclass
-class Ages:
-    """How old the neighbours' words were when they were used.
+class MessageAges:
+    """Ages of the neighbours' messages when they were used.
 
     Attributes:
-        count: of words.
+        count: of messages.
         total: of their ages, simulated time, s.
         largest: of their ages, s.
     """
@@ -211,7 +213,7 @@ class Ages:
     largest: float = 0.0
 
     def note(self, age: float) -> None:
-        """Count one word."""
+        """Count one message."""
         self.count += 1
         self.total += age
         self.largest = max(self.largest, age)

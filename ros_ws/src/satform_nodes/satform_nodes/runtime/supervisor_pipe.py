@@ -1,20 +1,20 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node and the process that started it tell each other, on a pipe, when there is one."""
+"""Pipe between a node and the supervisor that started its process."""
 
 import select
 from multiprocessing.connection import Connection
 from typing import Any
 
 
-class Report:
-    """A line to whoever started the node; silent when nobody is there."""
+class SupervisorPipe:
+    """A node's end of the pipe to the supervisor; without one nothing is sent or received."""
 
     def __init__(self, pipe: Connection | None) -> None:
         self._pipe = pipe
 
-    def say(self, event: str, **details: Any) -> None:
-        """Tell of an event; a listener that has gone away is not an error."""
+    def send(self, event: str, **details: Any) -> None:
+        """Send an event; a supervisor that has ended is no error."""
         if self._pipe is None:
             return
         try:
@@ -22,13 +22,13 @@ class Report:
         except OSError:
             self._pipe = None
 
-    def say_if_heard(self, event: str, **details: Any) -> None:
-        """Tell of an event that may be left out, such as progress, unless the listener is behind."""
+    def send_if_ready(self, event: str, **details: Any) -> None:
+        """Send an event that may be dropped, such as progress, unless the pipe is full."""
         if self._pipe is not None and select.select([], [self._pipe], [], 0.0)[1]:
-            self.say(event, **details)
+            self.send(event, **details)
 
-    def heard(self) -> list[dict[str, Any]]:
-        """What whoever started the node has said since the last time."""
+    def received(self) -> list[dict[str, Any]]:
+        """Events that the supervisor has sent since the last call."""
         said: list[dict[str, Any]] = []
         try:
             while self._pipe is not None and self._pipe.poll():

@@ -22,12 +22,12 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.state import has_individual_events
-from satform_nodes.satellite.neighbour_messages import Words
+from satform_nodes.satellite.neighbour_messages import Message
 from satform_nodes.satellite.node import SatelliteNode
 from satform_nodes.satellite.publishers import AROUND_NUMBERS, numbers_of, violation_command
 from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.executor import MANY
+from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.sim_time import Stamps
 
 _STATES, _ATTITUDES, _HEARD = range(3)
@@ -50,12 +50,16 @@ def batch_satellites(satellites: Sequence[SatelliteNode], plan: FormationPlan) -
     ordinary = (
         plan.links.links is None and plan.faults.empty and not has_individual_events(plan.membership.events)
     )
-    alike = all(not (node.clocked or node.adjusted) and node.hearsay.hears_all() for node in satellites)
+    alike = all(
+        not (node.clocked or node.adjusted) and node.neighbour_messages.receives_all() for node in satellites
+    )
     if len(satellites) < 2 or not ordinary or not alike:
         return False
     try:
-        plans = [plan.satellite(node.index, node.hearsay.neighbours) for node in satellites]
-        stacked = Satellite.stacked(plans, max(len(node.hearsay.neighbours) for node in satellites))
+        plans = [plan.satellite(node.index, node.neighbour_messages.neighbours) for node in satellites]
+        stacked = Satellite.stacked(
+            plans, max(len(node.neighbour_messages.neighbours) for node in satellites)
+        )
     except ValueError:
         return False
     batch = BatchedStep(satellites, plan, stacked)
@@ -76,7 +80,7 @@ class BatchedStep:
             stacked: their flight software, stacked.
         """
         self._nodes = list(satellites)
-        self._voices = [node.voice for node in satellites]
+        self._publishers = [node.publishers for node in satellites]
         self._satellite = stacked
         self._limits = LimitCheck(plan.limits)
         self._steps = plan.timing.steps
@@ -84,7 +88,7 @@ class BatchedStep:
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._number = satellites[0].view.formation.number
-        rows = [node.hearsay.neighbours for node in satellites]
+        rows = [node.neighbour_messages.neighbours for node in satellites]
         self._ears = ReceiverModel(plan.links, np.array([node.index for node in satellites]), rows)
         self._width = max(len(row) for row in rows)
         self._places = [
@@ -95,7 +99,7 @@ class BatchedStep:
         self._fresh = self._ears.linked(satellites[0].view.formation)
         # Of the present step (by its lowest bit) and of the next one: what was said, and how much is missing.
         self._edges = sum(len(row) for row in rows)
-        self._silence: Words = (0.0,) * (1 + WIDTH[self._announces])
+        self._silence: Message = (0.0,) * (1 + WIDTH[self._announces])
         self._heard = [self._unheard(), self._unheard()]
         self._missing = [self._edges, self._edges]
         self._step = self._turn = 0
@@ -103,7 +107,7 @@ class BatchedStep:
         self._begin_step()
         self._awaited_in_turn = self._expected()
         self._executor = satellites[0].executor
-        if len(self._awaited_in_turn) >= MANY:
+        if len(self._awaited_in_turn) >= MANY_SUBSCRIPTIONS:
             self._executor.await_in_turn(self._next_awaited)
 
     def _expected(self) -> list[tuple[int, int, Any]]:
@@ -116,12 +120,12 @@ class BatchedStep:
         """
         kinds = [(_ATTITUDES, "attitude"), (_STATES, "state")] if self._turns else [(_STATES, "state")]
         own = [
-            (filled, row, node.ears.subscriptions[kind])
+            (filled, row, node.subscriptions.subscriptions[kind])
             for filled, kind in kinds
             for row, node in reversed(list(enumerate(self._nodes)))
         ]
         heard = [
-            (_HEARD, slot, node.ears.subscriptions[neighbour])
+            (_HEARD, slot, node.subscriptions.subscriptions[neighbour])
             for node, places in zip(self._nodes, self._places, strict=True)
             for neighbour, slot in places.items()
         ]
@@ -142,9 +146,9 @@ class BatchedStep:
         self._turn = turn
         return None
 
-    def _unheard(self) -> list[Words | None]:
+    def _unheard(self) -> list[Message | None]:
         """Nothing from those who are heard, zeros where there is nobody to be heard."""
-        slots: list[Words | None] = [self._silence] * (len(self._nodes) * self._width)
+        slots: list[Message | None] = [self._silence] * (len(self._nodes) * self._width)
         for own in self._places:
             for place in own.values():
                 slots[place] = None
@@ -156,7 +160,7 @@ class BatchedStep:
         self._awaited = len(self._nodes) * (2 if self._turns else 1)
         self._turn = 0
 
-    def add_neighbour_message(self, row: int, neighbour: int, step: int, message: Words) -> None:
+    def add_neighbour_message(self, row: int, neighbour: int, step: int, message: Message) -> None:
         """Add what a satellite received from a neighbour for the present step or the next one."""
         slots, place = self._heard[step & 1], self._places[row][neighbour]
         if slots[place] is None:
@@ -198,14 +202,14 @@ class BatchedStep:
                 for step in (self._step, self._step + 1):
                     words = self._heard[step & 1][place]
                     if words is not None:
-                        node.hearsay.hear(neighbour, step, words)
+                        node.neighbour_messages.hear(neighbour, step, words)
         for node in nodes:
             node.act_if_complete()
 
     def single(self, row: int) -> Satellite:
         """The flight software of one of the satellites by itself."""
         node = self._nodes[row]
-        return self._satellite.single(row, node.satellite.plan, len(node.hearsay.neighbours))
+        return self._satellite.single(row, node.satellite.plan, len(node.neighbour_messages.neighbours))
 
     def _act_if_complete(self) -> None:
         if self._awaited or self._missing[self._step & 1]:
@@ -250,12 +254,12 @@ class BatchedStep:
     def _report(self, step: int, violations: dict[int, Violation]) -> None:
         """Tell the plant who computed what is beyond a limit; the others' commands are not flown either."""
         within = Violation(0, 0.0)
-        for row, voice in enumerate(self._voices):
-            voice.say_command(violation_command(self._stamps.at(step), step, violations.get(row, within)))
+        for row, own in enumerate(self._publishers):
+            own.publish_command(violation_command(self._stamps.at(step), step, violations.get(row, within)))
 
     def _say(self, step: int, decision: Decision) -> None:
         """Say all commands first, for which the plant waits; then what the neighbours hear; then the rest."""
-        nodes, voices, now = self._nodes, self._voices, self._stamps.at(step)
+        nodes, publishers, now = self._nodes, self._publishers, self._stamps.at(step)
         spoken = self._satellite.announce()
         said = encode(spoken)
         violations = self._limits.of_decision(decision, said)
@@ -270,17 +274,17 @@ class BatchedStep:
             (decision.acceleration, np.zeros((len(nodes), 3)) if torque is None else torque), axis=-1
         ).tolist()
         announced = np.concatenate(parts, axis=-1).tolist()
-        for voice, push, words in zip(voices, pushes, announced, strict=True):
-            voice.say_command(_COMMAND.pack(*now, step, *push, *stamp, *words, 0, 0.0))
+        for own, push, words in zip(publishers, pushes, announced, strict=True):
+            own.publish_command(_COMMAND.pack(*now, step, *push, *stamp, *words, 0, 0.0))
         before, after = AROUND_NUMBERS[self._announces]
-        for voice, words in zip(voices, said.tolist(), strict=True):
-            voice.say_announcement(self._announcement.pack(*stamp, step + 1, *before, *words, *after))
+        for own, words in zip(publishers, said.tolist(), strict=True):
+            own.publish_announcement(self._announcement.pack(*stamp, step + 1, *before, *words, *after))
         for row, node in enumerate(nodes):
             if node.memory.due(step + 1):
-                node.memory.keep(self.single(row), node.hearsay.neighbours)
+                node.memory.keep(self.single(row), node.neighbour_messages.neighbours)
         if decision.estimate is not None:
-            for voice, estimate in zip(voices, numbers_of(decision.estimate).tolist(), strict=True):
-                voice.show_estimate(*now, step, estimate)
+            for own, estimate in zip(publishers, numbers_of(decision.estimate).tolist(), strict=True):
+                own.publish_estimate(*now, step, estimate)
         reference, motion = decision.reference, decision.motion
         shown = np.concatenate(
             (
@@ -293,5 +297,5 @@ class BatchedStep:
             ),
             axis=-1,
         ).tolist()
-        for voice, tracked in zip(voices, shown, strict=True):
-            voice.say_tracking(_TRACKING.pack(*now, step, *tracked))
+        for own, tracked in zip(publishers, shown, strict=True):
+            own.publish_tracking(_TRACKING.pack(*now, step, *tracked))

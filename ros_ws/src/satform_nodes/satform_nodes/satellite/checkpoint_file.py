@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A satellite's checkpoints on disk: the last one, written whole or not at all."""
+"""Checkpoint file of a satellite: the last checkpoint, written atomically."""
 
 import struct
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ _HEAD = struct.Struct("<qI")
 """At the beginning of the file: the step, and how many neighbours follow; then the state."""
 
 _PLACE = "<u4"
-"""The place of a neighbour in the formation, as a number of the file."""
+"""Index of a neighbour, as a number of the file."""
 
 
 class CheckpointFile:
@@ -56,7 +56,7 @@ class CheckpointFile:
         self.load()
 
     def load(self) -> None:
-        """Take up the last checkpoint."""
+        """Read the last checkpoint."""
         if self._file is None or not self._file.exists():
             return
         try:
@@ -77,7 +77,7 @@ class CheckpointFile:
 
         Args:
             satellite: whose state it becomes.
-            neighbours: places of those whom it may hear by now; the graph may have changed since.
+            neighbours: indices of its in-neighbours; the graph may have changed since the checkpoint.
 
         Raises:
             NodeError: the checkpoint is damaged, or another satellite's.
@@ -88,18 +88,18 @@ class CheckpointFile:
             restore(satellite, self._data)
         except ValueError as error:
             raise NodeError(f"{self._file}: {error}", EXIT_LOST) from None
-        satellite.rearrange([before.index(place) if place in before else None for place in neighbours])
+        satellite.rearrange([before.index(index) if index in before else None for index in neighbours])
 
     def due(self, step: int) -> bool:
         """Whether a checkpoint is to be written before a step."""
         return self._file is not None and step % self._every == 0
 
     def keep(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
-        """Write a checkpoint if one is due at the satellite's step; the satellite flies on without it.
+        """Write a checkpoint if one is due at the satellite's step; a failure does not stop the satellite.
 
         Args:
             satellite: whose state is kept.
-            neighbours: places of those whom it may hear.
+            neighbours: indices of its in-neighbours.
         """
         if self._file is None or not self.due(satellite.state.step):
             return

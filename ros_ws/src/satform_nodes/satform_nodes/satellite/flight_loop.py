@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The flight of the satellites of one process: finding the others, flying, and leaving."""
+"""Flight loop of the satellites of one process: discovery, steps, end."""
 
 import resource
 from collections.abc import Sequence
@@ -10,18 +10,18 @@ from satform_msgs.msg import FormationStatus
 from satform.common.exit_codes import EXIT_LOST
 from satform.common.wording import listed
 from satform.record.early_end import EarlyEnd
-from satform_nodes.runtime.lifecycle import exit_code_of, patience, plant_timeout
+from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, plant_timeout
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.satellite.node import SatelliteNode
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
 
 _KILOBYTE = 1024
-"""Unit in which Linux tells the memory of a process, bytes."""
+"""Unit in which Linux reports the memory of a process, bytes."""
 
 
 def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: StopRequest) -> int:
-    """Fly the satellites of one process until the plant says that the flight has ended.
+    """Fly the satellites of one process until the plant publishes the end of the flight.
 
     Args:
         satellites: with their endpoints made, all on the same executor.
@@ -32,10 +32,10 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         The exit code.
 
     Raises:
-        NodeError: the others are not there, or no longer heard.
+        NodeError: discovery or the plant has timed out.
     """
     names = listed([satellite.name for satellite in satellites])
-    longest = patience(len(satellites[0].plan.names))
+    longest = discovery_timeout(len(satellites[0].plan.names))
 
     def over() -> bool:
         return stop.asked or all(satellite.view.ended for satellite in satellites)
@@ -46,51 +46,51 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         sentence = f"{names}: neighbours and plant have not been found within {longest:g} s"
         raise NodeError(sentence, EXIT_LOST)
     for satellite in satellites:
-        satellite.say_ready()
-        satellite.report.say("ready", node=satellite.name)
+        satellite.publish_ready()
+        satellite.report.send("ready", node=satellite.name)
 
     def begun() -> bool:
         return over() or any(satellite.flying for satellite in satellites)
 
-    def say_again() -> None:
+    def retransmit() -> None:
         for satellite in satellites:
-            satellite.say_again()
+            satellite.retransmit()
 
     def pulse() -> int:
         return sum(satellite.pulse for satellite in satellites)
 
-    # The first state comes when the last of all nodes is ready; the next ones soon or never.
+    # The first state comes when the last of all nodes is ready; the next ones within the timeout.
     silence = plant_timeout(satellites[0].plan.timing.node_timeout)
     in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
-    in_time = in_time and executor.spin_while(lambda: not over(), silence, say_again, pulse)
-    _say_farewell(satellites, in_time=in_time)
+    in_time = in_time and executor.spin_while(lambda: not over(), silence, retransmit, pulse)
+    _finish(satellites, in_time=in_time)
     return exit_code_of(stop, satellites[0].view.ended)
 
 
-def _say_farewell(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
-    """Say how it went, and leave when all has arrived.
+def _finish(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
+    """Report the result, and wait until the last messages are acknowledged.
 
     Raises:
-        NodeError: the plant is no longer there.
+        NodeError: the plant is lost.
     """
     for satellite in satellites:
         if in_time:
-            satellite.see_off()
+            satellite.wait_for_acknowledgement()
         else:
-            satellite.command_nothing()
-        satellite.say_how_it_went()
+            satellite.command_zero()
+        satellite.report_result()
     first = satellites[0]
     ended = first.view.ended
     if ended is not None and ended.phase == FormationStatus.ABORTED:
-        first.report.say("aborted", reason=ended.reason)
+        first.report.send("aborted", reason=ended.reason)
     end = None if ended is None else EarlyEnd.of_message(ended, first.plan.timing.step)
     if end is not None:
-        # On a host without the plant nobody else knows.
-        first.report.say("end_heard", end=end.data())
+        # On a host without the plant no other process knows.
+        first.report.send("end_heard", end=end.data())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
-    first.report.say("memory", process=first.name, bytes=memory)
+    first.report.send("memory", process=first.name, bytes=memory)
     if not in_time:
-        sentence = f"nothing heard from the plant at step {first.step}"
-        first.report.say("lost", who=["plant"], step=first.step, reason=sentence)
+        sentence = f"nothing received from the plant at step {first.step}"
+        first.report.send("lost", who=["plant"], step=first.step, reason=sentence)
         names = listed([satellite.name for satellite in satellites])
         raise NodeError(f"{names}: {sentence}; thrusters off, stopping", EXIT_LOST)

@@ -1,16 +1,16 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Several satellites' nodes in one process, still talking over DDS: for more satellites than processes."""
+"""Program of several satellites in one process, which communicate over DDS all the same."""
 
 import sys
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
-from satform_nodes.runtime.lifecycle import plan_of, refuse_sim_time, run
+from satform_nodes.runtime.lifecycle import plan_of, reject_sim_time, run
 from satform_nodes.runtime.parameters import FormationNode, declare_start
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.batched_step import batch_satellites
 from satform_nodes.satellite.flight_loop import fly_all
 from satform_nodes.satellite.node import SatelliteNode, Settings
@@ -19,16 +19,15 @@ from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
 
 LARGEST_FULL_GROUP = 32
-"""Satellites in a process whose parameters can be read and set from outside, and who warn of misfits.
+"""Largest number of satellites in a process with parameter services and warnings of incompatible QoS.
 
-Every endpoint that a process makes has it tell all others of all its endpoints anew, and the services for
-parameters are more than half of them; each endpoint's handler of misfitting qualities of service is compared
-with all others at the executor's housekeeping. Above this number nodes are lean: a large formation would
-hardly start otherwise.
+A process announces all its endpoints to all others at each new endpoint, and more than half of the endpoints
+are parameter services; each event handler of incompatible QoS is polled by the executor. Above this number
+nodes are lean: a large formation would hardly start otherwise.
 """
 
 
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
     """Make a node for each satellite of the group, and fly them on one executor."""
     recorded, checkpoints, rate = declare_settings(node)
     names = declare_start(node, "satellites")
@@ -39,7 +38,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     satellites = []
     for name in names:
         own = FormationNode(name, log_topic=False, lean=len(names) > LARGEST_FULL_GROUP)
-        refuse_sim_time(own)
+        reject_sim_time(own)
         executor.add_node(own)
         settings = Settings(name, recorded, checkpoints, single=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, plan, settings, report))
@@ -53,7 +52,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Fly a group of satellites; entry point of the executable `group_node`."""
-    return run("group", fly, arguments, Report(pipe))
+    return run("group", fly, arguments, SupervisorPipe(pipe))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a satellite's neighbours said: by step, or the newest on the wall clock; and what links make of it."""
+"""Messages of a satellite's in-neighbours, by step or the newest ones, with the link models applied."""
 
 from collections import deque
 from typing import Any
@@ -14,35 +14,35 @@ from satform.communication.receiver import ReceiverModel
 from satform.consensus.arc_length import Announces
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.realtime_loop import Ages
+from satform_nodes.runtime.realtime_loop import MessageAges
 from satform_nodes.satellite.publishers import AROUND_NUMBERS
 from satform_nodes.transport.sim_time import Stamps
 
-Words = tuple[float, ...]
-"""What a neighbour said: its time, then the numbers of its announcement."""
+Message = tuple[float, ...]
+"""Message of a neighbour: its time, then its numbers."""
 
 
-class Hearsay:
-    """The words of one satellite's neighbours.
+class NeighbourMessages:
+    """The messages of one satellite's in-neighbours.
 
     Attributes:
-        neighbours: places of those whom the satellite may hear, ascending.
-        by_step: in lockstep, what each neighbour said for a step.
-        ages: on the wall clock, how old the words were when they were used.
+        neighbours: indices of the in-neighbours, ascending.
+        by_step: in lockstep, the message of each neighbour for a step.
+        ages: on the wall clock, the ages of messages when they were used.
     """
 
     def __init__(self, plan: FormationPlan, index: int, view: FormationView, stamps: Stamps) -> None:
-        """Nobody has said anything.
+        """Nothing has been received yet.
 
         Args:
             plan: of the flight's parts.
-            index: place of the satellite.
-            view: who flies and who hears whom at present.
+            index: of the satellite.
+            view: membership and communication graph at present.
             stamps: of the steps.
         """
         self.neighbours = list(plan.membership.possible_graph.neighbours(index))
-        self.by_step: dict[int, dict[int, Words]] = {}
-        self.ages = Ages()
+        self.by_step: dict[int, dict[int, Message]] = {}
+        self.ages = MessageAges()
         self._plan = plan
         self._index = index
         self._view = view
@@ -50,93 +50,93 @@ class Hearsay:
         self._step = plan.timing.step
         self._announces = plan.announces
         self._width = WIDTH[self._announces]
-        self._newest: dict[int, deque[tuple[int, Words]]] = {}
-        self.start_afresh()
+        self._newest: dict[int, deque[tuple[int, Message]]] = {}
+        self.reset()
 
-    def start_afresh(self) -> None:
-        """Have links that have carried nothing yet."""
+    def reset(self) -> None:
+        """Reset the link models."""
         self._ears = ReceiverModel(self._plan.links, np.asarray(self._index), [self.neighbours])
 
-    def meet(self, new: list[int]) -> list[int | None]:
-        """Have neighbours who were none before.
+    def add_neighbours(self, new: list[int]) -> list[int | None]:
+        """Add neighbours.
 
         Args:
-            new: their places.
+            new: their indices.
 
         Returns:
-            Of each neighbour its place among those before; None for a new one.
+            Of each neighbour its row among those before; None for a new one.
         """
         before = self.neighbours
         self.neighbours = sorted([*before, *new])
-        self.start_afresh()
-        return [before.index(place) if place in before else None for place in self.neighbours]
+        self.reset()
+        return [before.index(index) if index in before else None for index in self.neighbours]
 
-    def hears_all(self) -> bool:
-        """Whether the graph of the moment lets the satellite hear all whom it may ever hear."""
+    def receives_all(self) -> bool:
+        """Whether the present graph has the edges from all neighbours."""
         return bool(self._ears.linked(self._view.formation).all())
 
-    def words(self, said: tuple[Any, ...]) -> Words:
-        """Time and numbers of an announcement, from all that its message holds."""
+    def words(self, said: tuple[Any, ...]) -> Message:
+        """Time and numbers of a neighbour's message, from all its fields."""
         begin = 3 + len(AROUND_NUMBERS[self._announces][0])
         return (self._stamps.time(said[0], said[1]), *said[begin : begin + self._width])
 
-    def hear(self, neighbour: int, step: int, words: Words) -> None:
-        """Note what a neighbour said for a step."""
+    def hear(self, neighbour: int, step: int, words: Message) -> None:
+        """Store the message of a neighbour for a step."""
         self.by_step.setdefault(step, {})[neighbour] = words
 
-    def hear_newest(self, neighbour: int, said: tuple[Any, ...]) -> None:
-        """On the wall clock: keep what a neighbour said for the latest steps."""
+    def add_newest(self, neighbour: int, said: tuple[Any, ...]) -> None:
+        """On the wall clock: store the newest messages of a neighbour."""
         own = self._newest.setdefault(neighbour, deque(maxlen=3))
         own.append((said[2], self.words(said)))
 
     def speakers(self, step: int) -> list[int]:
-        """Places of the neighbours who say something for a step and are heard at present."""
+        """Indices of the neighbours that publish for a step and have an edge at present."""
         linked, view = self._ears.linked(self._view.formation), self._view
         return [
             neighbour
-            for place, neighbour in enumerate(self.neighbours)
-            if linked[place] and view.is_used_by_neighbours(neighbour, step)
+            for index, neighbour in enumerate(self.neighbours)
+            if linked[index] and view.is_used_by_neighbours(neighbour, step)
         ]
 
-    def newest(self, step: int) -> dict[int, Words]:
-        """The newest words of those who are heard, of this step or older."""
-        heard: dict[int, Words] = {}
+    def newest(self, step: int) -> dict[int, Message]:
+        """The newest message of each neighbour that has an edge, of this step or older."""
+        heard: dict[int, Message] = {}
         for neighbour in self.speakers(step):
-            # What is said for the next step already is kept for that.
+            # A message for the next step is kept for that step.
             due = [said for spoken, said in self._newest.get(neighbour, ()) if spoken <= step]
             if due:
                 heard[neighbour] = due[-1]
                 self.ages.note(step * self._step - due[-1][0])
         return heard
 
-    def add_last_words(self, step: int, heard: dict[int, Words]) -> None:
-        """Add what lost neighbours had announced for the step in which they were lost."""
+    def add_final_commands(self, step: int, heard: dict[int, Message]) -> None:
+        """Add the messages that lost neighbours had published for the step of their loss."""
         for neighbour, command in self._view.final_commands.items():
             if self._view.formation.lost_at.get(neighbour) == step and neighbour in self.neighbours:
-                heard.setdefault(neighbour, last_word(command, self._announces, self._stamps))
+                heard.setdefault(neighbour, final_command(command, self._announces, self._stamps))
         self.by_step[step] = heard
 
-    def told(self, step: int, heard: dict[int, Words], speakers: list[int]) -> Received:
-        """What the links make of what the neighbours said for a step."""
+    def told(self, step: int, heard: dict[int, Message], speakers: list[int]) -> Received:
+        """Apply the link models to the messages for a step."""
         neighbours, formation = self.neighbours, self._view.formation
         count, width = len(neighbours), 1 + self._width
         if len(speakers) == count:
             said = np.array([heard[neighbour] for neighbour in neighbours]).reshape(count, width)
             return self._ears.receive(step, said[:, 1:], said[:, 0], np.ones(count), formation)
         said, fresh = np.zeros((count, width)), np.zeros(count)
-        for place, neighbour in enumerate(neighbours):
+        for index, neighbour in enumerate(neighbours):
             if neighbour in speakers:
-                said[place], fresh[place] = heard[neighbour], 1.0
+                said[index], fresh[index] = heard[neighbour], 1.0
         return self._ears.receive(step, said[:, 1:], said[:, 0], fresh, formation)
 
     def forget(self, step: int) -> None:
-        """Drop what was said for a step, which has been taken, and for the one before."""
+        """Discard the messages for a step that has been taken, and for the one before."""
         self.by_step.pop(step, None)
         self.by_step.pop(step - 1, None)
 
 
-def last_word(command: Command, announces: Announces, stamps: Stamps) -> Words:
-    """Time and numbers of the announcement that a lost satellite's last command carries."""
+def final_command(command: Command, announces: Announces, stamps: Stamps) -> Message:
+    """Time and numbers of the neighbour message that a lost satellite's final command contains."""
     time = stamps.time(command.announced_at.sec, command.announced_at.nanosec)
     if announces == "arc_length":
         return (time, command.announced_arc_length, command.announced_rate)

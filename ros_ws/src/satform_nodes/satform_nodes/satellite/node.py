@@ -22,25 +22,25 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.state import is_lost_at, rejoins_after
-from satform_nodes.runtime.diagnostics import Condition, Course, Health, Level
+from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.realtime_loop import processor_seconds
-from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
-from satform_nodes.satellite.neighbour_messages import Hearsay, Words
+from satform_nodes.satellite.neighbour_messages import Message, NeighbourMessages
 from satform_nodes.satellite.parameters import SatelliteParameters
-from satform_nodes.satellite.publishers import SatelliteVoice
+from satform_nodes.satellite.publishers import SatellitePublishers
 from satform_nodes.satellite.step_batch import StepBatch
-from satform_nodes.satellite.subscriptions import Hearer, SatelliteEars
+from satform_nodes.satellite.subscriptions import MessageHandlers, SatelliteSubscriptions
 from satform_nodes.transport import topics
 from satform_nodes.transport.authorised_publishers import decoded
 from satform_nodes.transport.executor import StepExecutor
-from satform_nodes.transport.message_validator import Entry
+from satform_nodes.transport.message_validator import MessageValidator
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import Stamps
 
-_FOREIGN_STEPS = 3
+_DUPLICATE_STEPS = 3
 """Steps that have to be taken without this process until another one flies its satellite for sure."""
 
 _ANY_STEP = 2**63
@@ -70,16 +70,16 @@ class SatelliteNode:
     """Carries the flight software of one satellite; every formula is in `satform`.
 
     Attributes:
-        view: who flies and who hears whom, as the plant says.
-        hearsay: what the neighbours said.
-        ears: take in what others say.
-        voice: says what this satellite has to say.
-        memory: where its checkpoints are kept.
+        view: membership and communication graph, by the status of the plant.
+        neighbour_messages: received from the in-neighbours.
+        subscriptions: of this satellite.
+        publishers: of this satellite.
+        memory: file of its checkpoints.
         step: the one that comes next.
         flying: whether it takes part.
         clocked: whether the flight goes by the wall clock.
         turns: whether the satellite has an attitude.
-        pulse: how many signs of life of the plant have come in.
+        pulse: number of messages of the plant.
         busy_seconds: processor time of its flight software, s.
     """
 
@@ -89,7 +89,7 @@ class SatelliteNode:
         executor: StepExecutor,
         plan: FormationPlan,
         settings: "Settings",
-        report: Report,
+        report: SupervisorPipe,
     ) -> None:
         names = list(plan.names)
         name = settings.name
@@ -107,22 +107,22 @@ class SatelliteNode:
         self.step = 0
         self.pulse = 0
         self.flying = False
-        self.refusals = node.refusals
+        self.rejections = node.rejections
         self.busy_seconds = 0.0
-        self._course = Course(self.refusals)
+        self._progress = FlightProgress(self.rejections)
         self.view = FormationView(plan)
         self._settings = settings
         self.clocked = settings.rate > 0.0
         self._skipped = 0
         # First step that was taken without this process though its satellite flies, and when that was seen.
-        self._foreign: tuple[int, float] | None = None
+        self._duplicate: tuple[int, float] | None = None
         # Wall-clock time at which the plant was told that this satellite can fly; before it no flight begins.
         self._ready_at = float("inf")
         self._names = names
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._planned = plan.membership.events
         self._limits = LimitCheck(plan.limits)
-        self.hearsay = Hearsay(plan, self.index, self.view, self._stamps)
+        self.neighbour_messages = NeighbourMessages(plan, self.index, self.view, self._stamps)
         self.memory = CheckpointFile(settings.checkpoints, name, plan.timing.checkpoint_steps)
         self._changes: list[tuple[str, list[float]]] = []
         self._state: tuple[Any, ...] | None = None
@@ -133,62 +133,62 @@ class SatelliteNode:
         self.satellite = self._new_software()
 
         self._parameters = SatelliteParameters(node, plan, self.index, self._to_change, self._changes)
-        self.voice = SatelliteVoice(node, plan, self.index, self._stamps)
-        hearer = Hearer(self._on_state, self._on_attitude, self._on_announcement, self._on_status)
-        self.ears = SatelliteEars(
-            node, executor, plan, self.index, self.refusals, hearer, clocked=self.clocked
+        self.publishers = SatellitePublishers(node, plan, self.index, self._stamps)
+        handlers = MessageHandlers(self._on_state, self._on_attitude, self._on_announcement, self._on_status)
+        self.subscriptions = SatelliteSubscriptions(
+            node, executor, plan, self.index, self.rejections, handlers, clocked=self.clocked
         )
-        self.voice.expect_listeners(self.ears.company, recorded=settings.recorded)
+        self.publishers.require_subscribers(self.subscriptions.endpoints, recorded=settings.recorded)
         self._health = Health(node, f"{name}: flight software", name, self._condition, self._now)
         if settings.recorded:
-            self.ears.company.listens(self._health.publisher, [RECORDER])
-        executor.add_chore(self._health.due)
+            self.subscriptions.endpoints.require_subscribers(self._health.publisher, [RECORDER])
+        executor.add_periodic(self._health.due)
 
     # Before and after the flight, and when it does not go on
 
     def matched(self) -> bool:
-        """Whether everyone this satellite talks to or listens to is there, seen from this side."""
-        return self.ears.company.complete(self.view.lost)
+        """Whether all required endpoints are matched."""
+        return self.subscriptions.endpoints.complete(self.view.lost)
 
-    def say_ready(self) -> None:
-        """Tell the plant that this satellite can fly, and from which checkpoint it would go on."""
+    def publish_ready(self) -> None:
+        """Publish that this satellite is ready, and the checkpoint from which it would continue."""
         self._ready_at = min(self._ready_at, time.monotonic())
-        self.voice.say_ready(self.step, self.memory.step)
+        self.publishers.publish_ready(self.step, self.memory.step)
 
-    def see_off(self) -> None:
-        """Stay until what was said last has arrived, for a bounded time: it would be lost with this node.
+    def wait_for_acknowledgement(self) -> None:
+        """Wait until the last messages are acknowledged, for a bounded time.
 
         In lockstep a flight is finished when the plant has every command and the recorder has every step,
-        so that only changes may still be on their way.
+        so that only parameter changes can be unacknowledged.
         """
         ended = self.view.ended
         finished = ended is not None and ended.phase == FormationStatus.FINISHED and not self.clocked
-        self.voice.see_off(only_changes=finished)
+        self.publishers.wait_for_acknowledgement(only_changes=finished)
 
-    def say_how_it_went(self) -> None:
-        """Tell whoever started the process what this satellite did."""
-        self.report.say(
+    def report_result(self) -> None:
+        """Send figures of this satellite to the supervisor."""
+        self.report.send(
             "satellite",
             node=self.name,
             step=self.step,
             busy=self.busy_seconds,
-            refused=self.refusals.total,
+            refused=self.rejections.total,
             skipped=self._skipped,
             processor=processor_seconds(),
             checkpoint_failures=self.memory.failures,
             checkpoint_problem=self.memory.problem,
-            **self.hearsay.ages.data(),
+            **self.neighbour_messages.ages.data(),
         )
 
-    def say_again(self) -> None:
-        """Repeat what was said last: the flight does not go on, and somebody may not have heard it."""
+    def retransmit(self) -> None:
+        """Retransmit the last messages: the step does not continue, and one of them may have been lost."""
         if self.view.ended is None and self.flying:
-            self.voice.say_again()
+            self.publishers.retransmit()
 
-    def command_nothing(self) -> None:
-        """Turn the thrusters off, as far as anyone hears it: the plant is no longer there."""
+    def command_zero(self) -> None:
+        """Publish a command of zero: the plant is lost."""
         if self.flying:
-            self.voice.command_nothing(self.step)
+            self.publishers.command_zero(self.step)
 
     def _now(self) -> tuple[int, int]:
         """Simulated time, as a stamp."""
@@ -198,11 +198,11 @@ class SatelliteNode:
         """How the flight software is."""
         formation = self.view.formation
         silent = {
-            self._names[place]: self.step - formation.lost_at.get(place, self.step)
-            for place in self.hearsay.neighbours
-            if not formation.alive[place]
+            self._names[index]: self.step - formation.lost_at.get(index, self.step)
+            for index in self.neighbour_messages.neighbours
+            if not formation.alive[index]
         }
-        condition = self._course.condition(self.step, silent)
+        condition = self._progress.condition(self.step, silent)
         if self.memory.problem and condition.level == Level.OK:
             condition = replace(condition, level=Level.WARN, message=self.memory.problem)
         return condition
@@ -210,26 +210,26 @@ class SatelliteNode:
     # Who takes part
 
     def _on_status(self, data: bytes, _name: str) -> None:
-        status = decoded(data, FormationStatus, topics.STATUS, self.refusals)
+        status = decoded(data, FormationStatus, topics.STATUS, self.rejections)
         if status is None:
             return
         self.pulse += 1
         before = self.view.formation.number
         if not self.view.take(status):
-            self.refusals.note(topics.STATUS, "not about this formation")
+            self.rejections.add(topics.STATUS, "not about this formation")
             return
         formation = self.view.formation
         if formation.number == before:
             return
         self._dissolve_batch()
-        self.ears.vacate(np.flatnonzero(~formation.alive).tolist())
+        self.subscriptions.allow_replacement(np.flatnonzero(~formation.alive).tolist())
         if not formation.alive[self.index]:
-            self._fall()
-        self._meet_new_neighbours()
+            self._on_own_loss()
+        self._add_new_neighbours()
         self.act_if_complete()
 
     def join(self, step: int) -> bool:
-        """Begin to fly with the first state, or come back when the plant says so."""
+        """Take part from a step on: from the first state, or after a rejoin that the plant has published."""
         returned = self.view.returns.get(self.index)
         if returned is None:
             # On the wall clock the first states may have been skipped.
@@ -240,13 +240,13 @@ class SatelliteNode:
             if returned[0] != step and not (self.clocked and returned[0] < step):
                 return False
             if returned[1] >= 0:
-                self.memory.restore(self.satellite, self.hearsay.neighbours)
+                self.memory.restore(self.satellite, self.neighbour_messages.neighbours)
             self.satellite.join(step)
         self.flying = True
         self.step = step
         if returned is None or self.view.formation.lost_at.get(self.index) != step:
-            # What it had announced for this step before it was lost in it stands.
-            self.voice.announce(step, self.voice.words(self.satellite.announce(), step))
+            # If it was lost in this step, the message that it had published before stays.
+            self.publishers.publish_next(step, self.publishers.words(self.satellite.announce(), step))
         return True
 
     def _takes_part_from_the_start(self, step: int) -> bool:
@@ -257,75 +257,75 @@ class SatelliteNode:
         """
         since = time.monotonic() - self._ready_at
         flown = step * self.plan.timing.step / self._settings.rate
-        return self._foreign is None and bool(self.view.formation.alive[self.index]) and flown <= since
+        return self._duplicate is None and bool(self.view.formation.alive[self.index]) and flown <= since
 
-    def _fall(self) -> None:
-        """The plant counts this satellite as lost."""
+    def _on_own_loss(self) -> None:
+        """React to the loss of this satellite: end the process, or reset it if it shares one."""
         step = self.view.formation.step
         is_planned = is_lost_at(self._planned, self.index, step)
         if self.flying and is_planned and self._settings.single:
-            self.see_off()
-            self.report.say("killed", node=self.name, step=self.step)
+            self.wait_for_acknowledgement()
+            self.report.send("killed", node=self.name, step=self.step)
             os.kill(os.getpid(), signal.SIGKILL)
         if self.flying and not is_planned:
             sentence = f"the plant counts {self.name} as lost since step {step}"
             raise NodeError(f"{sentence}; it ends, so that it can be started anew", EXIT_LOST)
         first = not self.flying
         self.flying = False
-        self.hearsay.by_step.clear()
-        self.voice.forget()
+        self.neighbour_messages.by_step.clear()
+        self.publishers.forget()
         self._state = self._attitude = None
         if not first:
             # Satellites of a group share its process, which flies on.
             self.satellite = self._new_software()
-            self.hearsay.start_afresh()
-            self._parameters.start_afresh()
+            self.neighbour_messages.reset()
+            self._parameters.reset()
             self.memory.load()
             if rejoins_after(self._planned, self.index, step):
-                self.say_ready()
+                self.publish_ready()
 
-    def _meet_new_neighbours(self) -> None:
-        """Listen to those whom the graph lets this satellite hear now and never did before."""
+    def _add_new_neighbours(self) -> None:
+        """Subscribe to neighbours of which the graph had no edge before."""
         heard = self.view.formation.graph.neighbours(self.index)
-        new = [place for place in heard if place not in self.hearsay.neighbours]
+        new = [index for index in heard if index not in self.neighbour_messages.neighbours]
         if not new:
             return
-        places = self.hearsay.meet(new)
+        places = self.neighbour_messages.add_neighbours(new)
         for neighbour in new:
-            self.ears.listen_to(neighbour)
+            self.subscriptions.add_neighbour(neighbour)
         self.satellite.rearrange(places)
-        self.satellite.find_target(self.hearsay.neighbours)
+        self.satellite.find_target(self.neighbour_messages.neighbours)
 
     def _new_software(self) -> Satellite:
         """Flight software that is as at the start of the flight."""
-        neighbours = self.hearsay.neighbours
+        neighbours = self.neighbour_messages.neighbours
         return Satellite(self.plan.satellite(self.index, neighbours), len(neighbours))
 
     # A step
 
-    def _on_announcement(self, neighbour: int, entry: Entry, data: bytes, _name: str) -> None:
+    def _on_announcement(self, neighbour: int, validator: MessageValidator, data: bytes, _name: str) -> None:
         if self.clocked:
-            said = entry.admit(data, 0, _ANY_STEP)
+            said = validator.validate(data, 0, _ANY_STEP)
             if said is not None:
-                self.hearsay.hear_newest(neighbour, said)
+                self.neighbour_messages.add_newest(neighbour, said)
             return
         last = self.step + 1 if self.flying else _ANY_STEP
-        said = entry.admit(data, self.step if self.flying else 0, last)
+        said = validator.validate(data, self.step if self.flying else 0, last)
         if said is None:
             return
-        words = self.hearsay.words(said)
+        words = self.neighbour_messages.words(said)
         if self._batch is None:
-            self.hearsay.hear(neighbour, said[2], words)
+            self.neighbour_messages.hear(neighbour, said[2], words)
             self.act_if_complete()
         else:
             self._batch.add_neighbour_message(self._row, neighbour, said[2], words)
 
-    def _on_state(self, entry: Entry, data: bytes, _name: str) -> None:
-        before = entry.repeated
+    def _on_state(self, validator: MessageValidator, data: bytes, _name: str) -> None:
+        before = validator.repeated
         last = self.step if self.flying and not self.clocked else _ANY_STEP
-        numbers = entry.admit(data, self.step, last)
-        # Whatever the plant says is a sign that it is there.
-        self.pulse += numbers is not None or entry.repeated > before
+        numbers = validator.validate(data, self.step, last)
+        # Any message of the plant restarts its timeout.
+        self.pulse += numbers is not None or validator.repeated > before
         if numbers is None:
             return
         self._state = numbers
@@ -334,9 +334,9 @@ class SatelliteNode:
         else:
             self._batch.add_state(self._row, numbers)
 
-    def _on_attitude(self, entry: Entry, data: bytes, _name: str) -> None:
+    def _on_attitude(self, validator: MessageValidator, data: bytes, _name: str) -> None:
         last = self.step if self.flying and not self.clocked else _ANY_STEP
-        numbers = entry.admit(data, self.step, last)
+        numbers = validator.validate(data, self.step, last)
         if numbers is None:
             return
         self._attitude = numbers
@@ -346,7 +346,7 @@ class SatelliteNode:
             self._batch.add_attitude(self._row, numbers)
 
     def act_if_complete(self) -> None:
-        """Act if everything for the step is there."""
+        """Compute the step if all its messages have been received."""
         state = self._state
         if state is None or not self._knows(int(state[3])):
             return
@@ -360,10 +360,10 @@ class SatelliteNode:
         if self.clocked:
             self._act_on_the_clock(step, state)
             return
-        hearsay = self.hearsay
-        heard, speakers = hearsay.by_step.get(step, {}), hearsay.speakers(step)
+        neighbour_messages = self.neighbour_messages
+        heard, speakers = neighbour_messages.by_step.get(step, {}), neighbour_messages.speakers(step)
         if any(speaker not in heard for speaker in speakers):
-            hearsay.add_last_words(step, heard)
+            neighbour_messages.add_final_commands(step, heard)
             if any(speaker not in heard for speaker in speakers):
                 return
         if self.turns and (self._attitude is None or self._attitude[2] != step):
@@ -371,7 +371,7 @@ class SatelliteNode:
         self._act(step, state, heard, speakers)
 
     def _require_lost(self, step: int) -> None:
-        """End where another process flies this satellite: steps are taken, and it counts as flying.
+        """End this process if another one flies this satellite: steps are taken, and it is not lost.
 
         In lockstep the plant takes a step only with the command of each satellite that flies; on the wall
         clock one that does not command is lost after a while.
@@ -383,11 +383,11 @@ class SatelliteNode:
             NodeError: the satellite is not lost.
         """
         if not self.view.formation.alive[self.index] or step == 0:
-            self._foreign = None
+            self._duplicate = None
             return
-        self._foreign = first, since = self._foreign or (step, time.monotonic())
+        self._duplicate = first, since = self._duplicate or (step, time.monotonic())
         silence = 2.0 * self.plan.timing.node_timeout if self.clocked else 0.0
-        if step >= first + _FOREIGN_STEPS and time.monotonic() - since >= silence:
+        if step >= first + _DUPLICATE_STEPS and time.monotonic() - since >= silence:
             raise NodeError(
                 f"{self.name} is not lost: another process flies it, at step {step}; only a lost satellite "
                 "can rejoin",
@@ -395,7 +395,7 @@ class SatelliteNode:
             )
 
     def _act_on_the_clock(self, step: int, state: tuple[Any, ...]) -> None:
-        """Act on a state with what has been heard by now, whether it is of this step or older."""
+        """Compute the step with the newest messages, of this step or older."""
         if self.turns and (self._attitude is None or self._attitude[2] != step):
             return
         if step > self.step:
@@ -403,20 +403,20 @@ class SatelliteNode:
             self._skipped += step - self.step
             self.satellite.join(step, skipped=True)
             self.step = step
-        heard = self.hearsay.newest(step)
+        heard = self.neighbour_messages.newest(step)
         self._act(step, state, heard, list(heard))
 
     def _knows(self, number: int) -> bool:
         """Whether the formation that a state is meant for is known; its status is on its way if not."""
         if number > self.view.formation.number:
-            self.executor.look_soon()
+            self.executor.poll_soon()
             return False
         return True
 
-    def _act(self, step: int, state: tuple[Any, ...], heard: dict[int, Words], speakers: list[int]) -> None:
+    def _act(self, step: int, state: tuple[Any, ...], heard: dict[int, Message], speakers: list[int]) -> None:
         # The processor's time: the wall clock would count those who are let in meanwhile.
         begin = time.thread_time()
-        told = self.hearsay.told(step, heard, speakers)
+        told = self.neighbour_messages.told(step, heard, speakers)
         motion, applied = Motion(np.array(state[4:7]), np.array(state[7:10])), np.array(state[10:13])
         attitude = None
         if self._attitude is not None:
@@ -430,32 +430,32 @@ class SatelliteNode:
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
         self._state = self._attitude = None
-        self.hearsay.forget(step)
+        self.neighbour_messages.forget(step)
         self.step = step + 1
-        voice = self.voice
+        publishers = self.publishers
         if violation is not None or decision is None:
             # The plant ends the flight at this step.
-            voice.report_violation(step, violation or NO_COMMAND)
-            self._tell_changes(step)
+            publishers.report_violation(step, violation or NO_COMMAND)
+            self._publish_changes(step)
             return
-        words = voice.words(self.satellite.announce(), self.step)
-        voice.command(seconds, nanoseconds, step, decision, words)
-        self.memory.keep(self.satellite, self.hearsay.neighbours)
-        voice.announce(step + 1, words)
-        voice.show(seconds, nanoseconds, step, decision)
-        self._tell_changes(step)
+        words = publishers.words(self.satellite.announce(), self.step)
+        publishers.command(seconds, nanoseconds, step, decision, words)
+        self.memory.keep(self.satellite, self.neighbour_messages.neighbours)
+        publishers.publish_next(step + 1, words)
+        publishers.publish_tracking_of(seconds, nanoseconds, step, decision)
+        self._publish_changes(step)
 
-    def _tell_changes(self, step: int) -> None:
+    def _publish_changes(self, step: int) -> None:
         """Publish the parameters that have changed at a step."""
         if self._changes:
-            self.voice.tell_changes(step, self._changes)
+            self.publishers.publish_changes(step, self._changes)
             self._changes.clear()
 
     # In a batch with other satellites of the process
 
     @property
     def adjusted(self) -> bool:
-        """Whether parameters have changed that it has not told of yet, as those given at its start."""
+        """Whether changes of parameters are unpublished, such as those of overrides at the start."""
         return bool(self._changes)
 
     def join_batch(self, batch: StepBatch, row: int) -> None:

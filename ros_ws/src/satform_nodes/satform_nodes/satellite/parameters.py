@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A satellite's ROS parameters: its control laws, orbit and phase, to be changed in flight."""
+"""ROS parameters of a satellite: its control laws, orbit and phase, which can be changed in flight."""
 
 from collections.abc import Callable
 from typing import Any
@@ -35,17 +35,16 @@ class SatelliteParameters:
         to_change: Callable[[], tuple[Satellite, int]],
         changes: list[Change],
     ) -> None:
-        """Declare them as the scenario has them, and use what the node was given at its start instead.
+        """Declare them with the values of the scenario, or with the overrides of the node.
 
-        What is given at the start is a change like any other: it is validated, takes effect at the first
-        step, and is told to others.
+        An override is validated, takes effect at the first step and is published, as any other change.
 
         Args:
             node: of the satellite.
             plan: of the flight's parts.
-            index: place of the satellite.
+            index: of the satellite.
             to_change: gives the flight software that is changed, and the step from which it flies otherwise.
-            changes: to which each change is added, to be told to others.
+            changes: to which each change is added, to be published.
 
         Raises:
             ParameterError: a value that was given at the start cannot be flown.
@@ -63,7 +62,7 @@ class SatelliteParameters:
             self._start[prefix] = known_before_flight(node, prefix, spec)
         self._use_start()
 
-    def start_afresh(self) -> None:
+    def reset(self) -> None:
         """Have the specifications of the scenario in force again, with what was given at the start.
 
         The parameters show them, whatever they were changed to in flight.

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a satellite says: commands, announcements, how it tracks, which gains changed."""
+"""Publishers of a satellite: command, phase or motion, tracking, estimate, changed parameters."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -23,11 +23,11 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Decision
 from satform.numeric.elementwise import Array
-from satform_nodes.runtime.lifecycle import see_off
+from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.transport import qos, topics
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 
@@ -36,35 +36,35 @@ _TRACKING = layout(Tracking, topics.FRAME)
 _ESTIMATE = layout(Estimate, topics.FRAME)
 _NO_TORQUE = (0.0, 0.0, 0.0)
 _NOTHING = (0, 0, *[0.0] * 8)
-"""What a command says of the next announcement when there is none."""
+"""Fields of a command for the next neighbour message if there is none."""
 
 _WITHIN = (0, 0.0)
-"""What a command says of violations of limits when there is none."""
+"""Fields of a command for violations of limits if there is none."""
 
-_FAREWELL = 2.0
-"""How long a satellite stays for the sake of what it said last, s."""
+_ACKNOWLEDGEMENT_TIMEOUT = 2.0
+"""Timeout of the acknowledgements of the last messages, s."""
 
 AROUND_NUMBERS: dict[Announces, tuple[tuple[int, ...], tuple[float, ...]]] = {
     "arc_length": ((), ()),
     "motion": ((0,), (0.0, 0.0, 0.0)),
 }
-"""What an announcement's message holds before its numbers (the formation's) and after them (what was
-applied), by what is announced; only the plant fills these in."""
+"""Fields of a neighbour message before its numbers (the formation version) and after them (the applied
+acceleration), by its kind; only the plant fills these in."""
 
-Spoken = tuple[tuple[int, int], list[float]]
-"""Stamp and numbers of an announcement."""
+StampedMessage = tuple[tuple[int, int], list[float]]
+"""Stamp and numbers of a neighbour message."""
 
 
-class SatelliteVoice:
-    """A satellite's publishers, its words as bytes, and the last of them, to be said again."""
+class SatellitePublishers:
+    """A satellite's publishers, with its last messages for retransmission."""
 
     def __init__(self, node: FormationNode, plan: FormationPlan, index: int, stamps: Stamps) -> None:
-        """Nothing has been said yet.
+        """Nothing has been published yet.
 
         Args:
             node: of the satellite.
             plan: of the flight's parts.
-            index: place of the satellite.
+            index: of the satellite.
             stamps: of its steps.
         """
         self._node = node
@@ -77,7 +77,7 @@ class SatelliteVoice:
         self._last_command = b""
         announces = plan.announces
         self._in_phase = announces == "arc_length"
-        # What an announcement carries between its step and its numbers, and after them.
+        # Fields of a neighbour message between its step and its numbers, and after them.
         self._before_numbers, self._after_numbers = AROUND_NUMBERS[announces]
         self._announcement = layout(topics.TYPES[announces], topics.FRAME)
         table = [*satellite_channels(plan.topics, index), *formation_channels(plan.topics)]
@@ -91,39 +91,48 @@ class SatelliteVoice:
             for kind in (announces, "command", "tracking", "estimate", "parameter_changes", "node_ready")
             if kind in self._channels
         }
-        self._say_announcement = self._publishers[announces]
-        self._say_command = self._publishers["command"]
-        self._say_tracking = self._publishers["tracking"]
-        self._say_estimate = self._publishers.get("estimate")
-        self._say_change = self._publishers["parameter_changes"]
-        self._say_ready = self._publishers["node_ready"]
-        self._spoken = (self._say_command, self._say_announcement, self._say_tracking, self._say_change)
+        self._announcement_publisher = self._publishers[announces]
+        self._command_publisher = self._publishers["command"]
+        self._tracking_publisher = self._publishers["tracking"]
+        self._estimate_publisher = self._publishers.get("estimate")
+        self._change_publisher = self._publishers["parameter_changes"]
+        self._ready_publisher = self._publishers["node_ready"]
+        self._publishers_of_last_messages = (
+            self._command_publisher,
+            self._announcement_publisher,
+            self._tracking_publisher,
+            self._change_publisher,
+        )
 
-    def expect_listeners(self, company: Company, *, recorded: bool) -> None:
-        """Have those waited for that are to hear this satellite.
+    def require_subscribers(self, endpoints: MatchedEndpoints, *, recorded: bool) -> None:
+        """Require the subscribers of this satellite's topics.
 
         Args:
-            company: waits.
-            recorded: whether a recorder hears it too.
+            endpoints: gets them.
+            recorded: whether a recorder subscribes, too.
         """
         for kind, publisher in self._publishers.items():
-            # What has changed is kept for those who come later.
+            # Changes are latched for later subscribers.
             if kind != "parameter_changes":
-                company.listens(publisher, self._channels[kind].subscribers_in(recorded=recorded))
+                endpoints.require_subscribers(
+                    publisher, self._channels[kind].subscribers_in(recorded=recorded)
+                )
 
     # At each step
 
-    def words(self, announcement: NeighbourMessage, step: int) -> Spoken:
-        """Stamp and numbers of what a satellite announces for a step, true or not."""
+    def words(self, announcement: NeighbourMessage, step: int) -> StampedMessage:
+        """Stamp and numbers of the neighbour message for a step; a Byzantine fault may change them."""
         values = self._faults.corrupt(self._index, encode(announcement), step)
         return self._stamps.at_time(float(announcement.time)), values.tolist()
 
-    def command(self, seconds: int, nanoseconds: int, step: int, decision: Decision, words: Spoken) -> None:
-        """Command the thrusters, and say with it what is announced for the next step."""
+    def command(
+        self, seconds: int, nanoseconds: int, step: int, decision: Decision, words: StampedMessage
+    ) -> None:
+        """Publish the command, with a copy of the neighbour message for the next step."""
         stamp, said = words
         torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
         announced = (*said, *[0.0] * 6) if self._in_phase else (0.0, 0.0, *said)
-        self.say_command(
+        self.publish_command(
             _COMMAND.pack(
                 seconds,
                 nanoseconds,
@@ -137,22 +146,22 @@ class SatelliteVoice:
         )
 
     def report_violation(self, step: int, violation: Violation) -> None:
-        """Command nothing for a step, and tell the plant what was not finite or beyond its limit in it."""
-        self.say_command(violation_command(self._stamps.at(step), step, violation))
+        """Publish a zero command with the violation of a limit for a step."""
+        self.publish_command(violation_command(self._stamps.at(step), step, violation))
 
-    def announce(self, step: int, words: Spoken) -> None:
-        """Tell the listeners what they hear for a step."""
+    def publish_next(self, step: int, words: StampedMessage) -> None:
+        """Publish the neighbour message for a step."""
         stamp, said = words
-        self.say_announcement(
+        self.publish_announcement(
             self._announcement.pack(*stamp, step, *self._before_numbers, *said, *self._after_numbers)
         )
 
-    def show(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
-        """Show how well the reference is followed, and what the filter estimates."""
+    def publish_tracking_of(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
+        """Publish reference, tracking error and estimate."""
         reference, motion = decision.reference, decision.motion
         if decision.estimate is not None:
-            self.show_estimate(seconds, nanoseconds, step, numbers_of(decision.estimate).tolist())
-        self._say_tracking.publish(
+            self.publish_estimate(seconds, nanoseconds, step, numbers_of(decision.estimate).tolist())
+        self._tracking_publisher.publish(
             _TRACKING.pack(
                 seconds,
                 nanoseconds,
@@ -166,83 +175,89 @@ class SatelliteVoice:
             )
         )
 
-    def show_estimate(self, seconds: int, nanoseconds: int, step: int, estimate: Sequence[float]) -> None:
-        """Show what the filter estimates, as `numbers_of` has it."""
-        if self._say_estimate is not None:
+    def publish_estimate(self, seconds: int, nanoseconds: int, step: int, estimate: Sequence[float]) -> None:
+        """Publish the estimate, as `numbers_of` has it."""
+        if self._estimate_publisher is not None:
             *encode, rejected = estimate
-            self._say_estimate.publish(_ESTIMATE.pack(seconds, nanoseconds, step, *encode, int(rejected)))
+            self._estimate_publisher.publish(
+                _ESTIMATE.pack(seconds, nanoseconds, step, *encode, int(rejected))
+            )
 
-    def say_command(self, data: bytes) -> None:
-        """Command the thrusters; the message is kept to be said again."""
+    def publish_command(self, data: bytes) -> None:
+        """Publish a command, and store it for retransmission."""
         self._last_command = data
-        self._say_command.publish(data)
+        self._command_publisher.publish(data)
 
-    def say_announcement(self, data: bytes) -> None:
-        """Tell the listeners; the message is kept to be said again."""
+    def publish_announcement(self, data: bytes) -> None:
+        """Publish a neighbour message, and store it for retransmission."""
         self._said.append(data)
-        self._say_announcement.publish(data)
+        self._announcement_publisher.publish(data)
 
-    def say_tracking(self, data: bytes) -> None:
-        """Show how well the reference is followed."""
-        self._say_tracking.publish(data)
+    def publish_tracking(self, data: bytes) -> None:
+        """Publish a tracking message."""
+        self._tracking_publisher.publish(data)
 
     # Now and then
 
-    def say_ready(self, step: int, checkpoint: int) -> None:
-        """Tell the plant that this satellite can fly.
+    def publish_ready(self, step: int, checkpoint: int) -> None:
+        """Publish that this satellite is ready.
 
         Args:
-            step: to which it has come.
-            checkpoint: step of the checkpoint from which it would go on; -1 for none.
+            step: its present step.
+            checkpoint: step of the checkpoint from which it would continue; -1 for none.
         """
         name = self._node.get_fully_qualified_name()
         ready = NodeReady(node=name, step=step, checkpoint=checkpoint)
         ready.header.stamp.sec, ready.header.stamp.nanosec = self._stamps.at(step)
         ready.header.frame_id = topics.FRAME
-        self._say_ready.publish(ready)
+        self._ready_publisher.publish(ready)
 
-    def tell_changes(self, step: int, changes: Sequence[tuple[str, list[float]]]) -> None:
-        """Say which parameters have changed at a step."""
+    def publish_changes(self, step: int, changes: Sequence[tuple[str, list[float]]]) -> None:
+        """Publish the parameters that have changed at a step."""
         seconds, nanoseconds = self._stamps.at(step)
         for name, value in changes:
             change = ParameterChange(step=step, name=name, value=value)
             change.header.stamp.sec, change.header.stamp.nanosec = seconds, nanoseconds
             change.header.frame_id = topics.FRAME
-            self._say_change.publish(change)
+            self._change_publisher.publish(change)
 
-    def say_again(self) -> None:
-        """Repeat what was said last."""
+    def retransmit(self) -> None:
+        """Publish the last messages again."""
         if self._last_command:
-            self._say_command.publish(self._last_command)
+            self._command_publisher.publish(self._last_command)
         for said in self._said:
-            self._say_announcement.publish(said)
+            self._announcement_publisher.publish(said)
 
     def forget(self) -> None:
-        """Have nothing to repeat."""
+        """Discard the stored messages."""
         self._said.clear()
         self._last_command = b""
 
-    def command_nothing(self, step: int) -> None:
-        """Turn the thrusters off, as far as anyone hears it."""
+    def command_zero(self, step: int) -> None:
+        """Publish a command of zero."""
         nothing = (*[0.0] * 6, *_NOTHING, *_WITHIN)
-        self._say_command.publish(_COMMAND.pack(*self._stamps.at(step), step, *nothing))
+        self._command_publisher.publish(_COMMAND.pack(*self._stamps.at(step), step, *nothing))
 
-    def see_off(self, *, only_changes: bool) -> None:
-        """Stay until what was said last has arrived, for a bounded time: it would be lost with this node.
+    def wait_for_acknowledgement(self, *, only_changes: bool) -> None:
+        """Wait until the last messages are acknowledged, for a bounded time.
 
         Args:
-            only_changes: whether nothing but changes can still be on its way.
+            only_changes: whether only changes can be unacknowledged.
         """
-        see_off((self._say_change,) if only_changes else self._spoken, self._heard_out, _FAREWELL)
+        wait_for_acknowledgement(
+            (self._change_publisher,) if only_changes else self._publishers_of_last_messages,
+            self._heard_out,
+            _ACKNOWLEDGEMENT_TIMEOUT,
+        )
 
     def _heard_out(self) -> bool:
-        """Whether the plant or the recorder still listens to this satellite."""
-        others = self._node.get_subscriptions_info_by_topic(self._say_command.topic_name)
+        """Whether the plant or the recorder still subscribes to this satellite."""
+        others = self._node.get_subscriptions_info_by_topic(self._command_publisher.topic_name)
         return bool({PLANT, RECORDER} & {local_name(other, self._node.get_namespace()) for other in others})
 
 
 def violation_command(stamp: tuple[int, int], step: int, violation: Violation) -> bytes:
-    """A command message that commands nothing and tells of a violation.
+    """A command message of zero with a violation.
 
     Args:
         stamp: of the step, seconds and nanoseconds.

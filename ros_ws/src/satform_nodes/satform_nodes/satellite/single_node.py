@@ -9,15 +9,15 @@ from multiprocessing.connection import Connection
 from satform_nodes.runtime.lifecycle import plan_of, run
 from satform_nodes.runtime.parameters import FormationNode, declare_start
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.runtime.supervisor_pipe import Report
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.flight_loop import fly_all
 from satform_nodes.satellite.node import SatelliteNode, Settings
 from satform_nodes.satellite.parameters import declare_settings
 from satform_nodes.transport.executor import StepExecutor
 
 
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: Report) -> int:
-    """Find the others, fly until the plant says that the flight has ended, and go."""
+def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
+    """Make the node of the satellite, and fly until the flight has ended."""
     recorded, checkpoints, rate = declare_settings(node)
     name = declare_start(node, "satellite")
     plan = plan_of(node)
@@ -27,7 +27,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
 
 def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
     """Fly one satellite; entry point of the executable `satellite_node`."""
-    return run("satellite", fly, arguments, Report(pipe))
+    return run("satellite", fly, arguments, SupervisorPipe(pipe))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whom a satellite hears: the plant, and those whom the graph lets it hear at some time."""
+"""Subscriptions of a satellite: state and attitude from the plant, status, messages of its in-neighbours."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ from satform.communication.topic_graph import PLANT, satellite_channels, subscri
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.transport import qos, topics
-from satform_nodes.transport.authorised_publishers import Speakers
+from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import Company
+from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
-from satform_nodes.transport.message_validator import Entry, Refusals
+from satform_nodes.transport.message_validator import MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 
 _STATE = layout(RelativeState, topics.FRAME)
@@ -25,28 +25,28 @@ _ATTITUDE = layout(Attitude, topics.FRAME)
 
 
 @dataclass(frozen=True)
-class Hearer:
-    """Who takes in what arrives; called by the executor itself, since every call in between costs time.
+class MessageHandlers:
+    """Callbacks of a satellite's subscriptions; the executor calls them directly, since each call costs time.
 
     Attributes:
-        state: takes the entry, the message and its speaker's name.
+        state: takes the validator, the message and its publisher's name.
         attitude: likewise.
-        announcement: takes the neighbour's place, the entry, the message and its speaker's name.
-        status: takes the message and its speaker's name.
+        announcement: takes the neighbour's index, the validator, the message and its publisher's name.
+        status: takes the message and its publisher's name.
     """
 
-    state: Callable[[Entry, bytes, str], None]
-    attitude: Callable[[Entry, bytes, str], None]
-    announcement: Callable[[int, Entry, bytes, str], None]
+    state: Callable[[MessageValidator, bytes, str], None]
+    attitude: Callable[[MessageValidator, bytes, str], None]
+    announcement: Callable[[int, MessageValidator, bytes, str], None]
     status: Callable[[bytes, str], None]
 
 
-class SatelliteEars:
-    """A satellite's subscriptions, who is believed on them, and who is waited for.
+class SatelliteSubscriptions:
+    """A satellite's subscriptions, their authorised publishers, and the required endpoints.
 
     Attributes:
-        company: who is waited for.
-        subscriptions: by kind for what the plant says, and by the neighbour's place for what it announces.
+        endpoints: the required endpoints.
+        subscriptions: by kind for topics of the plant, and by the neighbour's index for its messages.
     """
 
     def __init__(
@@ -55,63 +55,67 @@ class SatelliteEars:
         executor: StepExecutor,
         plan: FormationPlan,
         index: int,
-        refusals: Refusals,
-        hearer: Hearer,
+        rejections: RejectionCounter,
+        handlers: MessageHandlers,
         *,
         clocked: bool,
     ) -> None:
-        """Nobody has been heard yet.
+        """Nothing has been received yet.
 
         Args:
             node: of the satellite.
             executor: hands out the messages.
             plan: of the flight's parts.
-            index: place of the satellite.
-            refusals: where messages that are not believed are counted.
-            hearer: takes in the messages.
+            index: of the satellite.
+            rejections: counts rejected messages.
+            handlers: callbacks of the messages.
             clocked: whether the flight goes by the wall clock.
         """
-        self.company = Company(node)
+        self.endpoints = MatchedEndpoints(node)
         self._node = node
         self._executor = executor
-        self._refusals = refusals
-        self._hearer = hearer
+        self._rejections = rejections
+        self._hearer = handlers
         self._profile = qos.REALTIME if clocked else qos.LOCKSTEP_READER
         self._names = list(plan.names)
         self._announces = plan.announces
         self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self.subscriptions: dict[str | int, Any] = {}
-        self._speakers: dict[int, Speakers] = {}
+        self._authorised: dict[int, AuthorisedPublishers] = {}
         own = plan.topics.satellites[index]
         for channel in subscribed_by(own.name, satellite_channels(plan.topics, index)):
             if channel.kind == "state":
-                entry = Entry(channel.topic, _STATE, refusals, self._stamps, exact=False)
-                self._hear(RelativeState, channel.topic, partial(hearer.state, entry), PLANT, "state")
+                validator = MessageValidator(channel.topic, _STATE, rejections, self._stamps, exact=False)
+                self._subscribe(
+                    RelativeState, channel.topic, partial(handlers.state, validator), PLANT, "state"
+                )
             else:
-                entry = Entry(channel.topic, _ATTITUDE, refusals, self._stamps)
-                self._hear(Attitude, channel.topic, partial(hearer.attitude, entry), PLANT, "attitude")
+                validator = MessageValidator(channel.topic, _ATTITUDE, rejections, self._stamps)
+                self._subscribe(
+                    Attitude, channel.topic, partial(handlers.attitude, validator), PLANT, "attitude"
+                )
         for neighbour in plan.membership.possible_graph.neighbours(index):
-            self.listen_to(neighbour)
-        # Made last: whoever sees this subscription has seen all others of this satellite.
-        self._hear(FormationStatus, topics.STATUS, hearer.status, PLANT, "status", qos.LATCHED_READER)
+            self.add_neighbour(neighbour)
+        # Created last: a node that has matched this subscription has matched all others of this satellite.
+        self._subscribe(FormationStatus, topics.STATUS, handlers.status, PLANT, "status", qos.LATCHED_READER)
 
-    def listen_to(self, neighbour: int) -> None:
-        """Hear what a neighbour announces from now on."""
+    def add_neighbour(self, neighbour: int) -> None:
+        """Subscribe to the messages of a neighbour."""
         speaker = self._names[neighbour]
         topic = topic_name(self._announces, speaker)
-        entry = Entry(topic, self._announcement, self._refusals, self._stamps, exact=False)
-        callback = partial(self._hearer.announcement, neighbour, entry)
+        validator = MessageValidator(topic, self._announcement, self._rejections, self._stamps, exact=False)
+        callback = partial(self._hearer.announcement, neighbour, validator)
         kind = topics.TYPES[self._announces]
-        self._speakers[neighbour] = self._hear(kind, topic, callback, speaker, neighbour)
+        self._authorised[neighbour] = self._subscribe(kind, topic, callback, speaker, neighbour)
 
-    def vacate(self, lost: Collection[int]) -> None:
-        """Believe those who are started in place of lost neighbours."""
-        for place, speakers in self._speakers.items():
-            if place in lost:
-                speakers.vacate(self._names[place])
+    def allow_replacement(self, lost: Collection[int]) -> None:
+        """Accept restarted processes of lost neighbours as publishers."""
+        for index, authorised in self._authorised.items():
+            if index in lost:
+                authorised.allow_replacement(self._names[index])
 
-    def _hear(
+    def _subscribe(
         self,
         kind: Any,
         topic: str,
@@ -119,11 +123,11 @@ class SatelliteEars:
         speaker: str,
         what: str | int,
         profile: Any = None,
-    ) -> Speakers:
-        speakers = Speakers(self._node, topic, [speaker], self._refusals)
+    ) -> AuthorisedPublishers:
+        authorised = AuthorisedPublishers(self._node, topic, [speaker], self._rejections)
         subscription = self._executor.subscribe(
-            self._node, kind, topic, callback, profile or self._profile, speakers
+            self._node, kind, topic, callback, profile or self._profile, authorised
         )
         self.subscriptions[what] = subscription
-        self.company.is_used_by_neighbours(subscription, speakers)
-        return speakers
+        self.endpoints.is_used_by_neighbours(subscription, authorised)
+        return authorised

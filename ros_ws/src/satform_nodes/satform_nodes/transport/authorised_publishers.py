@@ -1,10 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who is believed on a topic: the one writer of the node that has to speak there, and nobody else.
+"""Authorised publishers of a topic: messages of all other DDS writers are rejected.
 
-A node's name is what it says of itself, so the first writer with the right name is the one, and another
-one with the same name is believed only after the satellite has been lost, when it may have been started
-again. Names are looked up once for each writer.
+Any process can give its node any name. So the first writer with an authorised name is accepted, and a second
+one with the same name only after the satellite has been lost and may have been restarted: a restarted node
+must not be confused with its predecessor. Names are looked up once for each writer.
 """
 
 import time
@@ -17,134 +17,134 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from satform.communication.topic_graph import relative
-from satform_nodes.transport.message_validator import Refusals
+from satform_nodes.transport.message_validator import RejectionCounter
 from satform_nodes.transport.node_names import UNKNOWN_NODE, local_name
 
 UNDECIDED = ""
-"""In place of a name: discovery has not yet told whose writer it is."""
+"""In place of a name: discovery has not announced the writer's node yet."""
 
-_LOOK = 0.02
+_LOOK_UP_PERIOD = 0.02
 """Wall-clock time between two look-ups of a writer whose node is not known yet, s."""
 
-_ANONYMOUS = 10.0
-"""Wall-clock time within which every ROS node has told its name, s."""
+_NAME_TIMEOUT = 10.0
+"""Wall-clock time within which the name of every ROS node is discovered, s."""
 
-_MOST_STRANGERS = 10_000
-"""Writers that are remembered as not believed."""
+_MAX_REJECTED = 10_000
+"""Largest number of rejected writers that are remembered."""
 
 
-class Speakers:
-    """The writers of one topic that are believed."""
+class AuthorisedPublishers:
+    """The authorised DDS writers of one topic."""
 
-    def __init__(self, node: Node, topic: str, names: Collection[str], refusals: Refusals) -> None:
-        """Nobody has spoken yet.
+    def __init__(self, node: Node, topic: str, names: Collection[str], rejections: RejectionCounter) -> None:
+        """No writer is known yet.
 
         Args:
-            node: that listens.
+            node: that subscribes.
             topic: its name in the root namespace.
-            names: of the nodes that have to speak there, each with one writer.
-            refusals: where messages of others are counted.
+            names: of the authorised nodes, each with one writer.
+            rejections: counts the messages of all others.
         """
         self._node = node
         self._topic = topic
-        self._refusals = refusals
+        self._rejections = rejections
         self._expected = frozenset(names)
-        # How many new writers of each name are believed still: one, and one more for each loss.
-        self._vacancies = Counter(names)
+        # How many new writers of each name are accepted still: one, and one more for each loss.
+        self._open_slots = Counter(names)
         self._name_of: dict[bytes, str] = {}
-        self._strangers: dict[bytes, str] = {}
+        self._rejected_writers: dict[bytes, str] = {}
         self._next_look = 0.0
-        self._met: dict[bytes, float] = {}
-        self._introduced: dict[bytes, str] = {}
+        self._first_seen: dict[bytes, float] = {}
+        self._noted: dict[bytes, str] = {}
 
     @property
     def expected(self) -> frozenset[str]:
-        """Names of the nodes that have to speak there."""
+        """Names of the authorised nodes."""
         return self._expected
 
-    def introduce(self, endpoints: Iterable[Any]) -> None:
-        """Take note of whose writers these are, which need not be looked up any more.
+    def note_endpoints(self, endpoints: Iterable[Any]) -> None:
+        """Register discovered endpoints, so that their nodes need no look-up later.
 
         Args:
-            endpoints: of the topic, as rclpy tells of publishers.
+            endpoints: of the topic, as rclpy returns them for publishers.
         """
         there = {
             bytes(other.endpoint_gid): self._name(other)
             for other in endpoints
             if self._name(other) in self._expected
         }
-        known = self._name_of.keys() | self._strangers.keys()
-        self._introduced = {writer: name for writer, name in there.items() if writer not in known}
+        known = self._name_of.keys() | self._rejected_writers.keys()
+        self._noted = {writer: name for writer, name in there.items() if writer not in known}
 
-    def vacate(self, name: str) -> None:
-        """A node has been lost: one that is started in its place is believed, too."""
+    def allow_replacement(self, name: str) -> None:
+        """Accept one more writer of a node that has been lost, since it may be restarted."""
         if name in self._expected:
-            self._vacancies[name] += 1
-            self._strangers.clear()
+            self._open_slots[name] += 1
+            self._rejected_writers.clear()
 
     def who(self, writer: bytes) -> str | None:
-        """Name of the node that a message is believed to be from.
+        """Name of the authorised node that a message is from.
 
         Args:
             writer: identifier of the message's writer.
 
         Returns:
-            The name; `UNDECIDED` when it may become known soon; None when the message is refused, which
-            has been counted then.
+            The name; `UNDECIDED` if it may become known soon; None if the message is rejected, which has
+            been counted then.
         """
         name = self._name_of.get(writer)
         if name is not None:
             return name
-        reason = self._strangers.get(writer)
+        reason = self._rejected_writers.get(writer)
         if reason is None:
             name = self._look_up(writer)
             if name == UNDECIDED:
                 return UNDECIDED
-            reason = self._meet(writer, name)
+            reason = self._decide(writer, name)
             if reason is None:
                 return name
-        self._refusals.note(self._topic, reason)
+        self._rejections.add(self._topic, reason)
         return None
 
     def writers(self, name: str) -> set[bytes]:
-        """Identifiers of all writers that a node of this name has here at present, believed or not."""
+        """Identifiers of all writers that a node of this name has here at present, authorised or not."""
         return {bytes(other.endpoint_gid) for other in self._endpoints() if self._name(other) == name}
 
-    def _meet(self, writer: bytes, name: str) -> str | None:
-        """Believe a new writer from now on, or remember why not."""
-        if self._vacancies[name] > 0:
-            self._vacancies[name] -= 1
+    def _decide(self, writer: bytes, name: str) -> str | None:
+        """Accept a new writer from now on, or remember why it is rejected."""
+        if self._open_slots[name] > 0:
+            self._open_slots[name] -= 1
             for before in [known for known, own in self._name_of.items() if own == name]:
                 del self._name_of[before]
-                self._strangers[before] = f"{name} has been started anew"
+                self._rejected_writers[before] = f"{name} has been restarted"
             self._name_of[writer] = name
             return None
-        reason = f"a second writer of {name}" if name in self._expected else f"not for {name} to say"
-        if len(self._strangers) >= _MOST_STRANGERS:
-            self._strangers.clear()
-        self._strangers[writer] = reason
+        reason = f"a second writer of {name}" if name in self._expected else f"{name} is not authorised"
+        if len(self._rejected_writers) >= _MAX_REJECTED:
+            self._rejected_writers.clear()
+        self._rejected_writers[writer] = reason
         return reason
 
     def _look_up(self, writer: bytes) -> str:
-        introduced = self._introduced.pop(writer, None)
+        introduced = self._noted.pop(writer, None)
         if introduced is not None:
-            self._met.pop(writer, None)
+            self._first_seen.pop(writer, None)
             return introduced
         now = time.monotonic()
         if now < self._next_look:
             return UNDECIDED
-        if now - self._met.setdefault(writer, now) > _ANONYMOUS:
-            del self._met[writer]
-            return "a nameless node"
+        if now - self._first_seen.setdefault(writer, now) > _NAME_TIMEOUT:
+            del self._first_seen[writer]
+            return "a node without a name"
         endpoints = self._endpoints()
-        # On a topic where everyone speaks the list is long, and is not to be asked for by each.
-        self.introduce(endpoints)
-        self._introduced.pop(writer, None)
+        # On a topic with many publishers the list is long, and should not be queried for each of them.
+        self.note_endpoints(endpoints)
+        self._noted.pop(writer, None)
         for other in endpoints:
             if bytes(other.endpoint_gid) == writer and other.node_name != UNKNOWN_NODE:
-                self._met.pop(writer, None)
+                self._first_seen.pop(writer, None)
                 return self._name(other)
-        self._next_look = now + _LOOK
+        self._next_look = now + _LOOK_UP_PERIOD
         return UNDECIDED
 
     def _endpoints(self) -> list[Any]:
@@ -158,10 +158,10 @@ class Speakers:
         return local_name(endpoint, self._namespace)
 
 
-def decoded(data: bytes, kind: Any, topic: str, refusals: Refusals) -> Any:
-    """A message of varying size from its bytes; None, and counted, when they are no such message."""
+def decoded(data: bytes, kind: Any, topic: str, rejections: RejectionCounter) -> Any:
+    """Deserialise a message of varying size; None, and counted as rejected, if that fails."""
     try:
         return deserialize_message(data, kind)
     except (RuntimeError, ValueError, MemoryError):
-        refusals.note(topic, "another form")
+        rejections.add(topic, "another form")
         return None

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether everyone a node talks to is there, by name, seen from this node's side."""
+"""Discovery barrier: whether the endpoints of all required nodes are matched, by node name."""
 
 from collections import Counter
 from collections.abc import Collection
@@ -8,51 +8,51 @@ from typing import Any
 
 from rclpy.node import Node
 
-from satform_nodes.transport.authorised_publishers import Speakers
+from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.node_names import local_name
 
 
-class Company:
-    """The nodes at the other ends of a node's topics.
+class MatchedEndpoints:
+    """The matched endpoints of a node's topics, by the names of the nodes that have them.
 
-    A count of endpoints would not do: someone looking in with `ros2 topic echo` would stand in for a
-    satellite that is not there yet, and the first message to it would be lost.
+    A count of endpoints is not enough: an observer such as `ros2 topic echo` would be counted in place of a
+    satellite that is not matched yet, and the first message to that satellite would be lost.
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._missing: list[tuple[Any, Speakers | None, set[str]]] = []
+        self._missing: list[tuple[Any, AuthorisedPublishers | None, set[str]]] = []
 
     def is_used_by_neighbours(
-        self, subscription: Any, speakers: Speakers, names: Collection[str] | None = None
+        self, subscription: Any, authorised: AuthorisedPublishers, names: Collection[str] | None = None
     ) -> None:
-        """Expect nodes to publish on the subscription's topic.
+        """Require that nodes publish on a subscription's topic.
 
         Args:
             subscription: of the node.
-            speakers: who is believed there; they are told whose the writers are that have been found.
-            names: of those who are expected; all who are believed when left out.
+            authorised: the authorised publishers there; matched endpoints are registered with them.
+            names: of the required nodes; all authorised ones by default.
         """
-        self._missing.append((subscription, speakers, set(speakers.expected if names is None else names)))
+        self._missing.append((subscription, authorised, set(authorised.expected if names is None else names)))
 
-    def listens(self, publisher: Any, names: Collection[str]) -> None:
-        """Expect these nodes to subscribe to the publisher's topic."""
+    def require_subscribers(self, publisher: Any, names: Collection[str]) -> None:
+        """Require that these nodes subscribe to a publisher's topic."""
         self._missing.append((publisher, None, set(names)))
 
     def complete(self, lost: Collection[str] = ()) -> bool:
-        """Whether all of them are there; endpoints once found are not looked for again.
+        """Whether all required endpoints are matched; those once matched are not checked again.
 
         Args:
-            lost: nodes that are not to be waited for at present.
+            lost: names of nodes that are not waited for at present.
         """
         gone = set(lost)
-        missing = [(end, speakers, names - gone) for end, speakers, names in self._missing]
+        missing = [(end, authorised, names - gone) for end, authorised, names in self._missing]
         self._missing = [entry for entry in missing if not self._there(*entry)]
         return not self._missing
 
-    def _there(self, endpoint: Any, speakers: Speakers | None, names: set[str]) -> bool:
+    def _there(self, endpoint: Any, authorised: AuthorisedPublishers | None, names: set[str]) -> bool:
         namespace = self._node.get_namespace()
-        if speakers is None:
+        if authorised is None:
             if endpoint.get_subscription_count() < len(names):
                 return False
             listening = self._node.get_subscriptions_info_by_topic(endpoint.topic_name)
@@ -61,8 +61,8 @@ class Company:
             return False
         speaking = self._node.get_publishers_info_by_topic(endpoint.topic_name)
         found = Counter(local_name(other, namespace) for other in speaking)
-        # Two writers with one name cannot be told apart before either has spoken.
+        # Two writers of one node name cannot be told apart before either has published.
         if any(found[name] != 1 for name in names):
             return False
-        speakers.introduce(speaking)
+        authorised.note_endpoints(speaking)
         return True

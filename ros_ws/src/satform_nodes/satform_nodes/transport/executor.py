@@ -1,12 +1,12 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""An executor for nodes that live from a few small messages at every step.
+"""Executor with a fast path for the subscriptions of which a step needs a message.
 
-The stock executor gathers all entities, builds a wait set and makes a task for every message, which
-costs several times what DDS itself does. Here the hot subscriptions stand in a wait set that is built
-once, and their messages go straight to their callbacks, in the thread that waits; where a step awaits very
-many, in a wait set of the one that is awaited. Another one, looked at now and then, holds all else
-(parameter services, latched topics); what is ready there is handed to the parent class.
+The executor of rclpy collects all entities, builds a wait set and makes a task for every message, which costs
+several times as much as DDS itself. Here the vital ("hot") subscriptions are in a wait set that is built
+once, and their messages go to their callbacks in the waiting thread; if a step needs very many messages, the
+wait set has only the next awaited subscription. All other entities (parameter services, latched topics) are
+polled in the background in a wait set of their own, and are executed by the parent class.
 """
 
 import os
@@ -24,47 +24,47 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
 from satform.communication.topic_graph import relative
-from satform_nodes.transport.authorised_publishers import Speakers
-from satform_nodes.transport.filtered_subscription import Ear
+from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
+from satform_nodes.transport.filtered_subscription import FilteredSubscription
 from satform_nodes.transport.node_error import NodeError
-from satform_nodes.transport.serialized_take import Taker
+from satform_nodes.transport.serialized_take import SerializedTaker
 from satform_nodes.transport.trace import AnyTrace, trace_from_environment
 
 HOUSEKEEPING_PERIOD = 1.0
-"""Wall-clock time between two looks at what no wait set holds, such as timers and events, s."""
+"""Wall-clock time between two polls of what is in no wait set, such as timers and events, s."""
 
 HOUSEKEEPING_AT_LEISURE = 20.0
-"""Times its own length that passes between the beginnings of two such looks at least."""
+"""Time between two such polls at least, in multiples of the duration of one."""
 
 LONGEST_HOUSEKEEPING_PERIOD = 30.0
-"""Wall-clock time that passes between them at most, however long one took, s."""
+"""Wall-clock time between two such polls at most, s."""
 
 LONGEST_WAIT = 0.02
-"""Wall-clock time after which a wait is broken off to look at the condition and at all else, s."""
+"""Wall-clock time after which a wait ends, so that the condition is checked and the background polled, s."""
 
 LONGEST_PUT_OFF = 0.1
-"""Wall-clock time by which such a look is put off at most for the sake of a moment, s."""
+"""Wall-clock time by which a background poll is delayed at most if a deadline is near, s."""
 
-COLD_LOOK = 0.001
-"""Wall-clock time that a look at what is not hot is granted where a moment has to be met, s."""
+BACKGROUND_POLL_TIME = 0.001
+"""Wall-clock time allowed for a background poll before a deadline, s."""
 
-LEISURE = 0.005
-"""Wall-clock time that a node which nobody waits for lets messages gather, s."""
+POLLING_PERIOD = 0.005
+"""Wall-clock time between two polls of a node that no other node waits for, s."""
 
-PATIENCE_OF_A_STEP = 0.1
-"""Wall-clock time without progress after which a node says once more what it said last, s."""
+RETRANSMIT_DELAY = 0.1
+"""Wall-clock time without progress after which a node retransmits its last messages, s."""
 
-ABSENCE = 0.25
-"""Wall-clock time of one round from which on this process was not running, rather than waiting, s."""
+SUSPENSION = 0.25
+"""Wall-clock time of one iteration from which on this process counts as having been suspended, s."""
 
 LONGEST_IDLE = 1.0
-"""Longest wall-clock time between two such repetitions, s."""
+"""Longest wall-clock time between two retransmissions, s."""
 
-MANY = 64
-"""Awaited messages of a step from which on it pays to wait for one after another."""
+MANY_SUBSCRIPTIONS = 64
+"""Number of messages of a step from which on subscriptions are waited for one after another."""
 
 STOCK = "SATFORM_STOCK_EXECUTOR"
-"""Environment variable: when set, all is left to the parent class, to measure what this one gains."""
+"""Environment variable: if set, the parent class does everything, to measure the gain of this one."""
 
 _NANOSECONDS = 1_000_000_000
 
@@ -90,12 +90,12 @@ class StepExecutor(SingleThreadedExecutor):
         self.trace: AnyTrace = trace_from_environment()
         self._stock = STOCK in os.environ
         self._handed_out = 0
-        self._taker = Taker()
+        self._taker = SerializedTaker()
         self._names: list[str] = []
-        self._hot: list[Ear] = []
-        self._overheard: list[Ear] = []
-        self._ears: dict[int, Ear] = {}
-        self._chores: list[Callable[[], None]] = []
+        self._hot: list[FilteredSubscription] = []
+        self._background: list[FilteredSubscription] = []
+        self._filtered: dict[int, FilteredSubscription] = {}
+        self._periodic: list[Callable[[], None]] = []
         self._cold: list[Any] = []
         self._services: list[Any] = []
         self._hot_wait_set: Any = None
@@ -103,13 +103,13 @@ class StepExecutor(SingleThreadedExecutor):
         self._single_wait_set: Any = None
         self._cold_wait_set: Any = None
         self._next_housekeeping = 0.0
-        self._next_cold_look = 0.0
+        self._next_background_poll = 0.0
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait for a callback and run it, as the parent class does; what it raises does not end the node.
+        """Wait for a callback and run it, as the parent class does; an exception in it does not end the node.
 
-        Requests and events come from outside: what they make a callback raise is logged and counted. Only a
-        `NodeError`, by which a node ends itself, goes through.
+        Exceptions that requests and events from outside cause are logged and counted. Only a `NodeError`, by
+        which a node ends itself, is raised.
         """
         try:
             ready: tuple[Any, Any, Any] = self.wait_for_ready_callbacks(timeout_sec, None, _never)
@@ -124,22 +124,22 @@ class StepExecutor(SingleThreadedExecutor):
             node.note_fault(_name_of(entity), error)
 
     def add_node(self, node: Node) -> bool:
-        """Have a node's work done here; its name is kept, since the node may go before this does."""
+        """Add a node; its name is stored, since the node may be destroyed before the executor."""
         self._names.append(node.get_name())
         return bool(super().add_node(node))
 
-    def add_chore(self, chore: Callable[[], None]) -> None:
-        """Have something done at every look at what is not hot, some fifty times a second."""
-        self._chores.append(chore)
+    def add_periodic(self, chore: Callable[[], None]) -> None:
+        """Call a function at every background poll, about fifty times a second."""
+        self._periodic.append(chore)
 
     def wake(self) -> None:
-        """Called by rclpy when a node has got or given up something: what is not hot is gathered anew."""
+        """Rebuild the background wait set; called by rclpy when a node creates or destroys an entity."""
         self._next_housekeeping = 0.0
         super().wake()
 
-    def look_soon(self) -> None:
-        """Look at what is not hot as soon as the present callback has ended."""
-        self._next_cold_look = 0.0
+    def poll_soon(self) -> None:
+        """Poll the background as soon as the present callback has returned."""
+        self._next_background_poll = 0.0
 
     def subscribe(
         self,
@@ -148,7 +148,7 @@ class StepExecutor(SingleThreadedExecutor):
         topic: str,
         callback: Callable[[bytes, str], None],
         qos: Any,
-        speakers: Speakers | None = None,
+        authorised: AuthorisedPublishers | None = None,
         *,
         vital: bool = True,
     ) -> Any:
@@ -158,46 +158,48 @@ class StepExecutor(SingleThreadedExecutor):
             node: the node that subscribes, already added to this executor.
             message_type: rosidl's class of the message.
             topic: name of the topic in the root namespace.
-            callback: called with the serialised message and the name of the node that said it.
+            callback: called with the serialised message and the name of its publisher.
             qos: quality of service.
-            speakers: who is believed there; anyone, whose name is empty then, when left out.
+            authorised: the authorised publishers; by default any, whose name is then empty.
             vital: whether its messages are waited for and count as progress; if not, they are taken at the
-                looks at what is not hot.
+                background polls.
 
         Returns:
             rclpy's subscription.
         """
 
         def _never_called(_data: bytes) -> None:
-            """What is taken for the parent goes through the ear, too."""
+            """Messages that the parent class takes go through the filtered subscription, too."""
 
         subscription = node.create_subscription(message_type, relative(topic), _never_called, qos, raw=True)
-        ear = Ear(subscription, speakers, self._traced(topic, callback, vital=vital), self._taker)
-        self._ears[id(subscription)] = ear
+        filtered = FilteredSubscription(
+            subscription, authorised, self._traced(topic, callback, vital=vital), self._taker
+        )
+        self._filtered[id(subscription)] = filtered
         if vital:
-            self._hot.append(ear)
+            self._hot.append(filtered)
             self._hot_wait_set = None
         else:
-            self._overheard.append(ear)
+            self._background.append(filtered)
         return subscription
 
     def await_in_turn(self, next_awaited: Callable[[], Any] | None) -> None:
         """Wait for one hot subscription after another instead of for all of them at once.
 
-        Where a step needs a message from each of `MANY`, a wait for all of them costs time for each of them
-        every time that some have come. What else arrives is taken at the looks at what is not hot. Among
-        fewer it gains more to take what comes while the others are still speaking.
+        If a step needs a message from each of `MANY_SUBSCRIPTIONS`, a wait set of all of them costs time for
+        each of them at every message. All other messages are taken at the background polls. With fewer it is
+        faster to take messages in the order of their arrival.
 
         Args:
-            next_awaited: tells a subscription without whose next message the step does not go on, or None
-                where that is not known and all are waited for; None to wait for all from now on.
+            next_awaited: returns a subscription whose next message the step needs, or None if that is not
+                known and all are waited for; None to wait for all from now on.
         """
         self._next_awaited = next_awaited
 
     def _traced(
         self, topic: str, callback: Callable[[bytes, str], None], *, vital: bool
     ) -> Callable[[bytes, str], None]:
-        """A callback that leaves its marks where a trace is asked for."""
+        """The callback, with trace marks around it if tracing is on."""
         trace = self.trace
         if not (trace.on or self._stock):
             return callback
@@ -212,20 +214,20 @@ class StepExecutor(SingleThreadedExecutor):
         return marked
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """End, and leave what was traced where it was asked for."""
+        """Shut down, and write the trace if tracing is on."""
         self.trace.write(self._names)
         return bool(super().shutdown(timeout_sec))
 
     def _take_subscription(self, sub: Any) -> Any:
-        """The parent's way to a message; here it is the same as on the fast path."""
-        ear = self._ears.get(id(sub))
-        if ear is None:
+        """How the parent class takes a message; here the same as on the fast path."""
+        filtered = self._filtered.get(id(sub))
+        if filtered is None:
             return super()._take_subscription(sub)
 
-        async def _hear() -> None:
-            ear.hear()
+        async def _take() -> None:
+            filtered.take_one()
 
-        return _hear
+        return _take
 
     def spin_while(
         self,
@@ -234,29 +236,29 @@ class StepExecutor(SingleThreadedExecutor):
         idle: Callable[[], None] | None = None,
         progress: Callable[[], object] | None = None,
     ) -> bool:
-        """Work until the condition no longer holds, or nothing has come of it for too long.
+        """Execute callbacks while a condition holds, with a timeout without progress.
 
         Args:
-            condition: asked after every round.
-            timeout: wall-clock time without progress after which to give up, s.
-            idle: called when there was no progress for `PATIENCE_OF_A_STEP`, then twice that, and so on
+            condition: checked after every iteration.
+            timeout: wall-clock time without progress after which this returns, s.
+            idle: called when there was no progress for `RETRANSMIT_DELAY`, then twice that, and so on
                 up to `LONGEST_IDLE` between two calls.
-            progress: what is to change; when left out, the arrival of any hot message is progress.
+            progress: value that changes with progress; by default every hot message is progress.
 
         Returns:
-            True when the condition has ended; False when the time was up.
+            True if the condition no longer holds; False after the timeout.
         """
         last = seen = time.monotonic()
         before = progress() if progress else None
-        wait, due = PATIENCE_OF_A_STEP, last + PATIENCE_OF_A_STEP
+        wait, due = RETRANSMIT_DELAY, last + RETRANSMIT_DELAY
         while condition():
             now = time.monotonic()
-            if now - seen > ABSENCE:
-                # This process was held itself: what came meanwhile is still to be read.
+            if now - seen > SUSPENSION:
+                # This process was suspended itself: messages that arrived meanwhile are still to be taken.
                 last += now - seen
             seen = now
-            if now >= self._next_cold_look:
-                self._look_at_cold(now)
+            if now >= self._next_background_poll:
+                self._poll_background(now)
             moved = self._take_hot(LONGEST_WAIT)
             if progress:
                 here = progress()
@@ -264,7 +266,7 @@ class StepExecutor(SingleThreadedExecutor):
                 before = here
             if moved:
                 last = now
-                wait, due = PATIENCE_OF_A_STEP, now + PATIENCE_OF_A_STEP
+                wait, due = RETRANSMIT_DELAY, now + RETRANSMIT_DELAY
             elif now - last > timeout:
                 return False
             elif idle and now > due:
@@ -274,48 +276,48 @@ class StepExecutor(SingleThreadedExecutor):
         return True
 
     def spin_till(self, moment: float, condition: Callable[[], bool]) -> None:
-        """Work until a moment of the monotonic clock in s, or until the condition no longer holds."""
+        """Execute callbacks until a time of the monotonic clock in s, while the condition holds."""
         while condition():
             now = time.monotonic()
             if now >= moment:
                 return
-            # What is not hot may take a while, and the moment is not to be missed for it.
-            overdue = now - self._next_cold_look
-            if overdue > LONGEST_PUT_OFF or (overdue >= 0.0 and moment - now > COLD_LOOK):
-                self._look_at_cold(now)
+            # A background poll may take a while, and must not delay the deadline.
+            overdue = now - self._next_background_poll
+            if overdue > LONGEST_PUT_OFF or (overdue >= 0.0 and moment - now > BACKGROUND_POLL_TIME):
+                self._poll_background(now)
             self._take_hot(min(LONGEST_WAIT, max(0.0, moment - time.monotonic())))
 
-    def spin_at_leisure(
+    def spin_polling(
         self, condition: Callable[[], bool], timeout: float, pause: Callable[[float], Any]
     ) -> bool:
-        """As `spin_while`, for a node that nobody waits for: it takes what has gathered, then pauses.
+        """As `spin_while`, for a node that no other node waits for: takes all messages, then pauses.
 
         Args:
-            condition: asked after every round.
-            timeout: wall-clock time without any hot message after which to give up, s.
-            pause: waits for the given time in s, or less when there is reason to.
+            condition: checked after every iteration.
+            timeout: wall-clock time without any hot message after which this returns, s.
+            pause: waits for the given time in s, or less, for example until a signal.
 
         Returns:
-            True when the condition has ended; False when the time was up.
+            True if the condition no longer holds; False after the timeout.
         """
         last = time.monotonic()
         while condition():
             now = time.monotonic()
-            if now >= self._next_cold_look:
-                self._look_at_cold(now)
+            if now >= self._next_background_poll:
+                self._poll_background(now)
             if self._drain_hot():
                 last = now
             elif now - last > timeout:
                 return False
-            pause(LEISURE)
+            pause(POLLING_PERIOD)
         return True
 
     def spin_until(self, condition: Callable[[], bool], timeout: float) -> bool:
-        """Work until a condition holds, whatever arrives meanwhile.
+        """Execute callbacks until a condition holds.
 
         Args:
-            condition: asked after every round.
-            timeout: wall-clock time after which to give up, s.
+            condition: checked after every iteration.
+            timeout: wall-clock time after which this returns, s.
 
         Returns:
             Whether the condition holds.
@@ -325,19 +327,19 @@ class StepExecutor(SingleThreadedExecutor):
             now = time.monotonic()
             if now >= end:
                 return False
-            if now >= self._next_cold_look:
-                self._look_at_cold(now)
+            if now >= self._next_background_poll:
+                self._poll_background(now)
             self._take_hot(min(end - now, LONGEST_WAIT))
         return True
 
-    def _reconsider(self) -> None:
-        """Hand on what was held back until it was known whose it is."""
-        for ear in (*self._hot, *self._overheard):
-            if ear.holds:
-                ear.reconsider()
+    def _retry_held(self) -> None:
+        """Pass on messages that were held back until their publisher is known."""
+        for filtered in (*self._hot, *self._background):
+            if filtered.holds:
+                filtered.retry_held()
 
     def _take_hot(self, timeout: float) -> bool:
-        """Wait for hot messages and hand them out; whether there were any."""
+        """Wait for hot messages and call their callbacks; whether there were any."""
         if self._stock or not self._hot:
             before = self._handed_out
             self.spin_once(timeout_sec=timeout)
@@ -346,11 +348,11 @@ class StepExecutor(SingleThreadedExecutor):
         return self._take_any(timeout) if awaited is None else self._take_in_turn(awaited, timeout)
 
     def _take_in_turn(self, awaited: Any, timeout: float) -> bool:
-        """Hand out what is awaited, one after another, as long as it is there; wait for the first of them."""
+        """Take awaited messages one after another while they are there; wait if the first one is not."""
         taken_any = False
-        # A bound: what is believed and yet no answer to a step may come faster than it is read.
+        # A bound: valid messages that do not complete the step may arrive faster than they are taken.
         for _ in range(len(self._hot)):
-            if awaited is None or not self._ears[id(awaited)].hear():
+            if awaited is None or not self._filtered[id(awaited)].take_one():
                 break
             taken_any = True
             awaited = self._next_awaited and self._next_awaited()
@@ -362,48 +364,48 @@ class StepExecutor(SingleThreadedExecutor):
         wait_set.clear_entities()
         wait_set.add_subscription(awaited.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
-        # When it does not come there may be a reason, which somebody else has told.
-        return self._ears[id(awaited)].hear() or self._take_any(0.0)
+        # If it does not come, a message of another node may tell why.
+        return self._filtered[id(awaited)].take_one() or self._take_any(0.0)
 
     def _take_any(self, timeout: float) -> bool:
-        """Wait for hot messages of anyone, and hand out one of each that has some; whether there were any."""
+        """Wait for any hot message, take one of each ready subscription; whether there were any."""
         wait_set = self._hot_wait_set
         if wait_set is None:
             wait_set = _rclpy.WaitSet(len(self._hot), 0, 0, 0, 0, 0, self.context.handle)
             self._hot_wait_set = wait_set
         wait_set.clear_entities()
         add = wait_set.add_subscription
-        for ear in self._hot:
-            add(ear.subscription.handle)
+        for filtered in self._hot:
+            add(filtered.subscription.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
         taken_any = False
-        # What is heard may bring in new subscriptions, which are not in this wait set.
-        for index, ear in enumerate(tuple(self._hot)):
+        # A callback may create subscriptions, which are not in this wait set.
+        for index, filtered in enumerate(tuple(self._hot)):
             if wait_set.is_ready("subscription", index):
-                taken_any |= ear.hear()
+                taken_any |= filtered.take_one()
         return taken_any
 
     def _drain_hot(self) -> bool:
-        """Hand out the hot messages that have arrived, without waiting; whether there were any."""
+        """Take the hot messages that have arrived, without waiting; whether there were any."""
         if self._stock or not self._hot:
             return self._take_hot(0.0)
         taken_any = False
-        for ear in tuple(self._hot):
-            taken_any |= ear.hear_all()
+        for filtered in tuple(self._hot):
+            taken_any |= filtered.take_all()
         return taken_any
 
-    def _look_at_cold(self, now: float) -> None:
-        """Do the chores, take what is overheard, and hand to the parent what else has become ready."""
-        self._next_cold_look = now + LONGEST_WAIT
-        self._reconsider()
-        for chore in self._chores:
+    def _poll_background(self, now: float) -> None:
+        """Call the periodic functions, take messages that are not vital, execute what else is ready."""
+        self._next_background_poll = now + LONGEST_WAIT
+        self._retry_held()
+        for chore in self._periodic:
             chore()
-        for ear in self._overheard:
-            ear.hear_all()
+        for filtered in self._background:
+            filtered.take_all()
         if self._next_awaited is not None and not self._stock:
             self._take_any(0.0)
         if now >= self._next_housekeeping:
-            self._keep_house()
+            self._housekeep()
         if not (self._cold or self._services):
             return
         wait_set = self._cold_wait_set
@@ -418,20 +420,22 @@ class StepExecutor(SingleThreadedExecutor):
         for _ in range(ready):
             self.spin_once(timeout_sec=0.0)
 
-    def _keep_house(self) -> None:
-        """Let the parent class look at everything, and find out what is not hot."""
+    def _housekeep(self) -> None:
+        """Let the parent class poll all entities, and rebuild the background wait set."""
         begin = time.monotonic()
         self.spin_once(timeout_sec=0.0)
-        # After the callback, which may have given something up; another one that does wakes this executor.
+        # After the callback, which may have destroyed an entity; a later one that does wakes this executor.
         self._gather_cold()
-        # The parent class looks at every entity of every node, of which a group has thousands.
+        # The parent class polls every entity of every node, of which a group has thousands.
         pause = min(HOUSEKEEPING_AT_LEISURE * (time.monotonic() - begin), LONGEST_HOUSEKEEPING_PERIOD)
         self._next_housekeeping = begin + max(HOUSEKEEPING_PERIOD, pause)
 
     def _gather_cold(self) -> None:
         nodes = self.get_nodes()
         subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
-        self._cold = [subscription for subscription in subscriptions if id(subscription) not in self._ears]
+        self._cold = [
+            subscription for subscription in subscriptions if id(subscription) not in self._filtered
+        ]
         self._services = [service for node in nodes for service in node.services]
         self._cold_wait_set = _rclpy.WaitSet(
             len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle
@@ -443,6 +447,6 @@ def _never() -> bool:
 
 
 def _name_of(entity: Any) -> str:
-    """What a callback belongs to, by the name of its topic or service where it has one."""
+    """Name of a callback's topic or service; of other entities their type."""
     found = getattr(entity, "srv_name", None) or getattr(entity, "topic_name", None)
     return str(found or type(entity).__name__.lower())

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with the nodes of a flight that does not begin: who lacks which publisher or subscription."""
+"""Diagnosis of a start that times out: missing nodes, publishers and subscriptions, and incompatible QoS."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -17,10 +17,10 @@ from satform_nodes.transport.message_definitions import type_name
 from satform_nodes.transport.node_names import local_name
 
 OPTIONAL = ("diagnostics", "parameter_changes")
-"""Kinds of topics that a flight does without: nobody waits for their publishers."""
+"""Kinds of topics whose publishers are not waited for."""
 
 _MOST_NAMED = 3
-"""Shortcomings that a sentence names; the rest are counted."""
+"""Number of shortcomings that an error message lists; the rest are counted."""
 
 
 @dataclass(frozen=True)

@@ -5,17 +5,17 @@
 from typing import Any
 
 UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
-"""How rmw calls the node of an endpoint before its name has arrived."""
+"""Name that rmw gives to the node of an endpoint before it is discovered."""
 
 
 def local_name(endpoint: Any, namespace: str) -> str:
-    """Name of the node that an endpoint belongs to, as those in a namespace call it.
+    """Name of an endpoint's node as seen from a namespace.
 
     Two formations in one domain have nodes of the same names, and a few topics in common (`/clock`,
     `/diagnostics`): only a node of the own namespace goes by its bare name.
 
     Args:
-        endpoint: as rclpy tells of publishers and subscriptions.
+        endpoint: as rclpy returns it for publishers and subscriptions.
         namespace: of the node that asks.
 
     Returns:

@@ -1,9 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Taking a message together with the identity of its writer, which rclpy leaves out.
+"""Takes serialised messages together with the GID of their DDS writer, which rclpy does not return.
 
-DDS stamps every message with the globally unique identifier of the endpoint that wrote it, and rcl passes
-it on; the same identifier is in what `get_publishers_info_by_topic` tells of an endpoint.
+Every DDS sample has the globally unique identifier of its writer, and rcl passes it on;
+`get_publishers_info_by_topic` returns the same identifier for an endpoint.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ _OK, _NOTHING_THERE = 0, 401
 """Return codes of rcl: success, and RCL_RET_SUBSCRIPTION_TAKE_FAILED."""
 
 _ROOM = 1024
-"""Bytes for a message at first; rcl makes room for longer ones."""
+"""Initial bytes of the buffer; rcl enlarges it for longer messages."""
 
 
 class _Allocator(ctypes.Structure):
@@ -50,8 +50,8 @@ class _Information(ctypes.Structure):
     ]
 
 
-class Taker:
-    """Takes serialised messages, one after another, into the same room."""
+class SerializedTaker:
+    """Takes serialised messages, one after another, into the same buffer."""
 
     def __init__(self) -> None:
         tools = ctypes.CDLL("librcutils.so")

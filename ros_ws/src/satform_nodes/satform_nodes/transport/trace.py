@@ -1,9 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""When a process did what, for those who ask where a step's microseconds go; nothing at all when nobody asks.
+"""Trace of spans in a process, to measure where the time of a step goes; off by default.
 
-Marks go into an array that is made before the flight and is written when the process ends. All processes of a
-machine read the same monotonic clock, so their marks can be laid side by side.
+Marks go into an array that is allocated before the flight and written when the process ends. All processes of
+a machine read the same monotonic clock, so their traces can be compared.
 """
 
 import json
@@ -15,17 +15,17 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 FOLDER = "SATFORM_TRACE"
-"""Environment variable: the existing folder in which every process leaves its marks; unset for no trace."""
+"""Environment variable: the existing folder to which every process writes its trace; unset for no trace."""
 
 CAPACITY = 1 << 18
-"""Marks of one process; later ones are left out."""
+"""Largest number of marks of one process; later ones are dropped."""
 
 
 class Trace:
     """Begin and end of spans, in ns of the machine's monotonic clock.
 
     Attributes:
-        on: True; lets a hot path pass by the calls when it is not.
+        on: True; lets a hot path skip the calls.
     """
 
     on: Final = True
@@ -54,7 +54,7 @@ class Trace:
         self._mark(~name)
 
     def write(self, nodes: Sequence[str]) -> None:
-        """Leave the marks in the folder, once; a folder that has gone away is no reason not to end well.
+        """Write the trace to the folder, once; a missing folder is no error.
 
         Args:
             nodes: names of the nodes of this process.
@@ -74,7 +74,7 @@ class Trace:
         unfinished = path.with_suffix(".part")
         try:
             unfinished.write_text(json.dumps(data), encoding="utf-8")
-            # Whoever reads finds the whole file or none, also when this process is killed meanwhile.
+            # A reader finds the whole file or none, also if this process is killed meanwhile.
             unfinished.replace(path)
         except OSError:
             return
