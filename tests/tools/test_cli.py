@@ -472,7 +472,7 @@ def test_a_flight_in_process_that_was_stopped_keeps_what_was_flown(
     def stopping(_scenario: Any) -> Iterator[Any]:
         yield lambda done, _total: os.kill(os.getpid(), number) if done == 7 else None
 
-    monkeypatch.setattr("satform_tools.run.progress.shown", stopping)
+    monkeypatch.setattr("satform_tools.run.progress.displayed", stopping)
     # A SIGHUP that the parent of the tests ignores would be ignored here, too.
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     folder = tmp_path / "run"

@@ -56,7 +56,7 @@ def test_what_a_satellite_that_flies_did_not_show_is_not_forgiven() -> None:
 @pytest.mark.parametrize(
     ("bag", "sentence"),
     [
-        ({"clocked": True}, "was flown on the wall clock"),
+        ({"clocked": True}, "was flown against the wall clock"),
         ({"clocked": False, "record": SimpleNamespace(steps=0, early_end=None)}, "holds no whole step"),
     ],
 )
