@@ -59,7 +59,7 @@ def test_what_is_not_the_users_own_folder_is_refused_in_a_sentence(
     if "65534" in found and os.geteuid() != 0:
         pytest.skip("NOT TESTED: only root can give a folder to another user")
     (tmp_path / "other").mkdir(mode=0o700)
-    make(runtime_folder.place(), tmp_path / "other")
+    make(runtime_folder.folder_path(), tmp_path / "other")
     for use in (lambda: runtime_folder.write("a", "b"), registered_runs):
         with pytest.raises(RuntimeFolderError, match=f"is not a folder of this user alone .*{found}"):
             use()
@@ -68,8 +68,8 @@ def test_what_is_not_the_users_own_folder_is_refused_in_a_sentence(
 
 def test_the_folder_and_its_files_are_closed_to_others() -> None:
     runtime_folder.write("note", "text")
-    assert stat.S_IMODE(runtime_folder.place().stat().st_mode) == 0o700
-    assert stat.S_IMODE((runtime_folder.place() / "note").stat().st_mode) == 0o600
+    assert stat.S_IMODE(runtime_folder.folder_path().stat().st_mode) == 0o700
+    assert stat.S_IMODE((runtime_folder.folder_path() / "note").stat().st_mode) == 0o600
     assert runtime_folder.read("note") == "text"
     assert runtime_folder.names() == ["note"]
     runtime_folder.remove("note")
@@ -80,8 +80,8 @@ def test_neither_a_link_nor_a_pipe_in_the_folder_is_read_and_a_link_is_replaced(
     secret = tmp_path / "secret"
     secret.write_text("mine")
     runtime_folder.write("note", "text")
-    os.mkfifo(runtime_folder.place() / "pipe")
-    (runtime_folder.place() / "link").symlink_to(secret)
+    os.mkfifo(runtime_folder.folder_path() / "pipe")
+    (runtime_folder.folder_path() / "link").symlink_to(secret)
     assert runtime_folder.read("pipe") is None
     assert runtime_folder.read("link") is None
     runtime_folder.write("link", "new")
@@ -95,12 +95,12 @@ def test_the_runtime_folder_of_the_session_is_used_where_it_is_the_users_own(
     session = tmp_path / "session"
     session.mkdir(mode=0o700)
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(session))
-    assert runtime_folder.place() == session / "satform"
+    assert runtime_folder.folder_path() == session / "satform"
     session.chmod(0o755)
-    assert runtime_folder.place() == shared / f"satform-{os.geteuid()}"
+    assert runtime_folder.folder_path() == shared / f"satform-{os.geteuid()}"
     for other in ("relative", str(tmp_path / "missing")):
         monkeypatch.setenv("XDG_RUNTIME_DIR", other)
-        assert runtime_folder.place() == shared / f"satform-{os.geteuid()}"
+        assert runtime_folder.folder_path() == shared / f"satform-{os.geteuid()}"
 
 
 HOLD_AS_NOBODY = f"""

@@ -73,7 +73,7 @@ def test_a_checkpoint_without_room_does_not_end_its_satellite(disk: Path) -> Non
     memory = CheckpointFile(str(disk / "checkpoints"), "sat1", 1)
     satellite = Satellite(flight_plan(shortened("triangle", 60.0), 0), 2)
     memory.keep(satellite, [1, 2])
-    kept = (disk / "checkpoints" / "sat1.checkpoint").read_bytes()
+    written = (disk / "checkpoints" / "sat1.checkpoint").read_bytes()
     (disk / "full").write_bytes(bytes(os.statvfs(disk).f_bavail * 4096))
     satellite.join(7)
     memory.keep(satellite, [1, 2])
@@ -83,10 +83,10 @@ def test_a_checkpoint_without_room_does_not_end_its_satellite(disk: Path) -> Non
         in memory.problem
     )
     assert str(disk) in memory.problem
-    assert [file.read_bytes() for file in (disk / "checkpoints").iterdir()] == [kept]
+    assert [file.read_bytes() for file in (disk / "checkpoints").iterdir()] == [written]
     (disk / "full").unlink()
     memory.keep(satellite, [1, 2])
-    assert (memory.kept, memory.problem, memory.failures) == (7, "", 1)
+    assert (memory.written, memory.problem, memory.failures) == (7, "", 1)
 
 
 def test_a_run_whose_record_has_no_room_is_lost_and_leaves_no_part_of_a_file(disk: Path) -> None:

@@ -68,4 +68,4 @@ def test_a_word_that_is_not_newer_tells_the_phase_alone(view: FormationView) -> 
 def test_a_word_that_does_not_fit_changes_nothing(view: FormationView, changes: dict[str, object]) -> None:
     assert not view.take(word(phase=FormationStatus.FINISHED, **changes))
     assert view.ended is None
-    assert view.heard == view.formation.number == 0
+    assert view.received_statuses == view.formation.number == 0

@@ -56,7 +56,7 @@ def test_silence_counts_from_the_last_command_and_anew_when_the_flight_goes_on()
     kept.begin()
     clock.now += 2.5
     assert kept.judge([0, 1], 1, 3.0) == []
-    kept.heard(1)
+    kept.restart_timeout(1)
     clock.now += 1.0
     assert kept.judge([0, 1], 1, 3.0) == [0]
 

@@ -85,7 +85,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
     rate = _rate(asked["rate"]) if asked["mode"] == "realtime" else 0.0
     scenario = load_scenario(_find(asked["scenario"]), asked["set"].split())
     out = _folder(asked["out"], scenario.name)
-    # Two formations in one namespace of a domain would hear each other; and who wants to look in finds this.
+    # Two formations in one namespace of a domain would receive each other's messages. Observers find the run
+    # by this registration.
     hold_shell_domain(scenario.name, out, context.launch_configurations.get("ros_namespace", ""))
     scenario_file = out / SCENARIO_FILE
     save_scenario(scenario, scenario_file)

@@ -61,9 +61,9 @@ def own_domain(agreed: int | None = None, namespace: str = "") -> Iterator[int]:
     Raises:
         DomainError: the domain that is set is held by another run or is none; or all are held.
     """
-    given = os.environ.get("ROS_DOMAIN_ID", "") or ("" if agreed is None else str(agreed))
-    wanted = [_number(given)] if given else _in_order()
-    if given and os.environ.get(_HELD) == given:
+    text = os.environ.get("ROS_DOMAIN_ID", "") or ("" if agreed is None else str(agreed))
+    wanted = [_number(text)] if text else _in_order()
+    if text and os.environ.get(_HELD) == text:
         yield wanted[0]
         return
     for number in wanted:
@@ -74,9 +74,9 @@ def own_domain(agreed: int | None = None, namespace: str = "") -> Iterator[int]:
             finally:
                 os.close(lock)
             return
-    if given:
+    if text:
         raise DomainError(
-            f"ROS_DOMAIN_ID={given} is in use by another run on this machine{_in_words(wanted[0])}, and both "
+            f"ROS_DOMAIN_ID={text} is in use by another run on this machine{_in_words(wanted[0])}, and both "
             "would receive each other's messages; wait for it to end, set another one, "
             + ("or unset it to get a free one" if agreed is None else "the same on every host")
         )
@@ -108,14 +108,14 @@ def shell_domain() -> int | None:
     Raises:
         DomainError: what it names is no domain.
     """
-    given = os.environ.get("ROS_DOMAIN_ID", "")
-    return _number(given) if given else None
+    text = os.environ.get("ROS_DOMAIN_ID", "")
+    return _number(text) if text else None
 
 
-def _number(given: str) -> int:
-    if not (given.isascii() and given.isdigit() and int(given) <= HIGHEST):
-        raise DomainError(f"ROS_DOMAIN_ID={given!r} is not a DDS domain; it is a number from 0 to {HIGHEST}")
-    return int(given)
+def _number(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and int(text) <= HIGHEST):
+        raise DomainError(f"ROS_DOMAIN_ID={text!r} is not a DDS domain; it is a number from 0 to {HIGHEST}")
+    return int(text)
 
 
 def hold(number: int, namespace: str = "") -> int | None:

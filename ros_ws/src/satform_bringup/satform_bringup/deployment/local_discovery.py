@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Discovery and transport of the processes of a run on one machine, by sockets on the loopback interface.
 
-They use sockets on the loopback interface alone. Each calls at all participants' ports there, one by one, and
-so does, at the first 32 of them, whoever looks in with rmw_fastrtps' range LOCALHOST: `ros2 topic echo` finds
-a run without being told anything.
+They use sockets on the loopback interface alone. Each announces itself at the ports of all participants
+there, one by one. An observer with rmw_fastrtps' range LOCALHOST does so at the first 32 of them:
+`ros2 topic echo` finds a run without any settings.
 
-They do without the shared memory of that range. There a process that is killed or stopped while it holds a
-port can leave others waiting or deaf, what it left behind has to be taken away, and a port that is full loses
-what many say at once.
+The shared memory of that range is not used. There a process that is killed or stopped while it holds a port
+can block others or keep them from receiving, its files have to be removed, and a full port loses messages
+that many processes send at once.
 """
 
 import os
@@ -30,12 +30,12 @@ MOST = middleware.PORTS - OBSERVER_PORTS
 MAX_FULL_PROCESSES = 34
 """Processes, plant and recorder among them, up to which nodes have everything that a node of ROS 2 has.
 
-Every endpoint is told to every process, and more than half of a satellite's are those of the services for its
-parameters: 64 processes with them take twice as long to start as without.
+Every endpoint is announced to every process, and more than half of a satellite's are those of the services
+for its parameters: 64 processes with them take twice as long to start as without.
 """
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-"""Environment variable by which a ROS 2 process is told how far to look."""
+"""Environment variable that sets the range of discovery of a ROS 2 process."""
 
 
 class DiscoveryError(RuntimeError):
@@ -66,19 +66,19 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
     lean = {LEAN: "1"} if processes > MAX_FULL_PROCESSES else {}
     ranged = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or os.environ.get("ROS_STATIC_PEERS")
     if ranged or middleware.is_configured():
-        return lean | middleware.tell(folder, period)
-    told = middleware.tell(folder, period, middleware.LOOPBACK_ALONE)
+        return lean | middleware.write_profile(folder, period)
+    profile = middleware.write_profile(folder, period, middleware.LOOPBACK_ALONE)
     # In this range alone rmw_fastrtps goes by the profile; the deprecated variable would overrule the range.
-    return lean | {RANGE: "SYSTEM_DEFAULT", "ROS_LOCALHOST_ONLY": ""} | told
+    return lean | {RANGE: "SYSTEM_DEFAULT", "ROS_LOCALHOST_ONLY": ""} | profile
 
 
 @contextmanager
 def run_environment() -> Iterator[None]:
     """Have this process talk as those of a run do, for the length of the block."""
     with tempfile.TemporaryDirectory() as folder:
-        told = variables(1, 1, Path(folder))
-        with restored(told):
-            os.environ.update(told)
+        profile = variables(1, 1, Path(folder))
+        with restored(profile):
+            os.environ.update(profile)
             yield
 
 

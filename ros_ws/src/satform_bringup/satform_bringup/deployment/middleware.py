@@ -12,7 +12,7 @@ import os
 from pathlib import Path
 
 FILE = "middleware.xml"
-"""In a run's folder: what the middleware of its processes was told."""
+"""In a run's folder: settings of the middleware of its processes."""
 
 VARIABLES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 """Under the first name newer versions of the middleware look for the file, under the second all of them."""
@@ -87,7 +87,7 @@ def is_configured() -> bool:
     return any(os.environ.get(name) for name in VARIABLES)
 
 
-def tell(folder: Path, period: float, participant: str = "") -> dict[str, str]:
+def write_profile(folder: Path, period: float, participant: str = "") -> dict[str, str]:
     """Write the file, unless the environment names one.
 
     Args:

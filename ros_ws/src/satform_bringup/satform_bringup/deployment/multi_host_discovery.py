@@ -126,7 +126,7 @@ def variables(scenario: Scenario, host: HostSpec | None, folder: Path) -> dict[s
         return {}
     others = [other.address for other in scenario.hosts if other.name != host.name]
     asked_for = [address for address in os.environ.get("ROS_STATIC_PEERS", "").split(";") if address]
-    return middleware.tell(folder, HEARTBEAT, middleware.PATIENT_ANNOUNCEMENTS) | {
+    return middleware.write_profile(folder, HEARTBEAT, middleware.PATIENT_ANNOUNCEMENTS) | {
         # The local machine and the static peers, and nobody else: SUBNET would add multicast, OFF drops
         # the peers too, SYSTEM_DEFAULT does not look at them.
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
@@ -144,7 +144,7 @@ def step_reported(event: dict[str, Any], last_step: int) -> int:
         last_step: of the scenario.
 
     Returns:
-        The step; 0 when the report speaks of none.
+        The step; 0 when the event has none.
     """
     if event["event"] == "recorded":
         return last_step if event["complete"] else 0

@@ -38,13 +38,13 @@ class NodeProcess:
         """Command line after the executable: the node's name and its parameters."""
         # Only the group's own node takes the group's name; its satellites keep theirs.
         whose = "group:" if self.executable == "group_node" else ""
-        words = ["--ros-args", "-r", f"{whose}__node:={self.name}"]
+        arguments = ["--ros-args", "-r", f"{whose}__node:={self.name}"]
         if self.namespace:
-            words += ["-r", f"__ns:={self.namespace}"]
+            arguments += ["-r", f"__ns:={self.namespace}"]
         for name, value in self.parameters.items():
             # Quoted, since a bare `on` or `1` would be read as something else than a string.
-            words += ["-p", f"{name}:={json.dumps(value, ensure_ascii=False)}"]
-        return [*words, "--enclave", self.enclave] if self.enclave else words
+            arguments += ["-p", f"{name}:={json.dumps(value, ensure_ascii=False)}"]
+        return [*arguments, "--enclave", self.enclave] if self.enclave else arguments
 
 
 def processes(

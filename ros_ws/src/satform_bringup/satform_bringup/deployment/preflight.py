@@ -50,7 +50,7 @@ _FILES_OF_A_PROCESS, _FILES_OF_A_RUN = 6, 64
 _FEWEST_FILES = 256
 """Open files that a node may have at least: its sockets, libraries and threads."""
 
-_PATIENCE = 2.0
+_TIMEOUT = 2.0
 """Wall-clock time that a datagram on the loopback interface may take, s."""
 
 _LARGEST_PROFILE = 1_000_000
@@ -104,11 +104,11 @@ def shared_memory() -> str:
     Returns:
         The sentence; empty without a profile.
     """
-    given = [name for name in PROFILES if os.environ.get(name)]
-    if not given:
+    found = [name for name in PROFILES if os.environ.get(name)]
+    if not found:
         return ""
     return (
-        f"{given[0]} is set, so the nodes use that profile and may communicate through shared memory; files "
+        f"{found[0]} is set, so the nodes use that profile and may communicate through shared memory; files "
         "of killed processes then stay in /dev/shm, where `fastdds shm clean` removes them"
     )
 
@@ -118,11 +118,11 @@ def _wrong_variables(*, secured: bool) -> Iterable[str]:
         shell_domain()
     except DomainError as error:
         yield str(error)
-    given = os.environ.get(RANGE, "")
-    if given == "OFF":
+    found = os.environ.get(RANGE, "")
+    if found == "OFF":
         yield f"{RANGE}=OFF keeps all nodes from finding each other; unset it, or set LOCALHOST"
-    elif given and given not in RANGES:
-        yield f"{RANGE}={given!r} is no range of discovery; there are {', '.join(RANGES)}"
+    elif found and found not in RANGES:
+        yield f"{RANGE}={found!r} is no range of discovery; there are {', '.join(RANGES)}"
     yield from _wrong_peers(os.environ.get("ROS_STATIC_PEERS", ""))
     yield from _wrong_profiles()
     middleware = os.environ.get("RMW_IMPLEMENTATION", "")
@@ -150,17 +150,17 @@ def _wrong_peers(peers: str) -> Iterable[str]:
 
 def _wrong_profiles() -> Iterable[str]:
     for name in PROFILES:
-        given = os.environ.get(name, "")
-        if not given:
+        found = os.environ.get(name, "")
+        if not found:
             continue
         try:
-            with Path(given).open("rb") as file:
+            with Path(found).open("rb") as file:
                 ElementTree.fromstring(file.read(_LARGEST_PROFILE))  # noqa: S314 - the user's own file
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
-            yield f"{name}={given}: cannot be read: {reason}; correct or unset it"
+            yield f"{name}={found}: cannot be read: {reason}; correct or unset it"
         except ElementTree.ParseError as error:
-            yield f"{name}={given}: is not XML ({error}); correct or unset it"
+            yield f"{name}={found}: is not XML ({error}); correct or unset it"
 
 
 def _is_installed(package: str) -> bool:
@@ -193,7 +193,7 @@ def _wrong_machine(processes: int) -> Iterable[str]:
 
 def _loopback_works() -> bool:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as reader:
-        reader.settimeout(_PATIENCE)
+        reader.settimeout(_TIMEOUT)
         try:
             reader.bind(("127.0.0.1", 0))
             reader.sendto(b"satform", reader.getsockname())

@@ -30,15 +30,15 @@ class RuntimeFolderError(RuntimeError):
     """The folder is not the user's alone; the message says where it is and what to do."""
 
 
-def place() -> Path:
+def folder_path() -> Path:
     """Path of the folder: below `XDG_RUNTIME_DIR` where that is the user's own, else with temporary files.
 
     `XDG_RUNTIME_DIR` of another user, as `sudo -E` leaves it, is passed over.
     Source: XDG Base Directory Specification 0.8, section "Environment variables".
     """
-    given = os.environ.get("XDG_RUNTIME_DIR", "")
-    if given.startswith("/") and _is_own(Path(given)):
-        return Path(given) / "satform"
+    configured = os.environ.get("XDG_RUNTIME_DIR", "")
+    if configured.startswith("/") and _is_own(Path(configured)):
+        return Path(configured) / "satform"
     return Path(tempfile.gettempdir()) / f"satform-{os.geteuid()}"
 
 
@@ -53,7 +53,7 @@ def opened() -> Iterator[int]:
         RuntimeFolderError: something else is in its place.
         OSError: it cannot be made.
     """
-    folder = place()
+    folder = folder_path()
     with suppress(FileExistsError):
         folder.mkdir(mode=0o700)
     try:
@@ -79,7 +79,7 @@ def names() -> list[str]:
     Raises:
         RuntimeFolderError: something else is in its place.
     """
-    if not os.path.lexists(place()):
+    if not os.path.lexists(folder_path()):
         return []
     with opened() as folder:
         return sorted(entry.name for entry in os.scandir(folder))

@@ -26,7 +26,7 @@ _FILES = (
 )
 """What the middleware looks for in an enclave."""
 
-_PATIENCE = 30.0
+_TIMEOUT = 30.0
 """Wall-clock time within which a node with keys has to be made, s."""
 
 _OF_OTHERS = 0o077
@@ -107,12 +107,12 @@ def _require_middleware(keystore: Path, enclave: str, domain: int) -> None:
     command = [sys.executable, "-m", f"{PACKAGE}.transport.security_probe", enclave]
     try:
         tried = subprocess.run(
-            command, env=environment, capture_output=True, text=True, timeout=_PATIENCE, check=False
+            command, env=environment, capture_output=True, text=True, timeout=_TIMEOUT, check=False
         )
     except subprocess.TimeoutExpired:
-        raise SecurityError(f"a node with keys was not made within {_PATIENCE:g} s") from None
+        raise SecurityError(f"a node with keys was not made within {_TIMEOUT:g} s") from None
     if tried.returncode != 0:
-        said = " ".join((tried.stdout.strip() or tried.stderr.strip() or "it did not say why").split())
+        reason = " ".join((tried.stdout.strip() or tried.stderr.strip() or "it did not say why").split())
         raise SecurityError(
-            f"the middleware here does not fly secured, and nothing was flown unsecured instead: {said}"
+            f"the middleware here does not fly secured, and nothing was flown unsecured instead: {reason}"
         )

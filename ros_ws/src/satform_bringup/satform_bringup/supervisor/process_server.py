@@ -80,8 +80,8 @@ def prepare() -> ForkServerContext:
 def close() -> None:
     """End the server, and the tracker that Python runs beside it; both are gone when this returns.
 
-    Both would end soon after this process; whoever looks then is to find nothing left of a flight. Nodes that
-    still run are asked to end by the kernel.
+    Both would end soon after this process, but no process of a flight is to be left when it ends. Nodes that
+    still run get a signal from the kernel.
     """
     if os.getpid() != _owner:
         # A fork has no helpers of its own.
@@ -99,13 +99,13 @@ def close() -> None:
         _end_helper(alive, process, _SHUTDOWN_TIMEOUT)
 
 
-def _end_helper(alive: int, process: int, patience: float) -> None:
-    """Let a helper end by itself within some time in s, and end it after that."""
+def _end_helper(alive: int, process: int, timeout: float) -> None:
+    """Wait for the end of a helper process for a timeout in s, and kill it after that."""
     os.close(alive)
     with suppress(ChildProcessError, ProcessLookupError):
         ended = os.pidfd_open(process)
         try:
-            if not select.select([ended], [], [], patience)[0]:
+            if not select.select([ended], [], [], timeout)[0]:
                 os.kill(process, signal.SIGKILL)
             os.waitpid(process, 0)
         finally:

@@ -84,18 +84,22 @@ def fly(
         nodes = security.secured(nodes)
     preflight.require(len(nodes), secured=keystore is not None)
     with (
-        # Those who still run are given up at the second signal, and the run is told all the same.
+        # At the second signal, processes that still run are killed, and the run is reported all the same.
         StopRequest(exit_at_second=False) as signals,
         flight_domain(scenario, host, namespace) as domain,
         described(domain, scenario.name, out),
     ):
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
-        given = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
+        flight_variables = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
         save_scenario(scenario, scenario_file)
-        watch = Supervisor(plan, signals, progress, policy, out / LOG_FOLDER, domain, given)
-        told = {"domain": domain, "environment": given, "nodes": [asdict(node) for node in nodes]}
-        write_durably(out / PROCESSES_FILE, json.dumps(told).encode())
+        watch = Supervisor(plan, signals, progress, policy, out / LOG_FOLDER, domain, flight_variables)
+        settings = {
+            "domain": domain,
+            "environment": flight_variables,
+            "nodes": [asdict(node) for node in nodes],
+        }
+        write_durably(out / PROCESSES_FILE, json.dumps(settings).encode())
         try:
             watch.start(nodes)
             watch.until_over()
@@ -107,10 +111,10 @@ def fly(
 def _environment(
     scenario: Scenario, out: Path, processes: int, host: HostSpec | None, keystore: Path | None
 ) -> dict[str, str]:
-    """What the processes' middleware needs to be told."""
+    """Environment variables of the processes, for their middleware."""
     if host is None:
-        told = local_discovery.variables(processes, len(scenario.satellites), out)
+        settings = local_discovery.variables(processes, len(scenario.satellites), out)
     else:
-        told = variables(scenario, host, out)
-    told |= preflight.log_variables(out)
-    return told if keystore is None else told | security.variables(keystore)
+        settings = variables(scenario, host, out)
+    settings |= preflight.log_variables(out)
+    return settings if keystore is None else settings | security.variables(keystore)

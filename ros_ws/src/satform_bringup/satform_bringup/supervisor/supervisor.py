@@ -369,10 +369,10 @@ class Supervisor:
         self._end_with(BaseProcess.kill, SHUTDOWN_TIMEOUT)
         self._selector.close()
 
-    def _end_with(self, end: Callable[[BaseProcess], None], patience: float) -> None:
+    def _end_with(self, end: Callable[[BaseProcess], None], timeout: float) -> None:
         for entry in self._running.values():
             end(entry.process)
-        until = time.monotonic() + patience
+        until = time.monotonic() + timeout
         for entry in list(self._running.values()):
             entry.process.join(max(0.0, until - time.monotonic()))
             if entry.process.exitcode is not None:
@@ -381,8 +381,8 @@ class Supervisor:
     def _punctuality(self, timing: dict[str, Any]) -> dict[str, Any]:
         if not timing:
             return {}
-        kept = ("skipped", "age_mean", "age_largest", "processor")
-        own = {name: {key: event[key] for key in kept} for name, event in self._satellites.items()}
+        keys = ("skipped", "age_mean", "age_largest", "processor")
+        own = {name: {key: event[key] for key in keys} for name, event in self._satellites.items()}
         return {**timing, "satellites": own}
 
     def _reason_in_words(self) -> str:

@@ -70,7 +70,7 @@ class MarkerMessages:
         return Path(header=self._header(view.pose.step), poses=poses)
 
     def markers(self, picture: Picture) -> MarkerArray:
-        """Satellites with names, headings, trails and desired orbits, and who hears whom."""
+        """Satellites with names, headings, trails and desired orbits, and the edges of the graph."""
         markers: list[Marker] = []
         for number, view in enumerate(picture.satellites):
             markers += self._satellite(number, view)

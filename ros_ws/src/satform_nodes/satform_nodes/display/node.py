@@ -59,14 +59,14 @@ class DisplayNode:
 
     def __init__(self, node: Node, executor: StepExecutor, plan: FormationPlan) -> None:
         scale = _positive(node, "display_scale")
-        per_lap = round(_positive(node, "frames_per_lap"))
+        per_period = round(_positive(node, "frames_per_lap"))
         trail = round(_positive(node, "trail"))
         rate = _positive(node, "frame_rate")
         self.node = node
         self.ended: FormationStatus | None = None
         self.received_anything = False
         self.pictures = 0
-        self.scene = Scene(plan.scene, max(per_lap, 1), max(trail, 2))
+        self.scene = Scene(plan.scene, max(per_period, 1), max(trail, 2))
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._messages = MarkerMessages(self._stamps, scale, self.scene.extent, node.get_namespace())
         self._period = 1.0 / rate
@@ -97,11 +97,13 @@ class DisplayNode:
                     executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP
                 )
             # Decoded last: it is then at least as new as what it is compared with.
-            said = plan.announces
-            self._subscribe_newest(executor, said, topic_name(said, name), self._on_announcement(index), ())
+            announcement = plan.announces
+            self._subscribe_newest(
+                executor, announcement, topic_name(announcement, name), self._on_announcement(index), ()
+            )
         node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, qos.BEST_EFFORT)
-        # What was decided before this node came is only kept for readers whom the plant waits for at the
-        # end of the flight; so this subscription is given up once it has been heard.
+        # Only a latched reader receives the status from before this node's start, and the plant waits for it
+        # at the end of the flight; so this subscription is destroyed after its first message.
         self._history = node.create_subscription(
             types["status"], relative(topics.STATUS), self._on_status, qos.LATCHED
         )
@@ -173,7 +175,7 @@ class DisplayNode:
             read: takes seconds, nanoseconds and step of a message, and the wanted numbers in it.
             fields: names of these numbers.
         """
-        form, place = layout(topics.TYPES[kind], topics.FRAME), len(self._readers)
+        form, reader = layout(topics.TYPES[kind], topics.FRAME), len(self._readers)
         step, *wanted = (form.fields.index(name) for name in ("step", *fields))
 
         def take_apart(data: bytes) -> None:
@@ -182,7 +184,7 @@ class DisplayNode:
                 read(numbers[0], numbers[1], numbers[step], [numbers[index] for index in wanted])
 
         def keep(data: bytes, _name: str) -> None:
-            self._newest[place] = data
+            self._newest[reader] = data
             self.received_anything = True
 
         self._readers.append(take_apart)
@@ -190,8 +192,8 @@ class DisplayNode:
 
     def _read_newest(self) -> None:
         newest, self._newest = self._newest, {}
-        for place, data in newest.items():
-            self._readers[place](data)
+        for reader, data in newest.items():
+            self._readers[reader](data)
 
     def _on_state(self, index: int) -> Callable[[int, int, int, list[float]], None]:
         def moved(seconds: int, nanoseconds: int, _step: int, numbers: list[float]) -> None:

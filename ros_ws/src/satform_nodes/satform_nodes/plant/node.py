@@ -313,23 +313,23 @@ class PlantNode:
         return self._paused
 
     def retransmit(self) -> None:
-        """Repeat what was said last: the step does not go on, and somebody may not have heard it."""
-        # Who has not heard of a change of the formation cannot answer.
+        """Publish the last messages again: the step does not go on, and one of them may have been lost."""
+        # A node that has not received a change of the formation cannot answer.
         self._publishers.republish_status()
         if not (self.membership.open or self.membership.over):
             self._publishers.retransmit_states(self.membership.not_commanded)
 
     def _run_periodic(self) -> None:
-        """Off the path of a step: what the starter says, and whether standing still is meant."""
-        for said in self.report.received():
-            if said["event"] == "lost":
-                self.lose([said["who"]], said["reason"])
+        """Outside of a step: read the supervisor's events, and publish the status while paused."""
+        for event in self.report.received():
+            if event["event"] == "lost":
+                self.lose([event["who"]], event["reason"])
         waits = self.membership.awaited and time.monotonic() - self._awaited_since < self.start_timeout
         if (self._paused and self.membership.open) or waits:
             self._pulse += 1
             now = time.monotonic()
             if now >= self._next_sign:
-                # Whoever hears nothing would take the plant for lost.
+                # A node that receives nothing would take the plant for lost.
                 self._next_sign = now + _SIGN_PERIOD
                 self._publishers.republish_status()
 
@@ -343,15 +343,15 @@ class PlantNode:
         return self._progress.condition(self.plant.step, lost)
 
     def publish_status(self, phase: int, reason: str) -> None:
-        """Tell everyone in what phase the formation is, from which step, and why."""
+        """Publish the phase of the formation, from which step on it holds, and why."""
         self._publishers.publish_status(self.membership.formation, phase, reason, early_end=self.early_end)
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
-        # What the plant said last would be lost with it; what a recorder has is not on its way any more.
+        # The last messages would be lost when the plant ends; those that a recorder has stored are delivered.
         recorded = phase == FormationStatus.FINISHED and self.recorded
         present = self.membership.everyone - {self.names[index] for index in self.membership.lost}
         if not self._publishers.wait_for_acknowledgement(present, recorded=recorded):
-            self.node.get_logger().warning("not everyone has heard how the flight ended")
+            self.node.get_logger().warning("not every node has acknowledged the final status")
 
     @property
     def stands_still(self) -> bool:
@@ -366,9 +366,9 @@ class PlantNode:
 
     def tick(self) -> None:
         """Take the next step with the commands that there are; one that is too old is none any more."""
-        silence = self.plan.timing.node_timeout
-        for index in self.subscriptions.promptness.judge(self.membership.flying, self.plant.step, silence):
-            self._lose(index, f"no answer within {silence:g} s from {self.names[index]}")
+        timeout = self.plan.timing.node_timeout
+        for index in self.subscriptions.promptness.judge(self.membership.flying, self.plant.step, timeout):
+            self._lose(index, f"no answer within {timeout:g} s from {self.names[index]}")
         for index in self.subscriptions.promptness.expired(
             self.membership.flying, self.plant.step, self._held_steps
         ):
@@ -486,23 +486,23 @@ def _in_words(plan: FormationPlan, rate: float) -> str:
 
 
 def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None:
-    """Take steps until the flight is over; whoever is silent for too long is lost."""
-    silence = plant.plan.timing.node_timeout
+    """Take steps until the flight is over; a node that does not answer within its timeout is lost."""
+    timeout = plant.plan.timing.node_timeout
     while not executor.spin_while(
-        lambda: not (plant.over or stop.asked), silence, plant.retransmit, plant.progress
+        lambda: not (plant.over or stop.asked), timeout, plant.retransmit, plant.progress
     ):
         silent = plant.missing()
         if plant.waits_for_return:
             late = f"{listed(silent)} has not come back within {plant.start_timeout:g} s"
             plant.aborted = (silent, late)
         else:
-            # Where nobody is quiet nobody is to blame, and all the same it does not go on.
-            unresponsive = plant.subscriptions.unresponsive(silent, silence) or silent
-            plant.lose(unresponsive, f"no answer within {silence:g} s from {listed(unresponsive)}")
+            # If all missing nodes have retransmitted, none is at fault, but the step does not go on either.
+            unresponsive = plant.subscriptions.unresponsive(silent, timeout) or silent
+            plant.lose(unresponsive, f"no answer within {timeout:g} s from {listed(unresponsive)}")
 
 
 def _end_early(plant: PlantNode, end: EarlyEnd) -> int:
-    """Tell everyone that a quantity was not finite or beyond its limit, and that the flight ends."""
+    """Publish that a quantity was not finite or beyond its limit, and that the flight ends."""
     plant.report.send("ended_early", step=plant.flown_steps, end=end.data())
     plant.publish_status(FormationStatus.ABORTED, end.sentence)
     raise NodeError(f"the flight ended early: {end.sentence}", EXIT_ENDED_EARLY)

@@ -38,14 +38,14 @@ _ACKNOWLEDGEMENT_TIMEOUT = 5.0
 class PlantPublishers:
     """The plant's publishers, with its last messages for retransmission."""
 
-    def __init__(self, node: Node, plan: FormationPlan, plant: Plant, said: Iterable[Channel]) -> None:
+    def __init__(self, node: Node, plan: FormationPlan, plant: Plant, channels: Iterable[Channel]) -> None:
         """Nothing has been published yet.
 
         Args:
             node: of the plant.
             plan: of the flight's parts.
             plant: whose states are published.
-            said: the topics on which the plant publishes.
+            channels: the topics on which the plant publishes.
         """
         self._node = node
         self._plant = plant
@@ -53,10 +53,10 @@ class PlantPublishers:
         self._last_step = plan.timing.steps
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         # Messages to each satellite at this step, for retransmission.
-        self._said: dict[int, list[bytes]] = {}
+        self._last_messages: dict[int, list[bytes]] = {}
         self._status = FormationStatus()
         # Diagnostics are published by `Health`.
-        self._channels = [channel for channel in said if channel.kind != "diagnostics"]
+        self._channels = [channel for channel in channels if channel.kind != "diagnostics"]
         publishers = self._publishers = {
             channel.topic: node.create_publisher(
                 topics.TYPES[channel.kind], relative(channel.topic), qos.BY_RHYTHM[channel.rhythm]
@@ -97,19 +97,19 @@ class PlantPublishers:
         """
         step, stamps = self._plant.step, self._stamps
         seconds, nanoseconds = stamps.at(step)
-        told, moments = self._plant.measured(), self._plant.measured_steps()
+        measured, moments = self._plant.measured(), self._plant.measured_steps()
         applied = self._plant.applied.tolist()
         for index, (publisher, moment, position, velocity) in enumerate(
             zip(
                 self._state_publishers,
                 moments.tolist(),
-                told.position.tolist(),
-                told.velocity.tolist(),
+                measured.position.tolist(),
+                measured.velocity.tolist(),
                 strict=True,
             )
         ):
             data = _STATE.pack(*stamps.at(moment), step, number, *position, *velocity, *applied[index])
-            self._said[index] = [data]
+            self._last_messages[index] = [data]
             publisher.publish(data)
         self._publish_attitudes(seconds, nanoseconds, step)
         truth = self._plant.motion()
@@ -133,7 +133,7 @@ class PlantPublishers:
                 *attitude.wheel_momentum[index].tolist(),
             )
             data = _ATTITUDE.pack(seconds, nanoseconds, step, *turned, *limits[index])
-            self._said[index].append(data)
+            self._last_messages[index].append(data)
             publisher.publish(data)
 
     def retransmit_states(self, satellites: Iterable[int]) -> None:
@@ -142,7 +142,7 @@ class PlantPublishers:
             publishers = [self._state_publishers[index]]
             if index in self._attitude_publishers:
                 publishers.append(self._attitude_publishers[index])
-            for publisher, data in zip(publishers, self._said.get(index, []), strict=False):
+            for publisher, data in zip(publishers, self._last_messages.get(index, []), strict=False):
                 publisher.publish(data)
 
     def publish_propulsion(self) -> None:
@@ -153,14 +153,14 @@ class PlantPublishers:
         step = self._plant.step - 1
         seconds, nanoseconds = self._stamps.at(step)
         state = thrusters.propulsion
-        given = self._plant.applied[thrusters.members].tolist()
+        applied = self._plant.applied[thrusters.members].tolist()
         counters = np.stack(
             (state.saturated_steps, state.below_minimum_impulse_steps, state.propellant_depleted_steps),
             axis=-1,
         ).astype(np.uint64)
         for publisher, acceleration, delta_v, propellant, counts in zip(
             self._propulsion_publishers,
-            given,
+            applied,
             state.delta_v.tolist(),
             state.propellant.tolist(),
             counters.tolist(),
@@ -191,7 +191,7 @@ class PlantPublishers:
             final_commands: the last command of each satellite that is lost now.
             early_end: why the flight ends now before its last step; None when it does not.
         """
-        listeners, speakers = np.nonzero(formation.graph.adjacency)
+        receivers, senders = np.nonzero(formation.graph.adjacency)
         self._status = FormationStatus(
             step=self._plant.step,
             version=formation.number,
@@ -199,8 +199,8 @@ class PlantPublishers:
             last_step=self._last_step,
             satellites=self._names,
             alive=formation.alive.tolist(),
-            edge_receivers=listeners.tolist(),
-            edge_senders=speakers.tolist(),
+            edge_receivers=receivers.tolist(),
+            edge_senders=senders.tolist(),
             algebraic_connectivity=float(formation.connectivity),
             lost=[self._names[index] for index in change.lost],
             final_commands=list(final_commands),
@@ -232,12 +232,12 @@ class PlantPublishers:
         """
 
         def present() -> bool:
-            listening = self._node.get_subscriptions_info_by_topic(self._status_publisher.topic_name)
-            return any(local_name(other, self._node.get_namespace()) in others for other in listening)
+            subscribers = self._node.get_subscriptions_info_by_topic(self._status_publisher.topic_name)
+            return any(local_name(other, self._node.get_namespace()) in others for other in subscribers)
 
-        said_in_steps: list[Any] = [] if recorded else [*self._state_publishers, self._clock_publisher]
+        step_publishers: list[Any] = [] if recorded else [*self._state_publishers, self._clock_publisher]
         return wait_for_acknowledgement(
-            (self._status_publisher, *said_in_steps), present, _ACKNOWLEDGEMENT_TIMEOUT
+            (self._status_publisher, *step_publishers), present, _ACKNOWLEDGEMENT_TIMEOUT
         )
 
 

@@ -129,10 +129,10 @@ def wanted_graph(adjacency: Any, plan: FormationPlan) -> Graph:
             "has at some time can be used"
         )
     if plan.links.links is not None and new.any():
-        listener, speaker = (int(place) for place in np.argwhere(new)[0])
+        receiver, sender = (int(index) for index in np.argwhere(new)[0])
         names = list(plan.names)
         raise ValueError(
-            f"{names[listener]} has no link from {names[speaker]} in this scenario, which describes its "
+            f"{names[receiver]} has no link from {names[sender]} in this scenario, which describes its "
             "links: only edges that it has at some time can be used"
         )
     return Graph(matrix)

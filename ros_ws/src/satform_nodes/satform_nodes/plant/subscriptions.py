@@ -47,7 +47,7 @@ class PlantSubscriptions:
         self,
         node: Node,
         executor: StepExecutor,
-        heard: Iterable[Channel],
+        channels: Iterable[Channel],
         membership: MembershipManager,
         rejections: RejectionCounter,
         on_answer: Callable[[], None],
@@ -61,7 +61,7 @@ class PlantSubscriptions:
         Args:
             node: of the plant.
             executor: hands out the messages.
-            heard: the topics to which the plant subscribes.
+            channels: the topics to which the plant subscribes.
             membership: is updated with each command, and knows which commands are missing.
             rejections: counts rejected messages.
             on_answer: called after each valid command.
@@ -85,7 +85,7 @@ class PlantSubscriptions:
         self._last_commands: dict[int, bytes] = {}
         self._turn = (-1, 0)
         self._received_at = [time.monotonic()] * len(names)
-        authorised = {channel.topic: channel.publishers for channel in heard}
+        authorised = {channel.topic: channel.publishers for channel in channels}
         self._authorised_ready = AuthorisedPublishers(
             node, topics.NODE_READY, authorised[topics.NODE_READY], rejections
         )
@@ -126,14 +126,14 @@ class PlantSubscriptions:
         membership = self._membership
         if membership.open or membership.over:
             return None
-        step, place = self._turn
+        step, index = self._turn
         if step != membership.step:
-            place = len(self._subscriptions) - 1
+            index = len(self._subscriptions) - 1
         commanded, alive = membership.commanded, membership.formation.alive
-        while place >= 0 and (place in commanded or not alive[place]):
-            place -= 1
-        self._turn = (membership.step, place)
-        return self._subscriptions[place] if place >= 0 else None
+        while index >= 0 and (index in commanded or not alive[index]):
+            index -= 1
+        self._turn = (membership.step, index)
+        return self._subscriptions[index] if index >= 0 else None
 
     def require_publishers(self, endpoints: MatchedEndpoints) -> None:
         """Require the publishers of the commands."""
@@ -180,21 +180,21 @@ class PlantSubscriptions:
             if self._membership.formation.lost_at.get(event.satellite) != self._membership.step:
                 # A command from before the loss is not its final command after the rejoin.
                 self._last_commands.pop(event.satellite, None)
-            self.promptness.heard(event.satellite)
+            self.promptness.restart_timeout(event.satellite)
 
-    def unresponsive(self, names: Iterable[str], silence: float) -> list[str]:
+    def unresponsive(self, names: Iterable[str], timeout: float) -> list[str]:
         """Those of some nodes that have not even retransmitted.
 
         A satellite that waits for a neighbour's message does not command, but retransmits its last messages.
 
         Args:
             names: of nodes that keep a step from going on.
-            silence: timeout, wall-clock time, s.
+            timeout: timeout, wall-clock time, s.
         """
         now = time.monotonic()
-        places = {name: index for index, name in enumerate(self._membership.names)}
+        indices = {name: index for index, name in enumerate(self._membership.names)}
         return [
-            name for name in names if name not in places or now - self._received_at[places[name]] >= silence
+            name for name in names if name not in indices or now - self._received_at[indices[name]] >= timeout
         ]
 
     def final_command(self, satellite: int) -> Command:

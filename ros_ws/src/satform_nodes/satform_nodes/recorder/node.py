@@ -215,8 +215,8 @@ class RecorderNode:
             executor: hands out the messages.
             followed: the topic.
         """
-        topic, kind, (speaker,) = followed.topic, followed.kind, followed.publishers
-        satellite = self._names.index(speaker) if speaker in self._names else -1
+        topic, kind, (publisher,) = followed.topic, followed.kind, followed.publishers
+        satellite = self._names.index(publisher) if publisher in self._names else -1
         last = self._last_step - (followed.rhythm == "steps")
         channel = _SteppedTopic(self._add_topic(topic, kind, qos.LOCKSTEP), topic, kind, satellite, last)
         if kind != "clock":
@@ -242,7 +242,7 @@ class RecorderNode:
             self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
             self._report_progress(step)
 
-        authorised = self._authorise(topic, [speaker])
+        authorised = self._authorise(topic, [publisher])
         subscription = executor.subscribe(
             self.node, topics.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, authorised
         )
@@ -281,7 +281,7 @@ class RecorderNode:
         executor: StepExecutor,
         kind: str,
         topic: str,
-        speaker: str,
+        publisher: str,
         callback: Callable[[Any, int], None],
     ) -> None:
         """Write a topic with occasional messages."""
@@ -298,7 +298,7 @@ class RecorderNode:
                 return
             callback(message, channel)
 
-        authorised = self._authorise(topic, [speaker])
+        authorised = self._authorise(topic, [publisher])
         subscription = executor.subscribe(
             self.node, message_type, topic, _on_message, qos.LATCHED_READER, authorised
         )

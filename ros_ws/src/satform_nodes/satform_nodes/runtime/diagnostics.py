@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a node is, told on /diagnostics as REP 107 has it: once a second, and when something changes."""
+"""Diagnostics of a node on /diagnostics (REP 107): published once a second, and on a change."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -16,7 +16,7 @@ from satform.communication import topic_graph
 from satform_nodes.transport.message_validator import RejectionCounter
 
 DIAGNOSTICS = topic_graph.DIAGNOSTICS
-"""The topic on which everything that has a health tells it (REP 107)."""
+"""Topic of the diagnostics (REP 107)."""
 
 PERIOD = 1.0
 """Wall-clock time between two reports when nothing changes, s."""
@@ -31,11 +31,11 @@ WALL_TIME = "wall-clock time"
 """Key of the moment at which a report was made: UTC, ISO 8601."""
 
 Value = str | int | float | bool
-"""What a key may stand for; it is told as text."""
+"""Type of the value of a key; it is published as text."""
 
 
 class Level(IntEnum):
-    """How bad it is, as `diagnostic_msgs/DiagnosticStatus` numbers it."""
+    """Severity, with the numbers of `diagnostic_msgs/DiagnosticStatus`."""
 
     OK = 0
     WARN = 1
@@ -45,12 +45,12 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Condition:
-    """How a part is at one moment.
+    """Condition of a part of a node at one moment.
 
     Attributes:
-        level: how bad it is.
-        message: that in a few words; never empty.
-        values: figures behind it, by name: counts, rates, the names of those who are silent.
+        level: severity.
+        message: short description; never empty.
+        values: figures by name: counts, rates, the names of lost neighbours.
     """
 
     level: Level
@@ -59,11 +59,11 @@ class Condition:
 
 
 class Health:
-    """Tells the condition of one part of a node.
+    """Publishes the condition of one part of a node.
 
-    The condition is asked for, not stored: once a second by a timer of the node, and at once when the
-    node says that it may have changed. Only another level or another message is a change; figures that
-    merely grow wait for the timer. All of this is off the path that a step takes.
+    The condition is not stored but computed by a callback: once a second in a timer of the node, and when
+    the node calls `changed`. Only another level or another message is a change; other figures are published
+    by the timer. None of this runs within a step.
 
         self.health = Health(node, "sat1: flight software", "sat1", self.condition, self.now)
         # where something goes wrong or right again, such as a refused message or a silent neighbour:
@@ -82,18 +82,18 @@ class Health:
         stamp: Callable[[], tuple[int, int]],
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Begin to tell.
+        """Create the publisher and the timer.
 
         Args:
             node: that the part belongs to; its executor runs the timer.
             name: of the part, below its node's: `sat1: flight software`.
             hardware_id: of what it runs on or flies: the satellite, or the plant.
-            condition: asked whenever there is something to tell.
+            condition: called for each report.
             stamp: seconds and nanoseconds of the simulated time to which the part has come.
             clock: wall clock, s.
         """
         self._node = node
-        # Two formations may tell of their health in one domain.
+        # Two formations may publish diagnostics in one domain.
         space = node.get_namespace().strip("/")
         self._name = f"{space}/{name}" if space else name
         self._hardware_id = f"{space}/{hardware_id}" if space else hardware_id
@@ -107,9 +107,9 @@ class Health:
         self._timer = node.create_timer(PERIOD, self.publish)
 
     def changed(self) -> None:
-        """Tell at once if level or message are others than those told last.
+        """Publish at once if level or message differ from those published last.
 
-        Within `SHORTEST` after a report nothing is told and nothing is asked: the timer tells it.
+        Within `SHORTEST` after a report nothing is published: the timer does it.
         """
         if self._clock() - self._published_at < SHORTEST:
             return
@@ -118,17 +118,17 @@ class Health:
             self._publish(condition)
 
     def due(self) -> None:
-        """Tell if nothing has been told for `LATEST`; to be called now and then while the node is at work."""
+        """Publish if nothing has been published for `LATEST`; called now and then while the node is busy."""
         if self._clock() - max(self._published_at, self._begun) > LATEST:
             self._timer.reset()
             self.publish()
 
     def publish(self) -> None:
-        """Tell how it is, whether that has changed or not."""
+        """Publish the condition, whether it has changed or not."""
         self._publish(self._condition())
 
     def close(self) -> None:
-        """Tell a last time, and no more."""
+        """Publish for the last time, and destroy the timer."""
         self._node.destroy_timer(self._timer)
         self.publish()
 
@@ -180,7 +180,7 @@ def flight_condition(
     silent: Mapping[str, int],
     ended: str = "",
 ) -> Condition:
-    """The condition of a part that takes steps and hears others.
+    """The condition of a part that takes steps and receives messages.
 
     Args:
         step: that it has come to.
@@ -212,7 +212,7 @@ class FlightProgress:
         """Begin at step 0.
 
         Args:
-            rejections: of the messages that the part hears.
+            rejections: counts of the messages that the part rejected.
             clock: wall clock, s.
         """
         self._rejections = rejections

@@ -26,7 +26,7 @@ class FormationView:
         formation: membership and communication graph.
         ended: the plant's final status; None while the flight continues.
         paused: whether the plant takes no steps at present.
-        heard: number of statuses that have been received.
+        received_statuses: number of statuses that have been received.
         final_commands: what lost satellites had announced for the step in which they were lost, by index.
         returns: by index, the first step after a rejoin, and the step of its checkpoint.
     """
@@ -35,7 +35,7 @@ class FormationView:
         self.formation = Formation.of(plan.membership)
         self.ended: FormationStatus | None = None
         self.paused = False
-        self.heard = 0
+        self.received_statuses = 0
         self.final_commands: dict[int, Command] = {}
         self.returns: dict[int, tuple[int, int]] = {}
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
@@ -50,7 +50,7 @@ class FormationView:
         graph = self._graph(status) if newer else self.formation.graph
         if graph is None:
             return False
-        self.heard += 1
+        self.received_statuses += 1
         if status.phase in OVER:
             self.ended = status
         self.paused = status.phase == FormationStatus.PAUSED
@@ -108,6 +108,6 @@ class FormationView:
         """Names of the satellites that are lost at present."""
         return self.names(np.flatnonzero(~self.formation.alive).tolist())
 
-    def names(self, places: Sequence[int]) -> list[str]:
+    def names(self, indices: Sequence[int]) -> list[str]:
         """Names of satellites by their indices."""
-        return [self._names[index] for index in places]
+        return [self._names[index] for index in indices]

@@ -50,15 +50,15 @@ def as_declared(parameter: Parameter, declared: Parameter, forms: Forms) -> Para
     """
     if declared.type_ not in _NUMBERS or parameter.type_ in {declared.type_, Parameter.Type.NOT_SET}:
         return parameter
-    given = _plain(parameter.value, forms)
+    found = _plain(parameter.value, forms)
     if declared.type_ is Parameter.Type.DOUBLE:
-        return Parameter(parameter.name, value=_number(given, parameter.name))
-    if isinstance(given, list):
-        numbers = [_number(entry, f"{parameter.name}[{place}]") for place, entry in enumerate(given)]
+        return Parameter(parameter.name, value=_number(found, parameter.name))
+    if isinstance(found, list):
+        numbers = [_number(entry, f"{parameter.name}[{index}]") for index, entry in enumerate(found)]
     elif forms.one_for_all:
-        numbers = [_number(given, parameter.name)] * len(declared.value)
+        numbers = [_number(found, parameter.name)] * len(declared.value)
     else:
-        raise ValueError(f"{parameter.name}: found {shortened(given)}; it {A_LIST}")
+        raise ValueError(f"{parameter.name}: found {shortened(found)}; it {A_LIST}")
     return Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
 
 

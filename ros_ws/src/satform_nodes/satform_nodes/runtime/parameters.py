@@ -238,7 +238,7 @@ def _check_override(node: Node, prefix: str, spec: Spec, name: str, value: Any) 
 
 
 def known_before_flight(node: Node, prefix: str, spec: Spec) -> dict[str, Any]:
-    """What a node was given at its start for a specification whose fields it has declared.
+    """Values set at a node's start for a specification whose fields it has declared.
 
     Args:
         node: whose parameters were declared by `declare_spec`.
@@ -253,7 +253,7 @@ def known_before_flight(node: Node, prefix: str, spec: Spec) -> dict[str, Any]:
     """
     declared = _shown(node, prefix)
     names = [name for name in node._parameter_overrides if name.startswith(f"{prefix}.")]
-    given: dict[str, Any] = {}
+    overrides: dict[str, Any] = {}
     for name in names:
         field = name.removeprefix(f"{prefix}.")
         if field not in declared:
@@ -261,22 +261,22 @@ def known_before_flight(node: Node, prefix: str, spec: Spec) -> dict[str, Any]:
             hint = f"; did you mean {prefix}.{near[0]}?" if near else ""
             raise ParameterError(f"{name}: there is no such parameter{hint}")
         if declared[field] != _value_of(spec, field):
-            given[field] = declared[field]
-    return given
+            overrides[field] = declared[field]
+    return overrides
 
 
-def show_spec(node: FormationNode, prefix: str, spec: Spec, given: dict[str, Any]) -> None:
+def show_spec(node: FormationNode, prefix: str, spec: Spec, overrides: dict[str, Any]) -> None:
     """Have the parameters of a specification show its values again.
 
     Args:
         node: whose parameters were declared by `declare_spec`.
         prefix: as declared.
         spec: as the scenario has it.
-        given: fields that have another value, by their names after the prefix.
+        overrides: fields that have another value, by their names after the prefix.
     """
     again = []
     for field, shown in _shown(node, prefix).items():
-        value = given.get(field, _value_of(spec, field))
+        value = overrides.get(field, _value_of(spec, field))
         if not isinstance(value, bool | str) and shown != value:
             again.append(Parameter(f"{prefix}.{field}", value=value))
     if again:

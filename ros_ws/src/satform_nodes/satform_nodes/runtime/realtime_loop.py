@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.transport.executor import StepExecutor
 
-_MOST_KEPT = 1_000_000
+_MAX_DELAYS = 1_000_000
 """Largest number of delays that are stored for the statistics."""
 
 
@@ -91,7 +91,7 @@ class Promptness:
         """Start all satellites' timeouts now."""
         self._received_at = [self._clock()] * len(self._received_at)
 
-    def heard(self, satellite: int) -> None:
+    def restart_timeout(self, satellite: int) -> None:
         """Restart a satellite's timeout: a message of it has been received."""
         self._received_at[satellite] = self._clock()
 
@@ -107,7 +107,7 @@ class Promptness:
             step: for which it is.
             now: the present step.
         """
-        self.heard(satellite)
+        self.restart_timeout(satellite)
         self._commanded[satellite] = step
         self.late[satellite] += step < now
 
@@ -168,7 +168,7 @@ def run_realtime(
     Returns:
         How punctual it was.
     """
-    kept = Punctuality(period)
+    punctuality = Punctuality(period)
     due = time.monotonic() + period
 
     def going_on() -> bool:
@@ -179,17 +179,17 @@ def run_realtime(
         if not going_on():
             break
         late = time.monotonic() - due
-        if len(kept.delays) < _MOST_KEPT:
-            kept.delays.append(late)
+        if len(punctuality.delays) < _MAX_DELAYS:
+            punctuality.delays.append(late)
         if plant.stands_still:
             plant.judge_waiting()
         else:
             plant.tick()
         if late > period:
-            kept.overruns += 1
+            punctuality.overruns += 1
             due = time.monotonic()
         due += period
-    return kept
+    return punctuality
 
 
 def processor_seconds() -> float:

@@ -80,8 +80,8 @@ def _measure(count: int) -> RoundTrip:
         subscription = executor.subscribe(
             node, Command, _PONG, lambda _data, _number: returned.append(time.perf_counter()), qos.LOCKSTEP
         )
-        both = _both_there(publisher.get_subscription_count, subscription.get_publisher_count)
-        # The other side's first word says that it has found this one too.
+        both = _both_matched(publisher.get_subscription_count, subscription.get_publisher_count)
+        # The first message from the other side shows that it has discovered this side, too.
         if not executor.spin_until(both, _TIMEOUT) or not executor.spin_while(lambda: not returned, _TIMEOUT):
             raise RuntimeError("the other side of the round trip has not appeared")
         times = []
@@ -99,8 +99,8 @@ def _measure(count: int) -> RoundTrip:
     return RoundTrip(statistics.median(counted), counted[int(0.9 * len(counted))], len(counted))
 
 
-def _both_there(listeners: Callable[[], int], speakers: Callable[[], int]) -> Callable[[], bool]:
-    return lambda: listeners() > 0 and speakers() > 0
+def _both_matched(subscribers: Callable[[], int], publishers: Callable[[], int]) -> Callable[[], bool]:
+    return lambda: subscribers() > 0 and publishers() > 0
 
 
 def main() -> int:
@@ -114,7 +114,7 @@ def main() -> int:
     subscription = executor.subscribe(
         node, Command, _PING, lambda data, _number: publisher.publish(data), qos.LOCKSTEP
     )
-    both = _both_there(publisher.get_subscription_count, subscription.get_publisher_count)
+    both = _both_matched(publisher.get_subscription_count, subscription.get_publisher_count)
     if executor.spin_until(both, _TIMEOUT):
         publisher.publish(_MESSAGE)
         executor.spin_while(lambda: not stop.asked, _TIMEOUT)

@@ -71,5 +71,5 @@ def refused(reply: Any, sentence: str) -> Any:
 
 def in_words(error: BaseException) -> str:
     """An exception in one line of bounded length."""
-    words = " ".join(str(error).split()) or "no reason given"
-    return f"{words[:_LONGEST]} ({type(error).__name__})"
+    text = " ".join(str(error).split()) or "no reason given"
+    return f"{text[:_LONGEST]} ({type(error).__name__})"

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Being asked to stop by a signal: the one place that handles it, for nodes, flights and commands.
+"""Being asked to stop by a signal: the one module that handles it, for nodes, flights and commands.
 
 SIGINT (Ctrl-C), SIGTERM and SIGHUP (the terminal was closed) mean the same: stop in order. Whatever was
 stopped by one of them ends with exit code 130, in every mode. A SIGHUP that the parent ignores stays ignored,
@@ -53,7 +53,7 @@ class StopRequest:
         self._reader, self._writer = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._wakeup_before = -1
         self._before: dict[signal.Signals, Any] = {}
-        # Only the main thread may set handlers; whoever runs that one handles the signals.
+        # Only the main thread may set handlers; in another thread the program's own handlers stay.
         with suppress(ValueError):
             # A signal writes a byte here, which ends a pause at once.
             self._wakeup_before = signal.set_wakeup_fd(self._writer, warn_on_full_buffer=False)

@@ -31,12 +31,12 @@ START_PARAMETERS = {
     "rate": StartParameter(0.0, "simulated seconds in each second of the wall clock; 0 for lockstep"),
     "satellite": StartParameter("", "name of the satellite in the scenario"),
     "satellites": StartParameter([""], "names of the satellites in this process"),
-    "checkpoints": StartParameter("", "folder of the checkpoints; empty to keep none"),
+    "checkpoints": StartParameter("", "folder of the checkpoints; empty to write none"),
     "bag": StartParameter("", "folder of the bag to be written"),
     "display_scale": StartParameter(1e-3, "length in the markers of one metre"),
-    "frames_per_lap": StartParameter(200.0, "pictures of a lap, in simulated time"),
-    "trail": StartParameter(200.0, "pictures by which a trail reaches back"),
-    "frame_rate": StartParameter(10.0, "pictures a second of wall-clock time, at most"),
+    "frames_per_lap": StartParameter(200.0, "frames per period, in simulated time"),
+    "trail": StartParameter(200.0, "length of a trail, frames"),
+    "frame_rate": StartParameter(10.0, "frames per second of wall-clock time, at most"),
     STOPPED_EXIT_CODE: StartParameter(
         130, "exit code after a stop that was asked for by a signal or service; a launch file gives 0"
     ),

@@ -29,10 +29,10 @@ class SupervisorPipe:
 
     def received(self) -> list[dict[str, Any]]:
         """Events that the supervisor has sent since the last call."""
-        said: list[dict[str, Any]] = []
+        events: list[dict[str, Any]] = []
         try:
             while self._pipe is not None and self._pipe.poll():
-                said.append(self._pipe.recv())
+                events.append(self._pipe.recv())
         except (OSError, EOFError):
             self._pipe = None
-        return said
+        return events

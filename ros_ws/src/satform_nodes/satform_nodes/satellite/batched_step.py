@@ -30,8 +30,8 @@ from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.sim_time import Stamps
 
-_STATES, _ATTITUDES, _HEARD = range(3)
-"""What a step needs, by kind."""
+_STATES, _ATTITUDES, _NEIGHBOURS = range(3)
+"""Kinds of messages that a step needs."""
 
 _COMMAND = layout(Command, topics.FRAME)
 _TRACKING = layout(Tracking, topics.FRAME)
@@ -89,18 +89,19 @@ class BatchedStep:
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._number = satellites[0].view.formation.number
         rows = [node.neighbour_messages.neighbours for node in satellites]
-        self._ears = ReceiverModel(plan.links, np.array([node.index for node in satellites]), rows)
+        self._receiver = ReceiverModel(plan.links, np.array([node.index for node in satellites]), rows)
         self._width = max(len(row) for row in rows)
-        self._places = [
+        self._slots = [
             {neighbour: row * self._width + slot for slot, neighbour in enumerate(own)}
             for row, own in enumerate(rows)
         ]
         self._turns = satellites[0].turns
-        self._fresh = self._ears.linked(satellites[0].view.formation)
-        # Of the present step (by its lowest bit) and of the next one: what was said, and how much is missing.
+        self._fresh = self._receiver.linked(satellites[0].view.formation)
+        # Received messages, and the number of missing ones, of the present step and the next one, by the
+        # step's lowest bit.
         self._edges = sum(len(row) for row in rows)
-        self._silence: Message = (0.0,) * (1 + WIDTH[self._announces])
-        self._heard = [self._unheard(), self._unheard()]
+        self._no_message: Message = (0.0,) * (1 + WIDTH[self._announces])
+        self._received = [self._empty_slots(), self._empty_slots()]
         self._missing = [self._edges, self._edges]
         self._step = self._turn = 0
         self._begun = False
@@ -111,12 +112,12 @@ class BatchedStep:
             self._executor.await_in_turn(self._next_awaited)
 
     def _expected(self) -> list[tuple[int, int, Any]]:
-        """What a step needs, about in the order in which it comes, the last one first.
+        """The messages that a step needs, about in reverse order of their arrival.
 
-        Who waits for the last one is woken once, where all others have come before it.
+        A wait for the last message ends once, since the others have usually arrived before it.
 
         Returns:
-            For each the list that it fills, its place there, and its subscription.
+            For each message the list that it fills, its index there, and its subscription.
         """
         kinds = [(_ATTITUDES, "attitude"), (_STATES, "state")] if self._turns else [(_STATES, "state")]
         own = [
@@ -124,34 +125,34 @@ class BatchedStep:
             for filled, kind in kinds
             for row, node in reversed(list(enumerate(self._nodes)))
         ]
-        heard = [
-            (_HEARD, slot, node.subscriptions.subscriptions[neighbour])
-            for node, places in zip(self._nodes, self._places, strict=True)
-            for neighbour, slot in places.items()
+        received = [
+            (_NEIGHBOURS, slot, node.subscriptions.subscriptions[neighbour])
+            for node, own_slots in zip(self._nodes, self._slots, strict=True)
+            for neighbour, slot in own_slots.items()
         ]
-        return [*own, *heard]
+        return [*own, *received]
 
     def _next_awaited(self) -> Any:
         """The subscription of the last message that the step lacks; None when it has all or none."""
         if not self._begun:
             return None
-        filled = (self._states, self._attitudes, self._heard[self._step & 1])
+        filled = (self._states, self._attitudes, self._received[self._step & 1])
         awaited, turn = self._awaited_in_turn, self._turn
         while turn < len(awaited):
-            kind, place, subscription = awaited[turn]
-            if filled[kind][place] is None:
+            kind, slot, subscription = awaited[turn]
+            if filled[kind][slot] is None:
                 self._turn = turn
                 return subscription
             turn += 1
         self._turn = turn
         return None
 
-    def _unheard(self) -> list[Message | None]:
-        """Nothing from those who are heard, zeros where there is nobody to be heard."""
-        slots: list[Message | None] = [self._silence] * (len(self._nodes) * self._width)
-        for own in self._places:
-            for place in own.values():
-                slots[place] = None
+    def _empty_slots(self) -> list[Message | None]:
+        """Slots of the messages of one step: None for an in-neighbour, zeros for a slot without one."""
+        slots: list[Message | None] = [self._no_message] * (len(self._nodes) * self._width)
+        for own in self._slots:
+            for slot in own.values():
+                slots[slot] = None
         return slots
 
     def _begin_step(self) -> None:
@@ -162,10 +163,10 @@ class BatchedStep:
 
     def add_neighbour_message(self, row: int, neighbour: int, step: int, message: Message) -> None:
         """Add what a satellite received from a neighbour for the present step or the next one."""
-        slots, place = self._heard[step & 1], self._places[row][neighbour]
-        if slots[place] is None:
+        slots, slot = self._received[step & 1], self._slots[row][neighbour]
+        if slots[slot] is None:
             self._missing[step & 1] -= 1
-        slots[place] = message
+        slots[slot] = message
         self._act_if_complete()
 
     def add_state(self, row: int, state: tuple[Any, ...]) -> None:
@@ -198,11 +199,11 @@ class BatchedStep:
         nodes, begun = self._nodes, self._satellite.state.has_acted
         for row, node in enumerate(nodes):
             node.leave_batch(self.single(row) if begun else None)
-            for neighbour, place in self._places[row].items():
+            for neighbour, slot in self._slots[row].items():
                 for step in (self._step, self._step + 1):
-                    words = self._heard[step & 1][place]
-                    if words is not None:
-                        node.neighbour_messages.hear(neighbour, step, words)
+                    message = self._received[step & 1][slot]
+                    if message is not None:
+                        node.neighbour_messages.add(neighbour, step, message)
         for node in nodes:
             node.act_if_complete()
 
@@ -215,13 +216,13 @@ class BatchedStep:
         if self._awaited or self._missing[self._step & 1]:
             return
         step = self._step
-        # The processor's time: the wall clock would count those who are let in meanwhile.
+        # Processor time: wall-clock time would include other threads that run meanwhile.
         begin = time.thread_time()
         decision: Decision | None = None
         with suppress(ArithmeticError):
             decision = self._decide(step)
         busy = (time.thread_time() - begin) / len(self._nodes)
-        self._heard[step & 1], self._missing[step & 1] = self._unheard(), self._edges
+        self._received[step & 1], self._missing[step & 1] = self._empty_slots(), self._edges
         self._step = step + 1
         self._begin_step()
         for node in self._nodes:
@@ -229,56 +230,56 @@ class BatchedStep:
         if decision is None:
             self._report(step, {0: NO_COMMAND})
         else:
-            self._say(step, decision)
+            self._publish(step, decision)
 
     def _decide(self, step: int) -> Decision:
         count = len(self._nodes)
         first = self._states[0]
         assert first is not None  # noqa: S101 - everything has arrived
-        told = np.array([state[4:13] for state in self._states if state is not None])
-        motion = Motion(told[:, :3], told[:, 3:6])
-        said = np.array(self._heard[step & 1], dtype=np.float64).reshape(
-            count, self._width, len(self._silence)
+        states = np.array([state[4:13] for state in self._states if state is not None])
+        motion = Motion(states[:, :3], states[:, 3:6])
+        messages = np.array(self._received[step & 1], dtype=np.float64).reshape(
+            count, self._width, len(self._no_message)
         )
-        heard = self._ears.receive(
-            step, said[..., 1:], said[..., 0], self._fresh, self._nodes[0].view.formation
+        received = self._receiver.receive(
+            step, messages[..., 1:], messages[..., 0], self._fresh, self._nodes[0].view.formation
         )
         attitude = None
         if self._turns:
             turned = np.array([own[3:12] for own in self._attitudes if own is not None])
             attitude = Attitude(turned[:, :3], turned[:, 3:6], turned[:, 6:9])
-        # Satellites whose filters are told at different times are not stacked.
+        # Satellites whose filters are updated at different times are not stacked.
         measured_step = self._stamps.step(first[0], first[1])
-        return self._satellite.act(motion, heard, measured_step, attitude, told[:, 6:])
+        return self._satellite.act(motion, received, measured_step, attitude, states[:, 6:])
 
     def _report(self, step: int, violations: dict[int, Violation]) -> None:
-        """Tell the plant who computed what is beyond a limit; the others' commands are not flown either."""
+        """Report the violations to the plant, with zero commands for all satellites of the batch."""
         within = Violation(0, 0.0)
         for row, own in enumerate(self._publishers):
             own.publish_command(violation_command(self._stamps.at(step), step, violations.get(row, within)))
 
-    def _say(self, step: int, decision: Decision) -> None:
-        """Say all commands first, for which the plant waits; then what the neighbours hear; then the rest."""
+    def _publish(self, step: int, decision: Decision) -> None:
+        """Publish all commands first, as the plant waits for them; then neighbour messages; then the rest."""
         nodes, publishers, now = self._nodes, self._publishers, self._stamps.at(step)
-        spoken = self._satellite.announce()
-        said = encode(spoken)
-        violations = self._limits.of_decision(decision, said)
+        announcement = self._satellite.announce()
+        messages = encode(announcement)
+        violations = self._limits.of_decision(decision, messages)
         if violations:
             self._report(step, violations)
             return
-        stamp = self._stamps.at_time(float(spoken.time[0]))
+        stamp = self._stamps.at_time(float(announcement.time[0]))
         blank = np.zeros((len(nodes), 6 if self._announces == "arc_length" else 2))
-        parts = (said, blank) if self._announces == "arc_length" else (blank, said)
+        parts = (messages, blank) if self._announces == "arc_length" else (blank, messages)
         torque = decision.wheel_torque
         pushes = np.concatenate(
             (decision.acceleration, np.zeros((len(nodes), 3)) if torque is None else torque), axis=-1
         ).tolist()
         announced = np.concatenate(parts, axis=-1).tolist()
-        for own, push, words in zip(publishers, pushes, announced, strict=True):
-            own.publish_command(_COMMAND.pack(*now, step, *push, *stamp, *words, 0, 0.0))
+        for own, push, message in zip(publishers, pushes, announced, strict=True):
+            own.publish_command(_COMMAND.pack(*now, step, *push, *stamp, *message, 0, 0.0))
         before, after = AROUND_NUMBERS[self._announces]
-        for own, words in zip(publishers, said.tolist(), strict=True):
-            own.publish_announcement(self._announcement.pack(*stamp, step + 1, *before, *words, *after))
+        for own, message in zip(publishers, messages.tolist(), strict=True):
+            own.publish_announcement(self._announcement.pack(*stamp, step + 1, *before, *message, *after))
         for row, node in enumerate(nodes):
             if node.memory.due(step + 1):
                 node.memory.keep(self.single(row), node.neighbour_messages.neighbours)

@@ -21,8 +21,8 @@ MOST_BYTES = 100_000_000
 _HEAD = struct.Struct("<qI")
 """At the beginning of the file: the step, and how many neighbours follow; then the state."""
 
-_PLACE = "<u4"
-"""Index of a neighbour, as a number of the file."""
+_INDEX = "<u4"
+"""Data type of a neighbour's index in the file."""
 
 
 class CheckpointFile:
@@ -30,7 +30,7 @@ class CheckpointFile:
 
     Attributes:
         step: of the checkpoint that was found at the start; -1 when there was none.
-        kept: step of the last checkpoint that is on the disk; -1 when there is none.
+        written: step of the last checkpoint on the disk; -1 when there is none.
         failures: how many could not be written.
         problem: why the last one could not be written; empty when it is there.
     """
@@ -39,16 +39,16 @@ class CheckpointFile:
         """Find the checkpoint of an earlier process of the same satellite.
 
         Args:
-            folder: where checkpoints are kept; empty to keep none.
+            folder: of the checkpoint files; empty to write none.
             name: of the satellite.
-            every: steps between two checkpoints; None to keep none.
+            every: steps between two checkpoints; None to write none.
 
         Raises:
             NodeError: there is a file that is no checkpoint.
         """
         self._file = Path(folder) / f"{name}.checkpoint" if folder and every else None
         self._every = every or 0
-        self.step = self.kept = -1
+        self.step = self.written = -1
         self.failures = 0
         self.problem = ""
         self._data = b""
@@ -65,12 +65,12 @@ class CheckpointFile:
             raise NodeError(f"{self._file}: cannot be read: {error.strerror}", EXIT_BAD_INPUT) from None
         try:
             step, count = _HEAD.unpack_from(data)
-            places = np.frombuffer(data, _PLACE, count, _HEAD.size)
+            indices = np.frombuffer(data, _INDEX, count, _HEAD.size)
         except (struct.error, ValueError):
             raise NodeError(f"{self._file}: is no checkpoint, or cut short", EXIT_BAD_INPUT) from None
-        self.step = self.kept = step
-        self._neighbours = places.tolist()
-        self._data = data[_HEAD.size + places.nbytes :]
+        self.step = self.written = step
+        self._neighbours = indices.tolist()
+        self._data = data[_HEAD.size + indices.nbytes :]
 
     def restore(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
         """Put a satellite into the state of the checkpoint.
@@ -98,7 +98,7 @@ class CheckpointFile:
         """Write a checkpoint if one is due at the satellite's step; a failure does not stop the satellite.
 
         Args:
-            satellite: whose state is kept.
+            satellite: whose state is written.
             neighbours: indices of its in-neighbours.
         """
         if self._file is None or not self.due(satellite.state.step):
@@ -107,13 +107,13 @@ class CheckpointFile:
         head = _HEAD.pack(step, len(neighbours))
         try:
             self._file.parent.mkdir(exist_ok=True)
-            write_durably(self._file, head + np.array(neighbours, dtype=_PLACE).tobytes() + save(satellite))
+            write_durably(self._file, head + np.array(neighbours, dtype=_INDEX).tobytes() + save(satellite))
         except OSError as error:
             self.failures += 1
-            kept = f"the last one is of step {self.kept}" if self.kept >= 0 else "there is none"
+            last = f"the last one is of step {self.written}" if self.written >= 0 else "there is none"
             self.problem = (
-                f"{self._file}: the checkpoint of step {step} cannot be written, {kept}: "
+                f"{self._file}: the checkpoint of step {step} cannot be written, {last}: "
                 f"{reason_text(error, self._file)}"
             )
         else:
-            self.kept, self.problem = step, ""
+            self.written, self.problem = step, ""

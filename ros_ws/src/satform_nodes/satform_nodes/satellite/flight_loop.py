@@ -60,9 +60,9 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         return sum(satellite.pulse for satellite in satellites)
 
     # The first state comes when the last of all nodes is ready; the next ones within the timeout.
-    silence = plant_timeout(satellites[0].plan.timing.node_timeout)
+    timeout = plant_timeout(satellites[0].plan.timing.node_timeout)
     in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
-    in_time = in_time and executor.spin_while(lambda: not over(), silence, retransmit, pulse)
+    in_time = in_time and executor.spin_while(lambda: not over(), timeout, retransmit, pulse)
     _finish(satellites, in_time=in_time)
     return exit_code_of(stop, satellites[0].view.ended)
 

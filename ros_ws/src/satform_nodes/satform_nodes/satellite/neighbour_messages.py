@@ -55,7 +55,7 @@ class NeighbourMessages:
 
     def reset(self) -> None:
         """Reset the link models."""
-        self._ears = ReceiverModel(self._plan.links, np.asarray(self._index), [self.neighbours])
+        self._receiver = ReceiverModel(self._plan.links, np.asarray(self._index), [self.neighbours])
 
     def add_neighbours(self, new: list[int]) -> list[int | None]:
         """Add neighbours.
@@ -73,25 +73,25 @@ class NeighbourMessages:
 
     def receives_all(self) -> bool:
         """Whether the present graph has the edges from all neighbours."""
-        return bool(self._ears.linked(self._view.formation).all())
+        return bool(self._receiver.linked(self._view.formation).all())
 
-    def words(self, said: tuple[Any, ...]) -> Message:
+    def message(self, fields: tuple[Any, ...]) -> Message:
         """Time and numbers of a neighbour's message, from all its fields."""
         begin = 3 + len(AROUND_NUMBERS[self._announces][0])
-        return (self._stamps.time(said[0], said[1]), *said[begin : begin + self._width])
+        return (self._stamps.time(fields[0], fields[1]), *fields[begin : begin + self._width])
 
-    def hear(self, neighbour: int, step: int, words: Message) -> None:
+    def add(self, neighbour: int, step: int, message: Message) -> None:
         """Store the message of a neighbour for a step."""
-        self.by_step.setdefault(step, {})[neighbour] = words
+        self.by_step.setdefault(step, {})[neighbour] = message
 
-    def add_newest(self, neighbour: int, said: tuple[Any, ...]) -> None:
+    def add_newest(self, neighbour: int, fields: tuple[Any, ...]) -> None:
         """On the wall clock: store the newest messages of a neighbour."""
         own = self._newest.setdefault(neighbour, deque(maxlen=3))
-        own.append((said[2], self.words(said)))
+        own.append((fields[2], self.message(fields)))
 
-    def speakers(self, step: int) -> list[int]:
+    def senders(self, step: int) -> list[int]:
         """Indices of the neighbours that publish for a step and have an edge at present."""
-        linked, view = self._ears.linked(self._view.formation), self._view
+        linked, view = self._receiver.linked(self._view.formation), self._view
         return [
             neighbour
             for index, neighbour in enumerate(self.neighbours)
@@ -100,34 +100,34 @@ class NeighbourMessages:
 
     def newest(self, step: int) -> dict[int, Message]:
         """The newest message of each neighbour that has an edge, of this step or older."""
-        heard: dict[int, Message] = {}
-        for neighbour in self.speakers(step):
-            # A message for the next step is kept for that step.
-            due = [said for spoken, said in self._newest.get(neighbour, ()) if spoken <= step]
+        received: dict[int, Message] = {}
+        for neighbour in self.senders(step):
+            # A message for the next step is stored until that step.
+            due = [message for sent, message in self._newest.get(neighbour, ()) if sent <= step]
             if due:
-                heard[neighbour] = due[-1]
+                received[neighbour] = due[-1]
                 self.ages.note(step * self._step - due[-1][0])
-        return heard
+        return received
 
-    def add_final_commands(self, step: int, heard: dict[int, Message]) -> None:
+    def add_final_commands(self, step: int, received: dict[int, Message]) -> None:
         """Add the messages that lost neighbours had published for the step of their loss."""
         for neighbour, command in self._view.final_commands.items():
             if self._view.formation.lost_at.get(neighbour) == step and neighbour in self.neighbours:
-                heard.setdefault(neighbour, final_command(command, self._announces, self._stamps))
-        self.by_step[step] = heard
+                received.setdefault(neighbour, final_command(command, self._announces, self._stamps))
+        self.by_step[step] = received
 
-    def told(self, step: int, heard: dict[int, Message], speakers: list[int]) -> Received:
+    def apply_links(self, step: int, received: dict[int, Message], senders: list[int]) -> Received:
         """Apply the link models to the messages for a step."""
         neighbours, formation = self.neighbours, self._view.formation
         count, width = len(neighbours), 1 + self._width
-        if len(speakers) == count:
-            said = np.array([heard[neighbour] for neighbour in neighbours]).reshape(count, width)
-            return self._ears.receive(step, said[:, 1:], said[:, 0], np.ones(count), formation)
-        said, fresh = np.zeros((count, width)), np.zeros(count)
+        if len(senders) == count:
+            messages = np.array([received[neighbour] for neighbour in neighbours]).reshape(count, width)
+            return self._receiver.receive(step, messages[:, 1:], messages[:, 0], np.ones(count), formation)
+        messages, fresh = np.zeros((count, width)), np.zeros(count)
         for index, neighbour in enumerate(neighbours):
-            if neighbour in speakers:
-                said[index], fresh[index] = heard[neighbour], 1.0
-        return self._ears.receive(step, said[:, 1:], said[:, 0], fresh, formation)
+            if neighbour in senders:
+                messages[index], fresh[index] = received[neighbour], 1.0
+        return self._receiver.receive(step, messages[:, 1:], messages[:, 0], fresh, formation)
 
     def forget(self, step: int) -> None:
         """Discard the messages for a step that has been taken, and for the one before."""

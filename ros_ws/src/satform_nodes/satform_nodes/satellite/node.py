@@ -246,7 +246,7 @@ class SatelliteNode:
         self.step = step
         if returned is None or self.view.formation.lost_at.get(self.index) != step:
             # If it was lost in this step, the message that it had published before stays.
-            self.publishers.publish_next(step, self.publishers.words(self.satellite.announce(), step))
+            self.publishers.publish_next(step, self.publishers.message(self.satellite.announce(), step))
         return True
 
     def _takes_part_from_the_start(self, step: int) -> bool:
@@ -286,14 +286,14 @@ class SatelliteNode:
 
     def _add_new_neighbours(self) -> None:
         """Subscribe to neighbours of which the graph had no edge before."""
-        heard = self.view.formation.graph.neighbours(self.index)
-        new = [index for index in heard if index not in self.neighbour_messages.neighbours]
+        present = self.view.formation.graph.neighbours(self.index)
+        new = [index for index in present if index not in self.neighbour_messages.neighbours]
         if not new:
             return
-        places = self.neighbour_messages.add_neighbours(new)
+        previous_rows = self.neighbour_messages.add_neighbours(new)
         for neighbour in new:
             self.subscriptions.add_neighbour(neighbour)
-        self.satellite.rearrange(places)
+        self.satellite.rearrange(previous_rows)
         self.satellite.find_target(self.neighbour_messages.neighbours)
 
     def _new_software(self) -> Satellite:
@@ -305,20 +305,20 @@ class SatelliteNode:
 
     def _on_announcement(self, neighbour: int, validator: MessageValidator, data: bytes, _name: str) -> None:
         if self.clocked:
-            said = validator.validate(data, 0, _ANY_STEP)
-            if said is not None:
-                self.neighbour_messages.add_newest(neighbour, said)
+            fields = validator.validate(data, 0, _ANY_STEP)
+            if fields is not None:
+                self.neighbour_messages.add_newest(neighbour, fields)
             return
         last = self.step + 1 if self.flying else _ANY_STEP
-        said = validator.validate(data, self.step if self.flying else 0, last)
-        if said is None:
+        fields = validator.validate(data, self.step if self.flying else 0, last)
+        if fields is None:
             return
-        words = self.neighbour_messages.words(said)
+        message = self.neighbour_messages.message(fields)
         if self._batch is None:
-            self.neighbour_messages.hear(neighbour, said[2], words)
+            self.neighbour_messages.add(neighbour, fields[2], message)
             self.act_if_complete()
         else:
-            self._batch.add_neighbour_message(self._row, neighbour, said[2], words)
+            self._batch.add_neighbour_message(self._row, neighbour, fields[2], message)
 
     def _on_state(self, validator: MessageValidator, data: bytes, _name: str) -> None:
         before = validator.repeated
@@ -361,14 +361,14 @@ class SatelliteNode:
             self._act_on_the_clock(step, state)
             return
         neighbour_messages = self.neighbour_messages
-        heard, speakers = neighbour_messages.by_step.get(step, {}), neighbour_messages.speakers(step)
-        if any(speaker not in heard for speaker in speakers):
-            neighbour_messages.add_final_commands(step, heard)
-            if any(speaker not in heard for speaker in speakers):
+        messages, senders = neighbour_messages.by_step.get(step, {}), neighbour_messages.senders(step)
+        if any(sender not in messages for sender in senders):
+            neighbour_messages.add_final_commands(step, messages)
+            if any(sender not in messages for sender in senders):
                 return
         if self.turns and (self._attitude is None or self._attitude[2] != step):
             return
-        self._act(step, state, heard, speakers)
+        self._act(step, state, messages, senders)
 
     def _require_lost(self, step: int) -> None:
         """End this process if another one flies this satellite: steps are taken, and it is not lost.
@@ -386,8 +386,8 @@ class SatelliteNode:
             self._duplicate = None
             return
         self._duplicate = first, since = self._duplicate or (step, time.monotonic())
-        silence = 2.0 * self.plan.timing.node_timeout if self.clocked else 0.0
-        if step >= first + _DUPLICATE_STEPS and time.monotonic() - since >= silence:
+        timeout = 2.0 * self.plan.timing.node_timeout if self.clocked else 0.0
+        if step >= first + _DUPLICATE_STEPS and time.monotonic() - since >= timeout:
             raise NodeError(
                 f"{self.name} is not lost: another process flies it, at step {step}; only a lost satellite "
                 "can rejoin",
@@ -403,8 +403,8 @@ class SatelliteNode:
             self._skipped += step - self.step
             self.satellite.join(step, skipped=True)
             self.step = step
-        heard = self.neighbour_messages.newest(step)
-        self._act(step, state, heard, list(heard))
+        messages = self.neighbour_messages.newest(step)
+        self._act(step, state, messages, list(messages))
 
     def _knows(self, number: int) -> bool:
         """Whether the formation that a state is meant for is known; its status is on its way if not."""
@@ -413,10 +413,12 @@ class SatelliteNode:
             return False
         return True
 
-    def _act(self, step: int, state: tuple[Any, ...], heard: dict[int, Message], speakers: list[int]) -> None:
-        # The processor's time: the wall clock would count those who are let in meanwhile.
+    def _act(
+        self, step: int, state: tuple[Any, ...], messages: dict[int, Message], senders: list[int]
+    ) -> None:
+        # Processor time: wall-clock time would include other threads that run meanwhile.
         begin = time.thread_time()
-        told = self.neighbour_messages.told(step, heard, speakers)
+        received = self.neighbour_messages.apply_links(step, messages, senders)
         motion, applied = Motion(np.array(state[4:7]), np.array(state[7:10])), np.array(state[10:13])
         attitude = None
         if self._attitude is not None:
@@ -425,7 +427,7 @@ class SatelliteNode:
         decision: Decision | None = None
         violation: Violation | None = NO_COMMAND
         with suppress(ArithmeticError):
-            decision = self.satellite.act(motion, told, measured_step, attitude, applied)
+            decision = self.satellite.act(motion, received, measured_step, attitude, applied)
             violation = self._limits.of_decision(decision, encode(self.satellite.announce())).get(0)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
@@ -438,10 +440,10 @@ class SatelliteNode:
             publishers.report_violation(step, violation or NO_COMMAND)
             self._publish_changes(step)
             return
-        words = publishers.words(self.satellite.announce(), self.step)
-        publishers.command(seconds, nanoseconds, step, decision, words)
+        message = publishers.message(self.satellite.announce(), self.step)
+        publishers.command(seconds, nanoseconds, step, decision, message)
         self.memory.keep(self.satellite, self.neighbour_messages.neighbours)
-        publishers.publish_next(step + 1, words)
+        publishers.publish_next(step + 1, message)
         publishers.publish_tracking_of(seconds, nanoseconds, step, decision)
         self._publish_changes(step)
 

@@ -73,7 +73,7 @@ class SatellitePublishers:
         self._index = index
         self._faults = plan.faults
         self._stamps = stamps
-        self._said: deque[bytes] = deque(maxlen=2)
+        self._last_announcements: deque[bytes] = deque(maxlen=2)
         self._last_command = b""
         announces = plan.announces
         self._in_phase = announces == "arc_length"
@@ -120,18 +120,18 @@ class SatellitePublishers:
 
     # At each step
 
-    def words(self, announcement: NeighbourMessage, step: int) -> StampedMessage:
+    def message(self, announcement: NeighbourMessage, step: int) -> StampedMessage:
         """Stamp and numbers of the neighbour message for a step; a Byzantine fault may change them."""
         values = self._faults.corrupt(self._index, encode(announcement), step)
         return self._stamps.at_time(float(announcement.time)), values.tolist()
 
     def command(
-        self, seconds: int, nanoseconds: int, step: int, decision: Decision, words: StampedMessage
+        self, seconds: int, nanoseconds: int, step: int, decision: Decision, message: StampedMessage
     ) -> None:
         """Publish the command, with a copy of the neighbour message for the next step."""
-        stamp, said = words
+        stamp, numbers = message
         torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
-        announced = (*said, *[0.0] * 6) if self._in_phase else (0.0, 0.0, *said)
+        announced = (*numbers, *[0.0] * 6) if self._in_phase else (0.0, 0.0, *numbers)
         self.publish_command(
             _COMMAND.pack(
                 seconds,
@@ -149,11 +149,11 @@ class SatellitePublishers:
         """Publish a zero command with the violation of a limit for a step."""
         self.publish_command(violation_command(self._stamps.at(step), step, violation))
 
-    def publish_next(self, step: int, words: StampedMessage) -> None:
+    def publish_next(self, step: int, message: StampedMessage) -> None:
         """Publish the neighbour message for a step."""
-        stamp, said = words
+        stamp, numbers = message
         self.publish_announcement(
-            self._announcement.pack(*stamp, step, *self._before_numbers, *said, *self._after_numbers)
+            self._announcement.pack(*stamp, step, *self._before_numbers, *numbers, *self._after_numbers)
         )
 
     def publish_tracking_of(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
@@ -190,7 +190,7 @@ class SatellitePublishers:
 
     def publish_announcement(self, data: bytes) -> None:
         """Publish a neighbour message, and store it for retransmission."""
-        self._said.append(data)
+        self._last_announcements.append(data)
         self._announcement_publisher.publish(data)
 
     def publish_tracking(self, data: bytes) -> None:
@@ -225,12 +225,12 @@ class SatellitePublishers:
         """Publish the last messages again."""
         if self._last_command:
             self._command_publisher.publish(self._last_command)
-        for said in self._said:
-            self._announcement_publisher.publish(said)
+        for announcement in self._last_announcements:
+            self._announcement_publisher.publish(announcement)
 
     def forget(self) -> None:
         """Discard the stored messages."""
-        self._said.clear()
+        self._last_announcements.clear()
         self._last_command = b""
 
     def command_zero(self, step: int) -> None:
@@ -246,11 +246,11 @@ class SatellitePublishers:
         """
         wait_for_acknowledgement(
             (self._change_publisher,) if only_changes else self._publishers_of_last_messages,
-            self._heard_out,
+            self._has_subscribers,
             _ACKNOWLEDGEMENT_TIMEOUT,
         )
 
-    def _heard_out(self) -> bool:
+    def _has_subscribers(self) -> bool:
         """Whether the plant or the recorder still subscribes to this satellite."""
         others = self._node.get_subscriptions_info_by_topic(self._command_publisher.topic_name)
         return bool({PLANT, RECORDER} & {local_name(other, self._node.get_namespace()) for other in others})

@@ -102,12 +102,12 @@ class SatelliteSubscriptions:
 
     def add_neighbour(self, neighbour: int) -> None:
         """Subscribe to the messages of a neighbour."""
-        speaker = self._names[neighbour]
-        topic = topic_name(self._announces, speaker)
+        sender = self._names[neighbour]
+        topic = topic_name(self._announces, sender)
         validator = MessageValidator(topic, self._announcement, self._rejections, self._stamps, exact=False)
         callback = partial(self._hearer.announcement, neighbour, validator)
         kind = topics.TYPES[self._announces]
-        self._authorised[neighbour] = self._subscribe(kind, topic, callback, speaker, neighbour)
+        self._authorised[neighbour] = self._subscribe(kind, topic, callback, sender, neighbour)
 
     def allow_replacement(self, lost: Collection[int]) -> None:
         """Accept restarted processes of lost neighbours as publishers."""
@@ -120,11 +120,11 @@ class SatelliteSubscriptions:
         kind: Any,
         topic: str,
         callback: Callable[[bytes, str], None],
-        speaker: str,
+        sender: str,
         what: str | int,
         profile: Any = None,
     ) -> AuthorisedPublishers:
-        authorised = AuthorisedPublishers(self._node, topic, [speaker], self._rejections)
+        authorised = AuthorisedPublishers(self._node, topic, [sender], self._rejections)
         subscription = self._executor.subscribe(
             self._node, kind, topic, callback, profile or self._profile, authorised
         )

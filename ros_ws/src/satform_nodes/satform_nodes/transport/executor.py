@@ -205,10 +205,10 @@ class StepExecutor(SingleThreadedExecutor):
             return callback
         name = trace.name(topic)
 
-        def marked(data: bytes, speaker: str) -> None:
+        def marked(data: bytes, publisher: str) -> None:
             self._handed_out += vital
             trace.begin(name)
-            callback(data, speaker)
+            callback(data, publisher)
             trace.end(name)
 
         return marked

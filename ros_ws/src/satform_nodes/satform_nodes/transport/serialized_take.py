@@ -64,7 +64,7 @@ class SerializedTaker:
         self._bytes, self._information = _Bytes(), _Information()
         if tools.rcutils_uint8_array_init(ctypes.byref(self._bytes), _ROOM, ctypes.byref(allocator)) != _OK:
             raise MemoryError("no room for a message")
-        self._places = (ctypes.byref(self._bytes), ctypes.byref(self._information), None)
+        self._outputs = (ctypes.byref(self._bytes), ctypes.byref(self._information), None)
 
     def take(self, subscription: Any) -> tuple[bytes, bytes] | None:
         """The next message and the identifier of its writer; None when there is none.
@@ -72,7 +72,7 @@ class SerializedTaker:
         Args:
             subscription: rclpy's, not destroyed.
         """
-        code = self._take(subscription.handle.pointer, *self._places)
+        code = self._take(subscription.handle.pointer, *self._outputs)
         if code != _OK:
             if code != _NOTHING_THERE:
                 self._forget_error()
