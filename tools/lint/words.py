@@ -64,8 +64,23 @@ INSTEAD = {word: term for term, words in TERMS.items() for word in words}
 ALLOWED_NAMES: dict[str, str] = {}
 """Names that contain a word of the list, each with its reason."""
 
-PENDING = ("ros_ws/src/satform/", "scenarios/", "docs/", "README.md", "docker/")
-"""Paths whose findings are printed and do not count."""
+_LIBRARY = "ros_ws/src/satform/satform"
+
+ALLOWED_WORDS: dict[str, tuple[frozenset[str], str]] = {
+    f"{_LIBRARY}/scenario/renamed.py": (
+        frozenset({"circulation", "speaker", "listener", "liar"}),
+        "former names of the scenario format, answered with the present ones",
+    ),
+    f"{_LIBRARY}/bag/earlier_versions.py": (
+        frozenset({"listeners", "speakers", "clipped", "withheld", "starved"}),
+        "fields of messages in bags of earlier versions",
+    ),
+    f"{_LIBRARY}/record/flight_record.py": (
+        frozenset({"clipped", "withheld", "starved"}),
+        "labels that enter the state hash, so that equal flights keep their hash",
+    ),
+}
+"""Words that the sentences of a file may use, with the reason."""
 
 AMBIGUOUS = frozenset(
     {
@@ -213,10 +228,12 @@ def findings() -> list[Finding]:
             ]
     for path in tracked(*PRODUCTION, *DEFINITIONS, *SCENARIOS, *PAGES):
         if path not in (here, *NOT_READ):
+            allowed, _ = ALLOWED_WORDS.get(path, (frozenset(), ""))
             found += [
                 Finding(path, line, word, INSTEAD[word.lower()])
                 for text, line in sentences(path)
                 for word in _PROSE_WORDS.findall(text)
+                if word.lower() not in allowed
             ]
     return found
 
@@ -226,7 +243,7 @@ def main() -> int:
     found = findings()
     for finding in found:
         print(finding)
-    return int(any(not finding.file.startswith(PENDING) for finding in found))
+    return int(bool(found))
 
 
 if __name__ == "__main__":

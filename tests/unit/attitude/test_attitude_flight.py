@@ -181,7 +181,7 @@ def test_figures_of_attitude_are_unknown_where_nobody_has_one() -> None:
     ("change", "said"),
     [
         ("satellites.0.attitude.pointing.target=nobody", "there is no satellite nobody to point at"),
-        ("graph={kind: none}", "it has to hear sat2 to point at it"),
+        ("graph={kind: none}", "pointing at sat2 needs it as an in-neighbour"),
         ("satellites.0.attitude.pointing.sun=[0, 0, 0]", "sun needs a direction"),
         ("satellites.0.attitude.controller.wheel_inertia=200.0", "inertias have to be positive"),
         (

@@ -227,10 +227,10 @@ def test_a_graph_is_what_its_edges_say() -> None:
 @pytest.mark.parametrize(
     ("listeners", "speakers", "sentence"),
     [
-        ([0, 1], [1], "2 listeners and 1 speakers"),
+        ([0, 1], [1], "2 receivers and 1 senders"),
         ([0], [3], "none of the 3 satellites"),
         ([-1], [0], "none of the 3 satellites"),
-        ([1], [1], "cannot hear itself"),
+        ([1], [1], "cannot receive from itself"),
     ],
 )
 def test_edges_of_no_graph_are_refused(listeners: list[int], speakers: list[int], sentence: str) -> None:

@@ -68,8 +68,8 @@ def test_satellites_that_share_their_motion_fly_with_the_same_bits_together_and_
     ("change", "said"),
     [
         ("satellite_defaults.controller={kind: lqr}", "controller that follows a reference"),
-        ("graph={kind: ring}", "hears 2 others"),
-        ("graph={kind: none}", "hears 0 others"),
+        ("graph={kind: ring}", "has 2 in-neighbours"),
+        ("graph={kind: none}", "has 0 in-neighbours"),
         (
             "consensus={kind: arc_length, tracking_gain: 1, coupling_gain: 1, rate_gain: 1}",
             "controller that follows a neighbour",

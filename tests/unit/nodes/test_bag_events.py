@@ -79,7 +79,7 @@ def test_events_are_what_the_nodes_said(events: Events) -> None:
     assert [entry.step for entry in events.statuses] == [0, 10, 20, 30]
     assert [entry.phase for entry in events.statuses] == ["flying", "flying", "flying", "aborted"]
     assert events.statuses[1].alive == (True, False, True)
-    assert events.statuses[1].hears == ((0, 1, 1), (1, 0, 1), (1, 1, 0))
+    assert events.statuses[1].adjacency == ((0, 1, 1), (1, 0, 1), (1, 1, 0))
     assert events.statuses[1].satellites == tuple(NAMES)
     assert events.statuses[1].reason == "no answer within 10 s"
     change = events.gain_changes[0]

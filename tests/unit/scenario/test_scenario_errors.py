@@ -390,7 +390,7 @@ def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> Non
             "numbered 0 to 2",
         ),
         ("[[sat1, sat3]]", "[[sat1, sat4]]", "graph_schedule[1]", "there is no satellite sat4; there are"),
-        ("[[sat1, sat3]]", "[[sat1, sat1]]", "graph_schedule[1]", "sat1 cannot hear itself"),
+        ("[[sat1, sat3]]", "[[sat1, sat1]]", "graph_schedule[1]", "sat1 cannot receive from itself"),
         ("[[sat1, sat3]]", "[[sat1, sat2]]", "graph_schedule[1]", "cannot both come and go"),
         ("[[sat1, sat3]]", "[[sat1]]", "graph_schedule[1].add[0][1]", "is missing"),
         ("kind: satellite_lost", "kind: lost", "faults[0]", "there is no kind 'lost'"),
@@ -457,7 +457,7 @@ def test_who_comes_back_from_a_checkpoint_needs_one() -> None:
 def test_who_follows_a_neighbour_keeps_its_graph_and_tells_no_phase_to_lie_about() -> None:
     text = (SCENARIOS / "directed_triangle.yaml").read_text()
     (change,) = problems(text + "graph_schedule: [{at: 1.0, graph: {kind: none}}]\n")
-    assert "has to hear it all the time" in change.sentence
+    assert "needs it as an in-neighbour all the time" in change.sentence
     assert change.line == len(text.splitlines()) + 1
     (lie,) = problems(text + "faults: [{kind: byzantine, satellite: sat1, at: 1.0}]\n")
     assert "tell no phase to lie about" in lie.sentence

@@ -70,3 +70,11 @@ def test_every_allowed_name_has_a_reason_and_a_word_of_the_list() -> None:
     for name, reason in words.ALLOWED_NAMES.items():
         assert reason
         assert set(words.words_of(name)) & words.INSTEAD.keys(), f"{name} needs no permission"
+
+
+def test_every_word_allowed_in_a_file_has_a_reason_and_is_there() -> None:
+    for path, (allowed, reason) in words.ALLOWED_WORDS.items():
+        assert reason
+        text = " ".join(line for line, _ in words.sentences(path)).lower()
+        missing = {word for word in allowed if f'"{word}"' not in text}
+        assert not missing, f"{path} needs no permission for {missing}"

@@ -80,7 +80,7 @@ def graph_states(stored: StoredRun) -> list[GraphState]:
         GraphState(
             status.step * step,
             status.alive,
-            np.array(status.hears, dtype=np.float64) * np.outer(status.alive, status.alive),
+            np.array(status.adjacency, dtype=np.float64) * np.outer(status.alive, status.alive),
             status.algebraic_connectivity,
         )
         for status in stored.events.statuses
@@ -97,7 +97,7 @@ def _changes(before: Status | None, now: Status) -> list[tuple[Kind, str]]:
         found.append(("loss", f"{', '.join(lost)} lost{reason}"))
     if rejoined:
         found.append(("return", f"{', '.join(rejoined)} rejoined{reason}"))
-    if before is not None and before.hears != now.hears:
+    if before is not None and before.adjacency != now.adjacency:
         found.append(("graph", f"topology changed{reason}"))
     if (before is None or before.phase != now.phase) and now.phase not in _EXPECTED:
         found.append(("phase", f"{now.phase}{reason}"))

@@ -56,7 +56,7 @@ class Target:
         path: on which it flies.
         phase_offset: generalised arc length by which it leads the agreement, m, shape (...).
         satellite: index of the target in the scenario, shape (...).
-        place: of the target among those that are heard, shape (...).
+        row: of the target among the in-neighbours, shape (...).
         planned_phase: of the target at time zero by its flight plan, its offset left out, m, shape (...).
         planned_rate: of its generalised arc length at time zero by its flight plan, m/s, shape (...).
     """
@@ -64,13 +64,13 @@ class Target:
     path: Path
     phase_offset: Array
     satellite: NDArray[np.int64]
-    place: NDArray[np.int64]
+    row: NDArray[np.int64]
     planned_phase: Array
     planned_rate: Array
 
     def among(self, neighbours: Sequence[int]) -> "Target":
-        """The same target, of one satellite, in another list of those that are heard."""
-        return replace(self, place=np.asarray(neighbours.index(int(self.satellite)), dtype=np.int64))
+        """The same target, of one satellite, in another list of in-neighbours."""
+        return replace(self, row=np.asarray(neighbours.index(int(self.satellite)), dtype=np.int64))
 
     def reference(
         self, neighbour_states: NeighbourPhases, time: float, neighbour_timeout: float
@@ -88,9 +88,9 @@ class Target:
         Returns:
             Desired motion of the target, and whether it is known: any finite one where it is not.
         """
-        place = self.place[..., None]
+        row = self.row[..., None]
         phase, rate, stamp, weight = (
-            np.take_along_axis(values, place, axis=-1)[..., 0]
+            np.take_along_axis(values, row, axis=-1)[..., 0]
             for values in (
                 neighbour_states.arc_length,
                 neighbour_states.rate,

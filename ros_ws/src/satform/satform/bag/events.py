@@ -1,9 +1,8 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What happened in a flight besides its numbers: who was lost or came back, who hears whom, changed gains.
+"""Events of a recorded flight: lost and rejoined satellites, communication graphs and changed gains.
 
-Read from a bag's own message definitions, so that a bag of another version of these messages still tells
-what it knows.
+Read by a bag's own message definitions, so that bags with other versions of these messages can be read.
 """
 
 from collections.abc import Iterable
@@ -19,16 +18,16 @@ STATUS_TYPE = "satform_msgs/msg/FormationStatus"
 CHANGE_TYPE = "satform_msgs/msg/ParameterChange"
 
 TYPES = (STATUS_TYPE, CHANGE_TYPE)
-"""Types of the messages that tell of events."""
+"""Types of the messages that carry events."""
 
 
 class EventError(ValueError):
-    """Messages that do not tell of events as they should; the text says which."""
+    """Messages that cannot be read as events; the text names their topic."""
 
 
 @dataclass(frozen=True)
 class Status:
-    """Who flies and who hears whom, from a step on.
+    """Membership and communication graph from a step on.
 
     Attributes:
         step: from which this holds.
@@ -36,8 +35,8 @@ class Status:
         last_step: with which the run was to end.
         satellites: names.
         alive: one for each satellite.
-        hears: row for each satellite, with a 1 for each whom it hears.
-        algebraic_connectivity: of the graph of the living.
+        adjacency: row for each satellite, with a 1 for each in-neighbour.
+        algebraic_connectivity: of the graph of the satellites that take part.
         reason: why the formation changed or the run was aborted; empty when nothing happened.
     """
 
@@ -46,7 +45,7 @@ class Status:
     last_step: int
     satellites: tuple[str, ...]
     alive: tuple[bool, ...]
-    hears: tuple[tuple[int, ...], ...]
+    adjacency: tuple[tuple[int, ...], ...]
     algebraic_connectivity: float
     reason: str
 
@@ -82,7 +81,7 @@ class Events:
 
 
 def read_events(topics: Iterable[TopicMessages]) -> Events:
-    """The events that messages tell of.
+    """The events that messages carry.
 
     Args:
         topics: one entry for each topic of these types.
@@ -116,7 +115,7 @@ def read_events(topics: Iterable[TopicMessages]) -> Events:
 def _status(message: Any, phases: dict[int, str]) -> Status:
     count = len(message.satellites)
     graph = Graph.of_edges(count, message.edge_receivers, message.edge_senders)
-    hears = graph.adjacency.astype(np.int64).tolist()
+    adjacency = graph.adjacency.astype(np.int64).tolist()
     if len(message.alive) != count:
         raise ValueError(f"{len(message.alive)} entries of alive for {count} satellites")
     return Status(
@@ -125,7 +124,7 @@ def _status(message: Any, phases: dict[int, str]) -> Status:
         last_step=int(message.last_step),
         satellites=tuple(message.satellites),
         alive=tuple(bool(alive) for alive in message.alive),
-        hears=tuple(tuple(row) for row in hears),
+        adjacency=tuple(tuple(row) for row in adjacency),
         algebraic_connectivity=float(message.algebraic_connectivity),
         reason=str(message.reason),
     )

@@ -95,7 +95,7 @@ def read_table(messages: TopicMessages, satellite: int, gaps: Gaps, file: str) -
         if gaps.held is not None:
             rows = _held(rows, kind, gaps.states, gaps.held, spells)
         else:
-            rows = _with_silence(rows, (kind, name), spells, gaps.final_commands, gaps.states)
+            rows = _with_absences(rows, (kind, name), spells, gaps.final_commands, gaps.states)
     missing = np.flatnonzero(rows["step"] != np.arange(len(rows), dtype=np.uint64))
     if missing.size:
         first = int(missing[0])
@@ -154,7 +154,7 @@ def _blank(table: Rows, rows: NDArray[np.bool_]) -> None:
             table[name][rows] = np.nan
 
 
-def _with_silence(
+def _with_absences(
     table: Rows,
     whose: tuple[str, str],
     spells: list[tuple[int, int]],
@@ -163,9 +163,9 @@ def _with_silence(
 ) -> Rows:
     """A satellite's messages with a row for each step in which it was absent.
 
-    What it says in such a step counts for nothing: a process that was held still and goes on does not
-    know yet that it has been given up. What it had said shortly before may have been lost with it on the
-    way to the recorder, and is not a number; its last command the plant has passed on.
+    Messages of such a step are left out: a process that was suspended and goes on does not know yet that it
+    no longer takes part. Messages sent shortly before may not have reached the recorder and are not a
+    number; the plant publishes its last command.
     """
     kind, name = whose
     for begin, end in spells:

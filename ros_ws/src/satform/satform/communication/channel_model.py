@@ -53,7 +53,7 @@ class LinkSpec(Spec):
     loss: Probability = 0.0
     """Probability that a message never arrives."""
     delay: NonNegative = 0.0
-    """Time that every message takes, s; a message is heard at the first step after it."""
+    """Latency of every message, s; it is received at the first step after that time."""
     jitter: NonNegative = 0.0
     """Largest additional time, evenly spread between nothing and this, s."""
     duplication: Probability = 0.0
@@ -70,9 +70,9 @@ class EdgeSpec(LinkSpec):
     """One directed link; what it leaves out is taken from the default."""
 
     sender: str
-    """Name of the satellite that is heard over this link."""
+    """Name of the satellite that sends over this link."""
     receiver: str
-    """Name of the satellite that hears."""
+    """Name of the satellite that receives."""
 
 
 class LinksSpec(Spec):
@@ -121,7 +121,7 @@ class LinksSpec(Spec):
 
 
 class ChannelModel:
-    """The links over which one satellite hears, or many satellites do that fly as one."""
+    """The incoming links of one satellite, or of many satellites that fly as one."""
 
     def __init__(
         self,

@@ -42,16 +42,16 @@ def encode(message: NeighbourMessage) -> Array:
 
 
 def decode(announces: Announces, values: Array, stamp: Array, weight: Array) -> NeighbourStates:
-    """What a satellite hears, from the numbers that its neighbours said.
+    """What a satellite receives, from the values that its neighbours sent.
 
     Args:
-        announces: what they tell.
+        announces: what they send.
         values: numbers of each neighbour, shape (..., K, width).
         stamp: simulated time to which they belong, s, shape (..., K).
         weight: 1 for a neighbour that counts, 0 for padding, shape (..., K).
 
     Returns:
-        All neighbours' phases; or the motion of the one neighbour that is heard.
+        All neighbours' phases; or the motion of the single in-neighbour.
     """
     if announces == "arc_length":
         return NeighbourPhases(values[..., 0], values[..., 1], stamp, weight)

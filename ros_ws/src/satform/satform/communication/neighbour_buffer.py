@@ -29,13 +29,13 @@ class Received:
 
     @classmethod
     def whole(cls, values: Array, stamp: Array, linked: Array | None = None) -> "Received":
-        """What arrives when everyone who is linked is heard at once; everyone when that is left out."""
+        """What arrives when every linked neighbour is received in the same step; all without `linked`."""
         everyone = np.ones_like(stamp) if linked is None else linked
         return cls(values, stamp, everyone, everyone, complete=True)
 
     def shifted(self, offset: Array) -> "Received":
         """The same with stamps moved by an offset in s, shape (..., K)."""
-        # Whose clock is wrong may seem to have said it so long ago that it no longer counts.
+        # By a wrong clock a message may seem older than the timeout, so that it no longer counts.
         return Received(self.values, self.stamp + offset, self.fresh, self.linked, complete=False)
 
 
@@ -90,15 +90,15 @@ class NeighbourBuffer:
         """The inbox for the first so many possible neighbours alone."""
         return NeighbourBuffer(self.values[..., :count, :], self.stamp[..., :count], self.known[..., :count])
 
-    def rearranged(self, places: list[int | None]) -> "NeighbourBuffer":
+    def rearranged(self, previous: list[int | None]) -> "NeighbourBuffer":
         """The inbox of one satellite for another list of possible neighbours.
 
         Args:
-            places: for each of the new list, its place in the old one; None for one that was not in it.
+            previous: for each of the new list, its index in the old one; None for one that was not in it.
         """
-        count = len(places)
+        count = len(previous)
         whole = NeighbourBuffer.empty((count,), self.values.shape[-1])
-        for new, old in enumerate(places):
+        for new, old in enumerate(previous):
             if old is not None:
                 whole.values[new] = self.values[old]
                 whole.stamp[new] = self.stamp[old]

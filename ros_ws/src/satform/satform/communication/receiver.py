@@ -37,50 +37,50 @@ class LinkPlan:
 
 
 class ReceiverModel:
-    """What one satellite can hear, or what many can that fly as one: possible neighbours, links, clocks.
+    """Reception by one satellite or by many that fly as one: possible in-neighbours, links, clocks.
 
     Attributes:
-        members: place of each satellite in the formation, shape (); or (n,) for many.
-        neighbours: places of those whom they may hear, ascending, padded with the own place, shape (..., K).
+        members: index of each satellite in the formation, shape (); or (n,) for many.
+        neighbours: indices of possible in-neighbours, ascending, padded with the own index, shape (..., K).
     """
 
     def __init__(self, plan: LinkPlan, members: Index, neighbours: Sequence[Sequence[int]]) -> None:
-        """Ears that have heard nothing yet.
+        """A receiver before its first message.
 
         Args:
             plan: what happens to messages.
-            members: places of the satellites, shape () or (n,).
-            neighbours: for each of them the places of those whom it may hear, ascending.
+            members: indices of the satellites, shape () or (n,).
+            neighbours: for each of them the indices of its possible in-neighbours, ascending.
         """
         rows = np.atleast_1d(members)
         width = max(len(row) for row in neighbours)
-        places = np.empty((len(rows), width), dtype=np.int64)
+        senders = np.empty((len(rows), width), dtype=np.int64)
         real = np.zeros((len(rows), width))
         for index, (member, own) in enumerate(zip(rows, neighbours, strict=True)):
-            places[index] = [*own, *([member] * (width - len(own)))]
+            senders[index] = [*own, *([member] * (width - len(own)))]
             real[index, : len(own)] = 1.0
         shape = (*members.shape, width)
         self.members = members
-        self.neighbours = places.reshape(shape)
+        self.neighbours = senders.reshape(shape)
         self._real = real.reshape(shape)
         self._faults = plan.faults
         self._links: ChannelModel | None = None
         if plan.links is not None:
             edges = [
-                (int(speaker), int(member))
-                for member, row in zip(rows, places, strict=True)
-                for speaker in row
+                (int(sender), int(member))
+                for member, row in zip(rows, senders, strict=True)
+                for sender in row
             ]
             self._links = ChannelModel(plan.links, edges, plan.names, (plan.step, plan.seed), shape)
         self._number = -1
         self._linked = self._real
 
     def linked(self, formation: Formation) -> Array:
-        """1 for each possible neighbour whom the graph lets a satellite hear at present, shape (..., K)."""
+        """1 for each possible in-neighbour that is one in the present graph, shape (..., K)."""
         if formation.number != self._number:
             self._number = formation.number
-            listeners = self.members if self.members.ndim == 0 else self.members[:, None]
-            self._linked = formation.graph.adjacency[listeners, self.neighbours] * self._real
+            receivers = self.members if self.members.ndim == 0 else self.members[:, None]
+            self._linked = formation.graph.adjacency[receivers, self.neighbours] * self._real
         return self._linked
 
     def receive(
@@ -90,10 +90,10 @@ class ReceiverModel:
 
         Args:
             step: its number.
-            values: numbers that each possible neighbour says for this step, shape (..., K, width).
+            values: that each possible neighbour sends for this step, shape (..., K, width).
             stamp: simulated time to which they belong, s, shape (..., K).
-            fresh: 1 for those that say something for this step, else 0, shape (..., K); None when all do.
-            formation: who hears whom in this step.
+            fresh: 1 for those that send a message for this step, else 0, shape (..., K); None when all do.
+            formation: with the communication graph in this step.
         """
         linked = self.linked(formation)
         if fresh is None:

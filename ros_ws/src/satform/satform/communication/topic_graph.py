@@ -1,9 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who says what to whom: every topic of a flight, with its speakers and its listeners, from the scenario.
+"""Topic graph: every topic of a flight with its publishers and subscribers, from the scenario.
 
-The nodes, the recorder, the permissions and what is shown of a scenario all go by this one table. What
-only looks on, such as the display, is not in it: nobody waits for it. Names are those of a formation in the
+The nodes, the recorder, the permissions and what is shown of a scenario all go by this one table. Observers
+such as the display are not in it: no node waits for them. Names are those of a formation in the
 root namespace; `relative` and `in_namespace` are for one in another.
 """
 
@@ -52,7 +52,7 @@ KINDS_OF_A_SATELLITE = (
     "propulsion",
     "parameter_changes",
 )
-"""Kinds of all topics that are about one satellite; the recorder hears each of them."""
+"""Kinds of all topics that are about one satellite; the recorder subscribes to each of them."""
 
 Rhythm = Literal["states", "steps", "now and then"]
 """When there is a message: at every state, also at that after the last step; at every step; at times."""
@@ -77,7 +77,7 @@ class Channel:
     rhythm: Rhythm
 
     def subscribers_in(self, *, recorded: bool) -> tuple[str, ...]:
-        """Names of the listeners in a flight with or without a recorder."""
+        """Names of the subscribers in a flight with or without a recorder."""
         return self.subscribers if recorded else tuple(name for name in self.subscribers if name != RECORDER)
 
 
@@ -147,14 +147,14 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
         index: of the satellite.
 
     Returns:
-        A channel for each, with the listeners that the graph has at some time of the flight.
+        A channel for each, with the receivers that the graph has at some time of the flight.
     """
     equipment = plan.satellites[index]
     own = equipment.name
-    hearing = [plan.satellites[listener].name for listener in plan.graph.receivers(index)]
+    receiving = [plan.satellites[receiver].name for receiver in plan.graph.receivers(index)]
     found = [
         _channel("state", own, PLANT, [own], "states"),
-        _channel(plan.announces, own, own, hearing, "states"),
+        _channel(plan.announces, own, own, receiving, "states"),
     ]
     if equipment.sensor:
         found.append(_channel("truth", own, PLANT, [], "states"))
@@ -191,15 +191,15 @@ def channels(plan: TopicPlan) -> list[Channel]:
 
 
 def published_by(name: str, table: Iterable[Channel]) -> list[Channel]:
-    """The topics on which a node speaks."""
+    """The topics that a node publishes."""
     return [channel for channel in table if name in channel.publishers]
 
 
 def subscribed_by(name: str, table: Iterable[Channel]) -> list[Channel]:
-    """The topics to which a node listens."""
+    """The topics to which a node subscribes."""
     return [channel for channel in table if name in channel.subscribers]
 
 
 def _channel(kind: str, satellite: str, publisher: str, subscribers: list[str], rhythm: Rhythm) -> Channel:
-    """A topic about a satellite; the recorder hears all of them."""
+    """A topic about a satellite; the recorder subscribes to all of them."""
     return Channel(topic_name(kind, satellite), kind, (publisher,), (*subscribers, RECORDER), rhythm)

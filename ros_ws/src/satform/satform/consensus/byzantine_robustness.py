@@ -175,23 +175,27 @@ def _in_edges_from_outside(graph: Graph) -> Counts:
     """
     count = len(graph)
     sets = np.arange(2**count, dtype=np.uint32)
-    heard = np.full((count, len(sets)), -1, dtype=np.int16)
+    in_degree = np.full((count, len(sets)), -1, dtype=np.int16)
     for satellite in range(count):
         neighbours = np.uint32(sum(1 << other for other in graph.neighbours(satellite)))
         inside = (sets >> np.uint32(satellite)) & np.uint32(1) == 1
-        heard[satellite, inside] = np.bitwise_count(neighbours & ~sets[inside])
-    return heard
+        in_degree[satellite, inside] = np.bitwise_count(neighbours & ~sets[inside])
+    return in_degree
 
 
-def _largest_s(heard: Counts, r: int) -> int:
+def _largest_s(in_degree: Counts, r: int) -> int:
     """The largest s for which a graph is (r, s)-robust; 0 when it is not r-robust.
 
-    Two sets betray it when neither consists of satellites only that hear r outside their set, and
-    fewer than s in the two together do.
+    Two disjoint sets disprove it when in each of them some satellite has fewer than r in-neighbours outside
+    its set, and fewer than s satellites of the two together have r of them.
+
+    Args:
+        in_degree: in-neighbours outside a set of each of its members, shape (N, 2^N); -1 outside the set.
+        r: of the robustness.
     """
-    count = len(heard)
-    reached = (heard >= r).sum(axis=0).astype(np.int16)
-    members = (heard >= 0).sum(axis=0)
+    count = len(in_degree)
+    reached = (in_degree >= r).sum(axis=0).astype(np.int16)
+    members = (in_degree >= 0).sum(axis=0)
     reached[reached == members] = count
     return min(count, int(_smallest_over_pairs(np.add, reached)))
 

@@ -17,7 +17,7 @@ from satform.numeric.elementwise import Array
 MAXIMUM_SPECTRUM = 1_500
 """Largest number of satellites for which eigenvalues are computed; the time grows with its third power."""
 
-Hears = tuple[Literal[0, 1], ...]
+AdjacencyRow = tuple[Literal[0, 1], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,23 +37,23 @@ class Graph:
 
         Args:
             count: of satellites, N.
-            receivers: of each edge the index of the satellite that hears.
-            senders: of each edge the index of the satellite that is heard; the same edge twice is one edge.
+            receivers: of each edge the index of the satellite that receives.
+            senders: of each edge the index of the satellite that sends; the same edge twice is one edge.
 
         Raises:
-            ValueError: there are not as many speakers as listeners, an index is none of a satellite, or a
-                satellite would hear itself.
+            ValueError: there are not as many senders as receivers, an index is none of a satellite, or a
+                satellite would receive from itself.
         """
-        hears, heard = np.array(receivers, dtype=np.int64), np.array(senders, dtype=np.int64)
-        if len(hears) != len(heard):
-            raise ValueError(f"{len(hears)} listeners and {len(heard)} speakers; an edge has one of each")
-        ends = np.concatenate((hears, heard))
+        rows, columns = np.array(receivers, dtype=np.int64), np.array(senders, dtype=np.int64)
+        if len(rows) != len(columns):
+            raise ValueError(f"{len(rows)} receivers and {len(columns)} senders; an edge has one of each")
+        ends = np.concatenate((rows, columns))
         if np.any((ends < 0) | (ends >= count)):
             raise ValueError(f"an edge ends at none of the {count} satellites, which count from 0")
-        if np.any(hears == heard):
-            raise ValueError("a satellite cannot hear itself")
+        if np.any(rows == columns):
+            raise ValueError("a satellite cannot receive from itself")
         adjacency = np.zeros((count, count))
-        adjacency[hears, heard] = 1.0
+        adjacency[rows, columns] = 1.0
         return cls(adjacency)
 
     def __len__(self) -> int:
@@ -70,7 +70,7 @@ class Graph:
 
     @cached_property
     def edges(self) -> tuple[tuple[int, int], ...]:
-        """Pairs (speaker, listener), ascending by listener and then by speaker."""
+        """Pairs (sender, receiver), ascending by receiver and then by sender."""
         receivers, senders = np.nonzero(self.adjacency)
         return tuple(zip(senders.tolist(), receivers.tolist(), strict=True))
 
@@ -121,7 +121,7 @@ class Graph:
         """Whether consensus is possible: every satellite can be reached from some one along the edges.
 
         For an undirected graph this is connectivity. For a directed one it is the existence of a
-        spanning tree, which holds when exactly one strong component hears nobody outside itself.
+        spanning tree, which holds when exactly one strong component has no in-neighbour outside itself.
 
         Source: Ren & Beard 2005.
         """
@@ -222,19 +222,21 @@ class MatrixSpec(TopologySpec):
     """The adjacency matrix written out; it may be directed."""
 
     kind: Literal["matrix"] = "matrix"
-    rows: tuple[Hears, ...]
+    rows: tuple[AdjacencyRow, ...]
     """Row i has a 1 in column j when satellite i receives from satellite j, else 0."""
 
     @field_validator("rows")
     @classmethod
-    def _square_and_hollow(cls, rows: tuple[Hears, ...]) -> tuple[Hears, ...]:
+    def _square_and_hollow(cls, rows: tuple[AdjacencyRow, ...]) -> tuple[AdjacencyRow, ...]:
         for index, row in enumerate(rows):
             if len(row) != len(rows):
                 raise ValueError(
                     f"row {index} has {len(row)} entries, but there are {len(rows)} rows: it has to be square"
                 )
             if row[index]:
-                raise ValueError(f"row {index} has a 1 in column {index}: a satellite does not hear itself")
+                raise ValueError(
+                    f"row {index} has a 1 in column {index}: a satellite cannot receive from itself"
+                )
         return rows
 
     def build(self, count: int) -> Graph:

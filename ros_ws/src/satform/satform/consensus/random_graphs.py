@@ -37,7 +37,7 @@ class RandomRegularSpec(TopologySpec):
         if self.degree >= count:
             raise ValueError(
                 f"random_regular: degree is {self.degree}, but each of {count} satellites has only "
-                f"{count - 1} others to hear"
+                f"{count - 1} others to receive from"
             )
         if count * self.degree % 2:
             raise ValueError(

@@ -77,12 +77,12 @@ class SatelliteView:
 
 @dataclass(frozen=True)
 class LinkView:
-    """What one satellite hears of another: the half of the line between them that is at the listener.
+    """An edge of the communication graph: the half of the line between two satellites at the receiver.
 
     Attributes:
-        start: where the listener is, m, LVLH, shape (3,).
-        end: half-way to the speaker, m, LVLH, shape (3,).
-        colour: by the age of what was said last, and by who is lost.
+        start: position of the receiver, m, LVLH, shape (3,).
+        end: half-way to the sender, m, LVLH, shape (3,).
+        colour: by the age of the newest message, and by who is lost.
     """
 
     start: Array
@@ -113,7 +113,7 @@ class Scene:
 
         Args:
             plan: what is known of the formation.
-            snapshots_per_period: how many pictures are wanted of a lap, or of a flight shorter than that.
+            snapshots_per_period: how many pictures are wanted of a period, or of a flight shorter than that.
             trail_points: how many pictures a trail reaches back, unless there are very many satellites.
         """
         count = len(plan.names)
@@ -161,7 +161,7 @@ class Scene:
         self._published[index] = time
 
     def decided(self, alive: Sequence[bool], receivers: Sequence[int], senders: Sequence[int]) -> None:
-        """The plant said who takes part and who hears whom, edge by edge; what does not fit is left out."""
+        """Take membership and graph from a status of the plant; one that does not fit is left out."""
         count = len(self.names)
         if len(alive) != count:
             return
@@ -200,14 +200,14 @@ class Scene:
     def _links(self) -> list[LinkView]:
         now = self.step * self._step_length
         links = []
-        for listener, speaker in _pairs(self._in_edges):
-            if listener not in self._positions or speaker not in self._positions:
+        for receiver, sender in _pairs(self._in_edges):
+            if receiver not in self._positions or sender not in self._positions:
                 continue
-            start, other = self._positions[listener][1], self._positions[speaker][1]
+            start, other = self._positions[receiver][1], self._positions[sender][1]
             colour = link_colour(
-                (now - self._published.get(speaker, -math.inf)) / self._step_length,
-                receiver_alive=self._alive[listener],
-                sender_alive=self._alive[speaker],
+                (now - self._published.get(sender, -math.inf)) / self._step_length,
+                receiver_alive=self._alive[receiver],
+                sender_alive=self._alive[sender],
             )
             links.append(LinkView(start, 0.5 * (start + other), colour))
         return links
@@ -218,8 +218,8 @@ def picture_interval(plan: ScenePlan, snapshots_per_period: int) -> int:
 
     Args:
         plan: what is known of the formation.
-        snapshots_per_period: of the longest lap of any satellite, or of the whole flight if that is shorter;
-            of the chief's orbit where nobody goes round.
+        snapshots_per_period: of the longest period of any satellite, or of the whole flight if shorter;
+            of the chief's orbit where every satellite holds a fixed point.
 
     Returns:
         One or more.
@@ -227,6 +227,6 @@ def picture_interval(plan: ScenePlan, snapshots_per_period: int) -> int:
     return max(1, round(plan.period / (snapshots_per_period * plan.step)))
 
 
-def _pairs(hears: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Listener and speaker of every link."""
-    return [(int(listener), int(speaker)) for listener, speaker in zip(*np.nonzero(hears), strict=True)]
+def _pairs(in_edges: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Receiver and sender of every link."""
+    return [(int(receiver), int(sender)) for receiver, sender in zip(*np.nonzero(in_edges), strict=True)]

@@ -16,13 +16,13 @@ Colour = tuple[float, float, float, float]
 """Red, green, blue and opacity, each from 0 to 1."""
 
 GREY: Colour = (0.5, 0.5, 0.5, 0.6)
-"""Of a satellite that is lost, and of what it would hear."""
+"""Of a satellite that is lost, and of its incoming links."""
 RED: Colour = (0.9, 0.1, 0.1, 1.0)
 """Of a link to a satellite that is lost."""
 FRESH: Colour = (0.2, 0.8, 0.3, 1.0)
-"""Of a link whose speaker was heard just now."""
+"""Of a link whose sender has published just now."""
 STALE: Colour = (1.0, 0.6, 0.0, 1.0)
-"""Of a link whose speaker has been silent for long."""
+"""Of a link whose sender has not published for long."""
 
 FRESH_STEPS = 2.0
 """Age of an announcement up to which it counts as fresh, steps: it may be under way."""
@@ -101,15 +101,15 @@ def satellite_colour(index: int) -> Colour:
 
 
 def link_colour(age: float, *, receiver_alive: bool, sender_alive: bool) -> Colour:
-    """Colour of what one satellite hears of another.
+    """Colour of an edge of the communication graph.
 
     Args:
-        age: of the speaker's newest announcement, steps; infinite when it has said nothing yet.
-        receiver_alive: whether the one that hears takes part.
-        sender_alive: whether the one that is heard takes part.
+        age: of the sender's newest announcement, steps; infinite when it has published none yet.
+        receiver_alive: whether the receiver takes part.
+        sender_alive: whether the sender takes part.
 
     Returns:
-        Grey for a listener that is lost, red for a speaker that is lost; else from fresh to stale.
+        Grey for a receiver that is lost, red for a sender that is lost; else from fresh to stale.
     """
     if not receiver_alive:
         return GREY

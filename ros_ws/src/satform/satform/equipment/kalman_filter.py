@@ -164,7 +164,7 @@ def normalised_error_squared(error: Array, covariance: Array) -> Array:
 
     Args:
         error: estimate less truth, shape (..., 6).
-        covariance: as the filter believes, shape (..., 6, 6).
+        covariance: of the filter's estimate, shape (..., 6, 6).
 
     Returns:
         Dimensionless, shape (...). For analysis, not for flight.

@@ -269,9 +269,9 @@ class FilterSpec(Spec):
     acceleration_density: PositivePerAxis
     """Power spectral density of the unknown acceleration, taken to be white, LVLH [m^2/s^3]."""
     position_noise: PositivePerAxis | None = None
-    """Standard deviation of measured position that the filter believes [m]; the sensor's when left out."""
+    """Standard deviation of measured position that the filter assumes [m]; the sensor's when left out."""
     velocity_noise: PositivePerAxis | None = None
-    """Standard deviation of measured velocity that the filter believes [m/s]; the sensor's when left
+    """Standard deviation of measured velocity that the filter assumes [m/s]; the sensor's when left
     out."""
 
     innovation_gate: Positive | None = 50.0
@@ -287,17 +287,17 @@ class FilterSpec(Spec):
         Args:
             mean_motion: of the chief, rad/s.
             step: control period, s.
-            navigation: whose noise is believed where nothing else is said.
+            navigation: the sensor, whose noise is assumed where the filter has none of its own.
 
         Raises:
-            ValueError: a believed noise is zero, or the sensor's times are no whole control periods.
+            ValueError: an assumed noise is zero, or the sensor's times are no whole control periods.
         """
         position = self.position_noise or navigation.position_noise
         velocity = self.velocity_noise or navigation.velocity_noise
         noise = np.array([*position, *velocity])
         if math.isclose(float(noise.min()), 0.0, abs_tol=0.0):
             raise ValueError(
-                f"a Kalman filter cannot believe in a noise of zero: position_noise {position} m, "
+                f"a Kalman filter cannot assume a noise of zero: position_noise {position} m, "
                 f"velocity_noise {velocity} m/s; give the filter positive ones"
             )
         density = np.array(self.acceleration_density)

@@ -104,7 +104,7 @@ class NavigationError(OverWindow):
 
 
 class EstimationError(LargestOfSteps):
-    """Distance between where a satellite believes to be, after its filter, and where it is, in m."""
+    """Distance between a satellite's estimated and its true position, in m."""
 
     unit = "m"
     of_equipment = "sensor"

@@ -266,8 +266,8 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
 
     Args:
         scenario: what is flown.
-        index: place of the satellite.
-        neighbours: places of those whom it may hear, ascending; by the scenario's graph when left out.
+        index: of the satellite.
+        neighbours: indices of its possible in-neighbours, ascending; by the scenario's graph when left out.
     """
     spec = scenario.satellite(index)
     assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
@@ -321,7 +321,7 @@ def _orientation(
             path=path,
             phase_offset=_scalar(aimed_at.phase_offset),
             satellite=np.asarray(other, dtype=np.int64),
-            place=np.asarray(heard.index(other), dtype=np.int64),
+            row=np.asarray(heard.index(other), dtype=np.int64),
             planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
             planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
         )

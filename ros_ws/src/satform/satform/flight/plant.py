@@ -113,7 +113,7 @@ class Plant:
         if wheel_torque is not None:
             for group in self.turning:
                 group.advance(wheel_torque[group.members], self.step)
-        # Whoever commands may use the same array for the next commands.
+        # The caller may use the same array for the next commands.
         self.applied = acceleration.copy()
         if self.thrusters is not None:
             fault = self._faults.of_thrusters(self.thrusters.members, self.step)

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The flight software of one satellite: what it hears in, what it says and does out.
+"""The flight software of one satellite: from received messages to its own message and commands.
 
 The same object flies one satellite, with vectors of shape (3,), or many at once, with a leading
 axis over satellites; both give the same bits.
@@ -37,9 +37,9 @@ class SatelliteState:
         step: number of the step that comes next.
         arc_length: generalised, of the reference, m, shape (...).
         rate: of the generalised arc length, m/s, shape (...).
-        announcement: what the neighbours hear in that step.
+        announcement: what the neighbours receive in that step.
         memory: the control law's own state.
-        inbox: the newest word of each neighbour.
+        inbox: the newest message of each neighbour.
         has_acted: whether the satellite has acted before.
         estimate: the estimator's state; None without one and before the first step.
         acceleration: commanded in the step before, m/s^2, shape (..., 3); None before the first step.
@@ -69,7 +69,7 @@ class Decision:
         acceleration: commanded until the next step, LVLH, m/s^2, shape (..., 3).
         reference: the motion that is desired.
         sliding_variable: of the control law, m/s, shape (..., 3).
-        motion: where the satellite believes to be: the estimator's word, or what it was told.
+        motion: the estimated motion, or the measured one without an estimator.
         wheel_torque: of the motors on the wheels until the next step, N m, shape (..., 3); None for a
             satellite without attitude.
         estimate: of the filter, with its covariance; None for a satellite without one.
@@ -90,8 +90,8 @@ class Satellite:
         """A satellite before its first step.
 
         Args:
-            plan: what it is given before flight.
-            neighbours: how many others it may hear at some time; of satellites flown as one the most.
+            plan: its parameters before flight.
+            neighbours: number of possible in-neighbours; of satellites flown as one the largest.
         """
         self.plan = plan
         neighbour_timeout = plan.consensus.neighbour_timeout
@@ -110,7 +110,7 @@ class Satellite:
 
         Args:
             plans: of the satellites.
-            neighbours: how many others one of them may hear at some time, at most.
+            neighbours: largest number of possible in-neighbours of one of them.
 
         Raises:
             ValueError: they differ in kind, so that they cannot be stacked.
@@ -121,9 +121,9 @@ class Satellite:
         """One of several satellites flown as one, to go on by itself with the same bits.
 
         Args:
-            row: its place among them.
+            row: its index among them.
             plan: its own.
-            neighbours: how many others it may hear at some time.
+            neighbours: number of its possible in-neighbours.
         """
         single = Satellite(plan, neighbours)
         state = stacking.item(self.state, row)
@@ -131,7 +131,7 @@ class Satellite:
         return single
 
     def announce(self) -> NeighbourMessage:
-        """What the neighbours may hear in the coming step."""
+        """The message for the neighbours in the coming step."""
         return self.state.announcement
 
     def act(
@@ -229,19 +229,19 @@ class Satellite:
             skipped=state.skipped + missed if skipped else 0,
         )
 
-    def rearrange(self, places: list[int | None]) -> None:
+    def rearrange(self, previous: list[int | None]) -> None:
         """Go on with another list of possible neighbours.
 
         Args:
-            places: for each of the new list, its place in the old one; None for one that was not in it.
+            previous: for each of the new list, its index in the old one; None for one that was not in it.
         """
-        self.state = replace(self.state, inbox=self.state.inbox.rearranged(places))
+        self.state = replace(self.state, inbox=self.state.inbox.rearranged(previous))
 
     def find_target(self, neighbours: Sequence[int]) -> None:
         """Go on pointing at the same satellite with another list of possible neighbours.
 
         Args:
-            neighbours: indices of those whom the satellite may hear, ascending.
+            neighbours: indices of the satellite's possible in-neighbours, ascending.
         """
         orientation = self.plan.orientation
         if orientation is None or orientation.target is None:
@@ -251,7 +251,7 @@ class Satellite:
         self._aim = PointingReference(orientation, self.plan.step, self.plan.consensus.neighbour_timeout)
 
     def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
-        """Change the gains from the next step on, keeping what the control law remembers.
+        """Change the gains from the next step on, keeping the control law's memory.
 
         Raises:
             ValueError: the gains cannot fly in this setting.
@@ -261,12 +261,12 @@ class Satellite:
     def use_phase_offset(self, offset: float) -> None:
         """Lead the formation's agreement by another arc length in m from the next step on.
 
-        What was said for that step was still meant with the offset before.
+        The message for that step was still sent with the previous offset.
         """
         self.plan = replace(self.plan, phase_offset=_scalar(offset))
 
     def use_curve(self, curve: Curve) -> None:
-        """Fly another orbit from the next step on, with the same generalised arc length a lap.
+        """Fly another orbit from the next step on, with the same generalised arc length per revolution.
 
         Raises:
             ValueError: one of the two is a fixed point, and the other one is not.
@@ -336,7 +336,7 @@ def _follow_path(
     neighbour_states: NeighbourPhases,
     law: tuple[Any, ControlStep],
 ) -> tuple[Reference, Action, _Phase]:
-    assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is heard belongs to it
+    assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is received belongs to it
     time = state.step * plan.step
     follows_itself = plan.consensus.arc_length_source == "projected"
     if follows_itself:
@@ -364,7 +364,7 @@ def _follow_neighbour(
     neighbour_states: NeighbourMotion,
     law: tuple[Any, ControlStep],
 ) -> tuple[Reference, Action, _Phase]:
-    assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is heard belongs to it
+    assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is received belongs to it
     time = state.step * plan.step
     neighbour = plan.consensus.observed(motion, neighbour_states, time)
     action: Action = plan.controller.act(motion, neighbour, *law)

@@ -43,8 +43,8 @@ from satform.record.flight_record import (
 )
 from satform.scenario.model import Scenario
 
-Place = int | slice
-"""Of one satellite in arrays of the whole formation; or all of it."""
+Row = int | slice
+"""Index of one satellite in arrays of the whole formation; or all of it."""
 
 
 @dataclass
@@ -53,7 +53,7 @@ class _Group:
 
     Attributes:
         satellite: the flight software, of one satellite or of several stacked.
-        receiver: who they are, and whom they hear.
+        receiver: their indices and possible in-neighbours.
         flies: whether they take part at present.
         online_parameters: what was changed of it in flight; None while nothing was.
     """
@@ -65,11 +65,11 @@ class _Group:
 
     @property
     def members(self) -> Index:
-        """Place of each in the formation, shape (); or (n,) when stacked."""
+        """Index of each in the formation, shape (); or (n,) when stacked."""
         return self.receiver.members
 
     @property
-    def place(self) -> Place:
+    def row(self) -> Row:
         """The same as an index that makes no copy."""
         return slice(None) if self.members.ndim else int(self.members)
 
@@ -139,7 +139,7 @@ class _Flight:
             for event in events
             if isinstance(event, SatelliteRejoined) and event.checkpoint is not None
         }
-        self._kept: dict[tuple[int, int], bytes] = {}
+        self._checkpoints: dict[tuple[int, int], bytes] = {}
         self.groups = self._grouped(stacked=stacked)
         self.log = _Log(formation)
 
@@ -150,7 +150,7 @@ class _Flight:
         if self._beyond_limits():
             return
         events = self.plan.get(step, [])
-        # What a satellite said last for this step is heard although it is lost in it.
+        # The message that a satellite sent for this step is received although it is lost in it.
         log.announced(self.groups)
         if events:
             self._happen(events, step)
@@ -159,16 +159,16 @@ class _Flight:
         log.moved(plant, attitude)
         violations: dict[int, Violation] = {}
         for group in self.groups:
-            place = group.place
+            row = group.row
             if not group.flies:
-                log.without_announcement(place)
+                log.without_announcement(row)
                 continue
-            own = Motion(motion.position[place], motion.velocity[place])
+            own = Motion(motion.position[row], motion.velocity[row])
             # Satellites whose filters are told at different times do not fly as one.
-            measured_step = None if measured_steps is None else int(measured_steps[place].flat[0])
+            measured_step = None if measured_steps is None else int(measured_steps[row].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
             received = log.received(group.receiver, self.formation)
-            applied = plant.applied[place]
+            applied = plant.applied[row]
             try:
                 decision = group.satellite.act(own, received, measured_step, turned, applied)
             except ArithmeticError:
@@ -178,7 +178,7 @@ class _Flight:
             if found:
                 members = np.atleast_1d(group.members)
                 violations.update({int(members[row]): violation for row, violation in found.items()})
-            log.decided(place, decision)
+            log.decided(row, decision)
             self._save_checkpoint(group)
         self.early_end, self.flown = self._limits.computed_end(violations, step), step
         if self.early_end:
@@ -219,16 +219,16 @@ class _Flight:
         if self._needed:
             key = (int(group.members), group.satellite.state.step)
             if key in self._needed:
-                self._kept[key] = save(group.satellite)
+                self._checkpoints[key] = save(group.satellite)
 
     def _restart(self, event: SatelliteRejoined, step: int) -> None:
         fresh = self._single(event.satellite)
         if event.checkpoint is not None:
             key = (event.satellite, event.checkpoint)
-            if key not in self._kept:
+            if key not in self._checkpoints:
                 name = self._names[event.satellite]
                 raise ValueError(f"{name} has no checkpoint of step {event.checkpoint} to come back from")
-            restore(fresh.satellite, self._kept[key])
+            restore(fresh.satellite, self._checkpoints[key])
         fresh.satellite.join(step)
         self.groups[event.satellite] = fresh
 
@@ -269,8 +269,8 @@ def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
     """What the satellites of a group are told of their attitudes; None when they have none."""
     if group.satellite.plan.orientation is None:
         return None
-    place = group.place
-    return Attitude(attitude.mrp[place], attitude.angular_velocity[place], attitude.wheel_momentum[place])
+    row = group.row
+    return Attitude(attitude.mrp[row], attitude.angular_velocity[row], attitude.wheel_momentum[row])
 
 
 class _Log:
@@ -284,7 +284,7 @@ class _Log:
         self._messages = np.zeros((count, WIDTH[self._announces]))
         self._time = np.zeros(count)
         self._fresh = np.ones(count)
-        self._without_announcement: set[Place] = set()
+        self._without_announcement: set[Row] = set()
         self._faults = formation.faults
         self._byzantine = [index for index in range(count) if self._faults.is_byzantine(index)]
         self.measures = any(satellite.sensor for satellite in satellites)
@@ -321,24 +321,24 @@ class _Log:
     def announced(self, groups: list[_Group]) -> None:
         """Take in what is said for the coming step by those that fly."""
         for group in groups:
-            place = group.place
+            row = group.row
             if not group.flies:
-                self._without_announcement.add(place)
-                self._fresh[place] = 0.0
-                self._messages[place] = np.nan
+                self._without_announcement.add(row)
+                self._fresh[row] = 0.0
+                self._messages[row] = np.nan
                 continue
             if self._without_announcement:
-                self._without_announcement.discard(place)
-                self._fresh[place] = 1.0
+                self._without_announcement.discard(row)
+                self._fresh[row] = 1.0
             self._announced(group)
         if self._announces == "arc_length":
             self.record.arc_length[self.step], self.record.rate[self.step] = self._messages.T
 
     def _announced(self, group: _Group) -> None:
         """Take in what the satellites of a group announce for the coming step."""
-        place, said = group.place, group.satellite.announce()
-        self._time[place] = said.time
-        self._messages[place] = encode(said)
+        row, said = group.row, group.satellite.announce()
+        self._time[row] = said.time
+        self._messages[row] = encode(said)
         for byzantine in self._byzantine:
             if byzantine in group.members:
                 self._messages[byzantine] = self._faults.corrupt(
@@ -347,14 +347,12 @@ class _Log:
 
     def rejoined(self, group: _Group) -> None:
         """Record what a satellite that rejoins announces for its first step; its neighbours do not use it."""
-        place = group.place
+        row = group.row
         self._announced(group)
         if self._announces == "arc_length":
-            self.record.arc_length[self.step, place], self.record.rate[self.step, place] = self._messages[
-                place
-            ]
-        self._without_announcement.add(place)
-        self._fresh[place] = 0.0
+            self.record.arc_length[self.step, row], self.record.rate[self.step, row] = self._messages[row]
+        self._without_announcement.add(row)
+        self._fresh[row] = 0.0
 
     def moved(self, plant: Plant, attitude: Attitude | None) -> None:
         record, step, motion, measured = self.record, self.step, plant.motion(), plant.measured()
@@ -383,47 +381,47 @@ class _Log:
 
     def received(self, receiver: ReceiverModel, formation: Formation) -> Received:
         """What arrives at the satellites of a group."""
-        places = receiver.neighbours
-        values, time = self._messages.take(places, axis=0), self._time.take(places)
+        neighbours = receiver.neighbours
+        values, time = self._messages.take(neighbours, axis=0), self._time.take(neighbours)
         if not self._without_announcement:
             return receiver.receive(self.step, values, time, None, formation)
-        fresh = self._fresh[places]
+        fresh = self._fresh[neighbours]
         values = np.where(fresh[..., None] > 0.0, values, 0.0)
         return receiver.receive(self.step, values, time, fresh, formation)
 
-    def without_announcement(self, place: Place) -> None:
+    def without_announcement(self, row: Row) -> None:
         """Note that a satellite does not take part in this step."""
         record, step = self.record, self.step
-        record.acceleration[step, place] = 0.0
-        record.reference_position[step, place] = np.nan
-        record.reference_velocity[step, place] = np.nan
-        record.reference_acceleration[step, place] = np.nan
-        record.sliding_variable[step, place] = np.nan
+        record.acceleration[step, row] = 0.0
+        record.reference_position[step, row] = np.nan
+        record.reference_velocity[step, row] = np.nan
+        record.reference_acceleration[step, row] = np.nan
+        record.sliding_variable[step, row] = np.nan
         if self._turns:
-            record.wheel_torque[step, place] = 0.0
+            record.wheel_torque[step, row] = 0.0
         if self._filters:
             for name in ESTIMATES:
-                getattr(record, name)[step, place] = np.nan
-            record.estimated_position_error[step, place] = np.nan
-            record.estimated_velocity_error[step, place] = np.nan
+                getattr(record, name)[step, row] = np.nan
+            record.estimated_position_error[step, row] = np.nan
+            record.estimated_velocity_error[step, row] = np.nan
 
-    def decided(self, place: Place, decision: Decision) -> None:
+    def decided(self, row: Row, decision: Decision) -> None:
         record, step, reference = self.record, self.step, decision.reference
-        record.acceleration[step, place] = decision.acceleration
-        record.reference_position[step, place] = reference.position
-        record.reference_velocity[step, place] = reference.velocity
-        record.reference_acceleration[step, place] = reference.acceleration
-        record.sliding_variable[step, place] = decision.sliding_variable
+        record.acceleration[step, row] = decision.acceleration
+        record.reference_position[step, row] = reference.position
+        record.reference_velocity[step, row] = reference.velocity
+        record.reference_acceleration[step, row] = reference.acceleration
+        record.sliding_variable[step, row] = decision.sliding_variable
         if decision.wheel_torque is not None:
-            record.wheel_torque[step, place] = decision.wheel_torque
+            record.wheel_torque[step, row] = decision.wheel_torque
         if self._filters:
             if decision.estimate is not None:
-                record.estimate_covariance[step, place] = decision.estimate.covariance
-                record.innovation[step, place] = decision.estimate.innovation
-                record.rejected_measurements[step, place] = decision.estimate.rejected
-            believed = decision.motion
-            record.estimated_position_error[step, place] = believed.position - reference.position
-            record.estimated_velocity_error[step, place] = believed.velocity - reference.velocity
+                record.estimate_covariance[step, row] = decision.estimate.covariance
+                record.innovation[step, row] = decision.estimate.innovation
+                record.rejected_measurements[step, row] = decision.estimate.rejected
+            estimated = decision.motion
+            record.estimated_position_error[step, row] = estimated.position - reference.position
+            record.estimated_velocity_error[step, row] = estimated.velocity - reference.velocity
 
     def wheel_torque(self) -> NDArray[np.float64] | None:
         """What was commanded to the wheels in this step; None when nobody has any."""
@@ -437,7 +435,7 @@ class _Log:
             record = replace(record, **figures)
         if self._filters:
             return record
-        # Without filters satellites believe what they are told.
+        # Without filters the measured motion is the estimated one.
         return replace(
             record,
             estimated_position_error=record.measured_position[:-1] - record.reference_position,

@@ -52,10 +52,10 @@ class Loss:
 
 
 class MembershipManager:
-    """Calls the roll of a formation at each step, and decides when it changes.
+    """Checks at each step that every member has commanded, and decides when the formation changes.
 
     Attributes:
-        formation: who flies and who hears whom at present.
+        formation: present membership and communication graph.
         names: of the satellites.
         everyone: names of all that have to be ready before the flight.
         step: the present one.
@@ -155,7 +155,7 @@ class MembershipManager:
 
     @property
     def not_commanded(self) -> list[int]:
-        """Places of those that fly and have not commanded in this step, ascending."""
+        """Indices of those that fly and have not commanded in this step, ascending."""
         return [satellite for satellite in self.flying if satellite not in self.commanded]
 
     @property
@@ -186,13 +186,13 @@ class MembershipManager:
 
     @property
     def flying(self) -> list[int]:
-        """Places of the satellites that take part, ascending."""
+        """Indices of the satellites that take part, ascending."""
         places: list[int] = np.flatnonzero(self.formation.alive).tolist()
         return places
 
     @property
     def lost(self) -> list[int]:
-        """Places of those that do not, ascending."""
+        """Indices of those that do not, ascending."""
         places: list[int] = np.flatnonzero(~self.formation.alive).tolist()
         return places
 

@@ -1,9 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who flies and who hears whom, and at which step that changes: one numbered state for everyone.
+"""Membership and communication graph, and the steps at which they change: one numbered state for all nodes.
 
-What a scenario plans and what happens unforeseen go through the same few events, so that a flight in
-which something happened can be flown again in one process to the same bits.
+Planned and unplanned changes are applied as the same few events, so that a flight with unplanned ones can be
+repeated in one process with the same bits.
 """
 
 from collections.abc import Iterable, Sequence
@@ -34,7 +34,7 @@ class GraphChangeSpec(Spec):
     """Edges that go, each as receiver and sender."""
 
     @model_validator(mode="after")
-    def _says_something(self) -> "GraphChangeSpec":
+    def _changes_something(self) -> "GraphChangeSpec":
         if self.graph is None and not self.add and not self.remove:
             raise ValueError("nothing changes: give a graph, or edges to add or remove")
         both = sorted(set(self.add) & set(self.remove))
@@ -60,7 +60,7 @@ class GraphChangeSpec(Spec):
                             f"there is no satellite {name}; there are {', '.join(sorted(names))}"
                         )
                 if receiver == sender:
-                    raise ValueError(f"{receiver} cannot hear itself")
+                    raise ValueError(f"{receiver} cannot receive from itself")
                 adjacency[names.index(receiver), names.index(sender)] = value
         return Graph(adjacency)
 
@@ -242,10 +242,10 @@ def has_individual_events(plan: Plan) -> bool:
 
 @dataclass
 class Formation:
-    """Who flies and who hears whom at present.
+    """Present membership and communication graph.
 
     Attributes:
-        graph: who hears whom.
+        graph: the communication graph.
         alive: of each satellite, whether it is waited for, shape (N,).
         number: of this state, counted from 0 at the start.
         step: from which it holds.
@@ -325,6 +325,6 @@ class Formation:
         return graph.algebraic_connectivity if self.alive.any() else 0.0
 
     def linked(self, receiver: int, senders: Sequence[int]) -> Array:
-        """1 for each of these senders whom a satellite hears at present, else 0, shape (K,)."""
+        """1 for each of these senders that is at present an in-neighbour, else 0, shape (K,)."""
         linked: Array = self.graph.adjacency[receiver, list(senders)]
         return linked

@@ -37,23 +37,23 @@ class CurvePoint:
 
 
 class Curve(Protocol):
-    """A closed curve that a satellite may be told to fly along, or many stacked ones."""
+    """A closed curve that a satellite may be commanded to fly along, or many stacked ones."""
 
     @property
     def perimeter(self) -> Array:
-        """Arc length of one lap, m, shape (...); zero for a fixed point."""
+        """Perimeter, m, shape (...); zero for a fixed point."""
 
     def angle_at(self, arc_length: Array) -> Array:
-        """Angle (rad, shape (...)) at an arc length (m, shape (...)), any number of laps."""
+        """Angle (rad, shape (...)) at an arc length (m, shape (...)), any number of revolutions."""
 
     def arc_length_at(self, angle: Array) -> Array:
-        """Arc length (m, shape (...)) at an angle (rad, shape (...)), any number of laps."""
+        """Arc length (m, shape (...)) at an angle (rad, shape (...)), any number of revolutions."""
 
     def point(self, angle: Array) -> CurvePoint:
         """Position, Frenet frame and speed at an angle (rad, shape (...))."""
 
     def nearest(self, position: Array) -> Array:
-        """Angle (rad, shape (...), within one lap) of the point closest to a position (m, LVLH)."""
+        """Angle (rad, shape (...), within one revolution) of the point closest to a position (m, LVLH)."""
 
 
 @runtime_checkable

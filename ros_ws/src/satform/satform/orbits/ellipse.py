@@ -40,8 +40,8 @@ class Ellipse:
         elliptic_parameter: 1 - (semi_major / semi_minor)^2, parameter m of the elliptic integral,
             shape (...).
         quarter: arc length of a quarter of the ellipse, m, shape (...).
-        perimeter: arc length of one lap, m, shape (...).
-        apex_shift: quarters of a lap from the apex before theta = 0 to theta = 0: 0 when the first
+        perimeter: of the ellipse, m, shape (...).
+        apex_shift: quarters of the perimeter from the apex before theta = 0 to theta = 0: 0 when the first
             axis is the longer, else 1, shape (...).
     """
 
@@ -64,7 +64,7 @@ class Ellipse:
         """Arc length from theta = 0.
 
         Args:
-            angle: theta, rad, shape (...), any number of laps.
+            angle: theta, rad, shape (...), any number of revolutions.
 
         Returns:
             m, shape (...).
@@ -81,7 +81,7 @@ class Ellipse:
         """Angle at an arc length: the inverse of `arc_length_at`, to rounding.
 
         Args:
-            arc_length: from theta = 0, m, shape (...), any number of laps.
+            arc_length: from theta = 0, m, shape (...), any number of revolutions.
 
         Returns:
             theta, rad, shape (...).
@@ -99,7 +99,7 @@ class Ellipse:
         """Angle at an arc length a little after a known point: `angle_at`, to rounding, in less time.
 
         Args:
-            angle: theta of the known point, rad, shape (...), any number of laps.
+            angle: theta of the known point, rad, shape (...), any number of revolutions.
             here: the curve's local shape there.
             ahead: arc length from there on, m, shape (...), of either sign.
             arc_length: of the point that is asked for, from theta = 0, m, shape (...).
@@ -180,7 +180,7 @@ class Ellipse:
     def _from_apex(self, arc_length: Array) -> tuple[Array, Array]:
         """Arc length from the nearest apex, m, up to a quarter either way, and that apex's angle, rad."""
         half_period = self._half_period
-        from_apex = arc_length + self._apex_place
+        from_apex = arc_length + self._apex_arc_length
         half_periods = np.rint(from_apex / half_period)
         return from_apex - half_periods * half_period, half_periods * np.pi
 
@@ -210,7 +210,7 @@ class Ellipse:
         return self.apex_shift * (0.5 * np.pi)
 
     @cached_property
-    def _apex_place(self) -> Array:
+    def _apex_arc_length(self) -> Array:
         return self.apex_shift * self.quarter
 
     @cached_property
@@ -256,7 +256,7 @@ def ellipse(centre: Array, first_axis: Array, second_axis: Array) -> Ellipse:
     Args:
         centre: m, LVLH, shape (3,).
         first_axis: from the centre to the point of zero arc length, m, shape (3,).
-        second_axis: from the centre to the point a quarter of a lap on, m, shape (3,).
+        second_axis: from the centre to the point a quarter of the perimeter on, m, shape (3,).
 
     Returns:
         The ellipse with everything that does not depend on the place along it worked out.

@@ -79,21 +79,21 @@ def orbits_3d(record: FlightRecord, scenario: Scenario, axes: Any = None) -> Any
         axes = plt.figure(figsize=(8.0, 7.6)).add_subplot(projection="3d")
     unit = length_unit(record.position)
     position = drawable(record.position) / unit.size
-    lap = _last_lap(scenario, record)
+    first_row = _last_period_row(scenario, record)
     named = len(record.satellites) <= MOST_NAMES
     for column, colour in enumerate(colours(len(record.satellites))):
         name = record.satellites[column] if named else None
-        _line(axes, position[: lap + 1, column], color=colour, alpha=0.35, linewidth=0.9)
-        _line(axes, position[lap:, column], color=colour, linewidth=1.8, label=name)
+        _line(axes, position[: first_row + 1, column], color=colour, alpha=0.35, linewidth=0.9)
+        _line(axes, position[first_row:, column], color=colour, linewidth=1.8, label=name)
         axes.scatter(*position[0, column], marker="x", color=colour, s=32)
         axes.scatter(*position[-1, column], color=colour, s=46, depthshade=False)
-    _draw_links(axes, scenario, position, lap)
+    _draw_links(axes, scenario, position, first_row)
     axes.scatter(0.0, 0.0, 0.0, marker="+", color=INK, s=70, label="chief")
     _equal_axes(axes, position)
     axes.set_xlabel(f"radial x [{unit.name}]", labelpad=8)
     axes.set_ylabel(f"along-track y [{unit.name}]", labelpad=10)
     axes.set_zlabel(f"cross-track z [{unit.name}]", labelpad=6)
-    length = (record.steps - lap) * record.step
+    length = (record.steps - first_row) * record.step
     clock = time_unit(length)
     axes.set_title(
         f"Chief's rotating frame: approach (faint), last {length / clock.size:.3g} {clock.name} (bold)",
@@ -107,28 +107,28 @@ def _line(axes: Any, path: Array, **style: Any) -> None:
     axes.plot(*thin.T, **style)
 
 
-def _last_lap(scenario: Scenario, record: FlightRecord) -> int:
-    """First row of the last lap; the middle of the flight when it has no laps."""
+def _last_period_row(scenario: Scenario, record: FlightRecord) -> int:
+    """First row of the last period; the middle of the flight when there is no period or none is complete."""
     period = scenario.nominal_motion.period
     if period is None or period > record.steps * record.step:
         return record.steps // 2
     return record.steps - round(period / record.step)
 
 
-def _draw_links(axes: Any, scenario: Scenario, position: Array, lap: int) -> None:
-    """Lines between those who hear each other, at moments spread over the last lap and at the end."""
+def _draw_links(axes: Any, scenario: Scenario, position: Array, first_row: int) -> None:
+    """Lines between neighbours, at moments spread over the last period and at the end."""
     last = len(position) - 1
     edges = scenario.communication_graph().edges
     triangle = position.shape[1] == 3 and len(edges) == 6
     for frame in reversed(range(_FRAMES)):
-        row = last - round(frame * (last - lap) / _FRAMES)
+        row = last - round(frame * (last - first_row) / _FRAMES)
         style = (
             {"color": INK, "linewidth": 1.3}
             if frame == 0
             else {"color": FAINT, "linewidth": 0.8, "alpha": 0.8}
         )
-        for speaker, listener in edges:
-            _line(axes, position[row, [speaker, listener]], **style)
+        for sender, receiver in edges:
+            _line(axes, position[row, [sender, receiver]], **style)
         if triangle:
             shade = 0.22 if frame == 0 else 0.06
             axes.add_collection3d(Poly3DCollection([position[row]], facecolor="#E69F00", alpha=shade))

@@ -77,8 +77,8 @@ class FlightRecord:
         reference_velocity: m/s, shape (K, N, 3).
         reference_acceleration: feed-forward used in the step, m/s^2, shape (K, N, 3).
         sliding_variable: m/s, shape (K, N, 3).
-        estimated_position_error: position less reference as the satellite believes, after its filter
-            if it has one, m, shape (K, N, 3).
+        estimated_position_error: estimated position less reference, after the filter if the
+            satellite has one, m, shape (K, N, 3).
         estimated_velocity_error: the same of the velocity, m/s, shape (K, N, 3).
         propellant: left, kg, shape (K + 1, N); NaN where there is no thruster.
         delta_v: given by the thrusters so far, m/s, shape (K + 1, N); NaN where there is no thruster.
@@ -275,7 +275,7 @@ class FlightRecord:
 
     @property
     def estimation_error(self) -> Array:
-        """Distance between where a satellite believes to be and where it is, m, shape (K, N)."""
+        """Distance between estimated and true position, m, shape (K, N)."""
         error: Array = np.linalg.norm(self.estimated_position_error - self.position_error, axis=-1)
         return error
 
@@ -381,7 +381,7 @@ ESTIMATES = ("estimate_covariance", "innovation", "rejected_measurements")
 """Quantities of a record that belong to filters."""
 
 ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
-"""Quantities of a record that a satellite is told of its attitude."""
+"""Quantities of a record that a satellite measures of its attitude."""
 
 _NO_ARRAYS = frozenset({"satellites", "step", "early_end"})
 

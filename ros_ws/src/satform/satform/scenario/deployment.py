@@ -43,7 +43,7 @@ def host_complaints(hosts: Sequence[HostSpec], satellites: Sequence[str]) -> lis
     """What is wrong with the distribution of a formation's parts.
 
     Args:
-        hosts: of the scenario; none when it does not speak of any.
+        hosts: of the scenario; empty when it has none.
         satellites: names of all satellites.
 
     Returns:
@@ -54,15 +54,15 @@ def host_complaints(hosts: Sequence[HostSpec], satellites: Sequence[str]) -> lis
         return []
     parts = (*_SHARED_PARTS, *satellites)
     return [
-        *_said_twice(hosts, "name"),
-        *_said_twice(hosts, "address"),
+        *_duplicates(hosts, "name"),
+        *_duplicates(hosts, "address"),
         *_loopbacks(hosts),
         *_unknown_parts(hosts, parts),
         *_miscounted_parts(hosts, parts),
     ]
 
 
-def _said_twice(hosts: Sequence[HostSpec], field: str) -> list[Complaint]:
+def _duplicates(hosts: Sequence[HostSpec], field: str) -> list[Complaint]:
     complaints: list[Complaint] = []
     seen: dict[str, str] = {}
     for index, host in enumerate(hosts):

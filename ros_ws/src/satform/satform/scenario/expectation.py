@@ -77,7 +77,7 @@ class Expectation(Spec):
     """Whether `value` is what this software gave, to notice every change of it; no source is named then."""
 
     @model_validator(mode="after")
-    def _says_something(self) -> "Expectation":
+    def _has_a_criterion(self) -> "Expectation":
         if self.value is not None and (self.relative is None) == (self.absolute is None):
             raise ValueError("a value needs exactly one of relative or absolute, its tolerance")
         if self.value is None and (self.relative is not None or self.absolute is not None):

@@ -78,7 +78,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     dynamics: Annotated[DynamicsSpec, Plugin("satform.dynamics")]
     """The model that moves the satellites."""
     graph: Annotated[TopologySpec, Plugin("satform.topologies")]
-    """Who hears whom."""
+    """The communication graph."""
     consensus: Annotated[ConsensusSpec, Plugin("satform.consensus")]
     """How satellites agree on their phase."""
     nominal_motion: NominalMotion
@@ -235,9 +235,11 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         except ValueError:
             return []
         for index, own in enumerate(self.satellites):
-            heard = len(graph.neighbours(index))
-            if heard != 1:
-                sentence = f"satellite {own.name} hears {heard} others; it hears just the one that it follows"
+            in_degree = len(graph.neighbours(index))
+            if in_degree != 1:
+                sentence = (
+                    f"satellite {own.name} has {in_degree} in-neighbours; it needs one, which it follows"
+                )
                 complaints.append((("graph",), sentence))
         if complaints or any(self.satellite(index).curve is None for index in range(len(self.satellites))):
             return complaints
@@ -284,12 +286,11 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         if target not in names:
             return [f"there is no satellite {target} to point at; there are {', '.join(sorted(names))}"]
         if self.consensus.announces != "arc_length":
-            return ["pointing at another satellite needs its arc length, and satellites tell their motion"]
+            return ["pointing at another satellite needs its arc length, and satellites send their motion"]
         if graph is None:
             return []
-        heard = graph.neighbours(index)
-        if names.index(target) not in heard:
-            return [f"it has to hear {target} to point at it"]
+        if names.index(target) not in graph.neighbours(index):
+            return [f"pointing at {target} needs it as an in-neighbour"]
         return []
 
     def _link_complaints(self) -> list[Complaint]:
@@ -307,7 +308,12 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         except ValueError:
             return []
         if self.graph_schedule and self.consensus.announces == "motion":
-            return [(("graph_schedule",), "a satellite that follows a neighbour has to hear it all the time")]
+            return [
+                (
+                    ("graph_schedule",),
+                    "a satellite that follows a neighbour needs it as an in-neighbour all the time",
+                )
+            ]
         for index, change in enumerate(self.graph_schedule):
             if change.at >= self.timing.duration:
                 sentence = (
@@ -388,7 +394,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         return self.membership_plan().possible_graph
 
     def communication_graph(self) -> Graph:
-        """Who hears whom at the start, with a row for each satellite in order."""
+        """The communication graph at the start, with a row for each satellite in order."""
         return self._graph
 
     def possible_graph(self) -> Graph:

@@ -110,7 +110,7 @@ class NominalMotion(Spec):
     """How fast satellites go round their curves once they agree: by period or by rate."""
 
     period: Positive | None = None
-    """Time of one lap, s; all satellites need the same perimeter per scale."""
+    """Time of one revolution along the curve, s; all satellites need the same perimeter per scale."""
     rate: Number | None = None
     """Rate of the generalised arc length, m/s."""
 

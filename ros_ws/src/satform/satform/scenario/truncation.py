@@ -14,11 +14,11 @@ from satform.scenario.expectation import Expectation
 _SLACK = 1e-9
 """Relative, between two times that are meant to be the same."""
 
-Places = dict[str, set[int]]
-"""Of entries in lists, by the name of the list."""
+ListIndices = dict[str, set[int]]
+"""Indices of entries in lists, by the name of the list."""
 
 
-def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
+def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> ListIndices:
     """Expectations, faults and changes of the graph beyond the end of a flight that settings have shortened.
 
     An expectation is beyond it when the shorter flight does not have its figure: see `Expectation.needs`.
@@ -29,7 +29,7 @@ def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
         changed: what those settings have changed; what is among it is meant for the shorter flight.
 
     Returns:
-        Places in the lists `expect`, `faults` and `graph_schedule`, of those that have any; none when the
+        Indices in the lists `expect`, `faults` and `graph_schedule`, of those that have any; none when the
         flight is as long as written, or cannot be understood.
     """
     paths = list(changed)
@@ -45,18 +45,18 @@ def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> Places:
         "faults": _beyond(written, "faults", lambda entry: _never(entry, shorter, duration)),
         "graph_schedule": _beyond(written, "graph_schedule", lambda entry: _never(entry, shorter, duration)),
     }
-    kept: Places = {}
-    for field, places in beyond.items():
+    kept: ListIndices = {}
+    for field, indices in beyond.items():
         own = {path[1:2] for path in paths if path[0] == field}
-        kept[field] = set() if () in own else {place for place in places if (place,) not in own}
-    return {field: places for field, places in kept.items() if places}
+        kept[field] = set() if () in own else {index for index in indices if (index,) not in own}
+    return {field: indices for field, indices in kept.items() if indices}
 
 
-def within_the_end(data: dict[str, Any], beyond: Places) -> dict[str, Any]:
+def within_the_end(data: dict[str, Any], beyond: ListIndices) -> dict[str, Any]:
     """A scenario's plain data without what lies beyond the end, and with the labels of what is not judged."""
     kept = {
-        field: [entry for place, entry in enumerate(data[field]) if place not in places]
-        for field, places in beyond.items()
+        field: [entry for index, entry in enumerate(data[field]) if index not in indices]
+        for field, indices in beyond.items()
     }
     labels = [
         expectation.describe()
@@ -68,7 +68,7 @@ def within_the_end(data: dict[str, Any], beyond: Places) -> dict[str, Any]:
     return {**data, **kept}
 
 
-def excluded(beyond: Places) -> list[str]:
+def excluded(beyond: ListIndices) -> list[str]:
     """What is said about that which was left out."""
     said = []
     if count := len(beyond.get("expect", ())):
