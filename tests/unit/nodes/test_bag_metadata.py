@@ -81,9 +81,9 @@ def test_a_types_hash_is_what_rosbags_computes_from_its_definition(kind: str) ->
 
 def test_rosbags_reads_qualities_of_service_and_hashes(folder: Path) -> None:
     with Reader(folder) as reader:
-        graph_states = {connection.topic: connection for connection in reader.graph_states}
+        connections = {connection.topic: connection for connection in reader.connections}
     for kind, message_type in topics.TYPES.items():
-        connection = graph_states[f"/sat1/{kind}"]
+        connection = connections[f"/sat1/{kind}"]
         assert connection.digest == described(message_type).type_hash
         (profile,) = connection.ext.offered_qos_profiles
         wanted = PROFILES.get(kind, qos.MARKERS)
