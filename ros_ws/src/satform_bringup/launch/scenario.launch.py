@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flies a scenario under `ros2 launch`: the same processes, told the same, as `satform run`."""
+"""Flies a scenario under `ros2 launch`: the same processes with the same settings as `satform run`."""
 
 import signal
 import sys
@@ -139,12 +139,12 @@ def _node(process: NodeProcess, flight: _Flight) -> Node:
     parameters to a file, in which a satellite called `on` became a bool, and give all nodes of a group
     one name. Stopped by SIGINT, which is how launch ends it, it ends with exit code 0.
     """
-    told = replace(process, parameters={**process.parameters, STOPPED_EXIT_CODE: EXIT_DONE})
+    launched = replace(process, parameters={**process.parameters, STOPPED_EXIT_CODE: EXIT_DONE})
     return Node(
         package=PACKAGE,
         executable=process.executable,
         exec_name=process.name,
-        arguments=told.arguments(),
+        arguments=launched.arguments(),
         output="screen",
         additional_env=flight.environment,
         # As long as `satform run` gives them: a bag is to be closed before anyone is killed.
@@ -157,9 +157,9 @@ def _node(process: NodeProcess, flight: _Flight) -> Node:
 def _ended(
     process: NodeProcess, flight: _Flight, event: Any, context: LaunchContext
 ) -> Shutdown | list[Node] | list[LogInfo] | None:
-    """Say the flight's result when the last to know of it has ended; end all others when one is lost.
+    """Log the flight's result when the last process has ended; end all others when one is lost.
 
-    Nodes end by themselves once the plant says that the flight is over; a lost one ends it for all.
+    Nodes end by themselves once the plant publishes that the flight is over; a lost one ends it for all.
 
     One that the scenario has killed does not, and is started again when the scenario brings it back.
     """

@@ -37,7 +37,7 @@ _CREDENTIALS = struct.Struct("3i")
 _FIRST_PORT, _PORTS_OF_A_DOMAIN = 7400, 250
 
 _HELD = "SATFORM_HOLDS_DOMAIN"
-"""Environment variable that tells programs started from here that their domain is held for them."""
+"""Environment variable for child processes: the domain that this process holds for them."""
 
 _VARIABLES = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", _HELD)
 
@@ -51,7 +51,7 @@ def own_domain(agreed: int | None = None, namespace: str = "") -> Iterator[int]:
     """Hold a domain for the length of a run.
 
     Args:
-        agreed: with other machines, to be taken unless the environment says otherwise; None for any.
+        agreed: with other machines, to be taken unless the environment sets another; None for any.
         namespace: of all nodes and topics of the run; runs in different ones may share a domain.
 
     Yields:
@@ -98,7 +98,7 @@ def enter_domain(number: int) -> None:
 
 
 def stay_on_this_machine() -> None:
-    """Have nodes found on this machine only, unless the environment says otherwise."""
+    """Have nodes found on this machine only, unless the environment sets another range."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fast DDS profile of a run: heartbeat period and transports, as an XML file.
 
-A message that was dropped on its way, by a network or by a full queue between two processes, has no successor
-by which its loss would show while a step waits for it; only the writer's next heartbeat tells, by default
-after 3 s. A reader that comes anew, or a writer that is killed, depends on it in the same way. What carries
-the messages is told there too.
+A message can be dropped by a network or by a full queue between two processes. While a step waits for it, no
+later message follows by which the reader would detect the gap; the writer's next heartbeat reports it, by
+default after 3 s. A reader that joins late and the loss of a writer depend on the heartbeat, too.
+The profile also selects the transports.
 """
 
 import os

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the launch file checks and says, without a line of `launch` in it."""
+"""Checks of the launch file and the text of its result, without imports of `launch`."""
 
 import difflib
 from collections.abc import Collection, Sequence
@@ -12,25 +12,25 @@ from satform.evaluation.evaluate import evaluate
 from satform.scenario import Scenario
 
 
-def refuse_unknown_arguments(words: Sequence[str], file_name: str, known: Collection[str]) -> None:
+def refuse_unknown_arguments(arguments: Sequence[str], file_name: str, known: Collection[str]) -> None:
     """Refuse arguments on the command line that a launch file does not declare: launch itself ignores them.
 
     Only where the command line names the launch file: another one that includes it may have arguments of its
     own.
 
     Args:
-        words: the command line.
+        arguments: of the command line.
         file_name: of the launch file.
         known: names of the arguments that it declares.
 
     Raises:
         RuntimeError: there are others; the sentence names the nearest spelling.
     """
-    named = [place for place, word in enumerate(words) if Path(word).name == file_name]
+    named = [index for index, argument in enumerate(arguments) if Path(argument).name == file_name]
     if not named:
         return
-    given = [word.partition(":=")[0] for word in words[named[0] + 1 :] if ":=" in word]
-    for name in given:
+    assigned = [argument.partition(":=")[0] for argument in arguments[named[0] + 1 :] if ":=" in argument]
+    for name in assigned:
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {close[0]}:=?" if close else f"there are {listed(sorted(known))}"

@@ -159,11 +159,11 @@ def watch_server() -> int:
 def is_stopped(process: BaseProcess) -> bool:
     """Whether a process that was started here has been stopped by a signal and not been continued."""
     try:
-        words = Path(f"/proc/{process.pid}/stat").read_text()
+        stat = Path(f"/proc/{process.pid}/stat").read_text()
     except OSError:
         return False
     # The state follows the name in brackets, which may hold anything.
-    return words.rpartition(") ")[2].startswith("T")
+    return stat.rpartition(") ")[2].startswith("T")
 
 
 @contextmanager
@@ -205,16 +205,16 @@ def _run_node(
     preflight.remove_unused_variables()
     os.environ.update(environment)
     enter_domain(domain)
-    name = next(word.partition("__node:=")[2] for word in arguments if "__node:=" in word)
+    name = next(text.partition("__node:=")[2] for text in arguments if "__node:=" in text)
     Path("/proc/self/comm").write_text(name[:_TITLE_LENGTH])
     module = importlib.import_module(MODULES[executable])
     sys.exit(module.main(arguments, pipe))
 
 
 def _end_with_the_server() -> None:
-    """Have the kernel ask this process to end when the server does, which ends with its starter.
+    """Have the kernel send this process a signal when the server ends, which ends with its parent.
 
-    Without it a closed terminal would leave a formation flying that nobody watches.
+    Without it the processes of a flight would go on after their terminal is closed.
     """
     # Every process of the server keeps it alive by this, for processes of its own.
     server: Any = forkserver._forkserver

@@ -92,13 +92,13 @@ def rejoin(run: Path, name: str) -> int:
 
 
 def _last_line(log: Path) -> str:
-    """What a node said last, without what its logger puts in front."""
+    """The last line in a node's log, without the prefix of its logger."""
     lines = log.read_text(errors="replace").strip().splitlines() or ["it printed nothing"]
     return lines[-1].rpartition("]: ")[2]
 
 
 def _free(folder: Path, name: str) -> Path:
-    """A file for the words of a process that nobody has written to yet."""
+    """A new file for the output of a process."""
     number = 1
     while (folder / f"{name}.again{number}.log").exists():
         number += 1

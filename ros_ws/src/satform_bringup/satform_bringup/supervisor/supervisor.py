@@ -159,15 +159,15 @@ class Supervisor:
             self._over_since = self._over_since or time.monotonic()
 
     def _until_over(self) -> None:
-        told, moved = False, time.monotonic()
+        reported, moved = False, time.monotonic()
         while any(not entry.node.optional for entry in self._running.values()):
             for key, _ in self._selector.select(_LOOK):
                 entry, handle = key.data
                 # The one before may have done away with this one's process.
                 if self._running.get(entry.name) is entry:
                     handle(entry)
-            if self._signals.asked and not told:
-                told = self._stopped = True
+            if self._signals.asked and not reported:
+                reported = self._stopped = True
                 self._reason = self._reason or f"stopped by {self._signals.name}"
                 self._end_flight()
             if self._signals.count >= 2:
@@ -202,7 +202,7 @@ class Supervisor:
         if not self._sees_plant:
             self._steps = max(self._steps, step_reported(event, self._plan.timing.steps))
         if event["event"] == "lost" and entry.name == "plant":
-            # Those who are told of it end with an exit code of their own.
+            # Nodes that receive this end with an exit code of their own.
             self._over_since = self._over_since or time.monotonic()
             # The flight is over because of it; others that end early may have been noted before.
             self._reason = self._reason or event["reason"]
@@ -246,7 +246,7 @@ class Supervisor:
         self._progress(self._steps, self._plan.timing.steps)
 
     def _on_early_end(self, event: dict[str, Any]) -> None:
-        """The plant has ended the flight because of a quantity, or another node has been told so."""
+        """The plant has ended the flight because of a quantity, or another node has received that status."""
         if event["event"] == "ended_early":
             self._steps = event["step"]
         self._early_end = EarlyEnd.of(event["end"])
@@ -261,9 +261,9 @@ class Supervisor:
             case "loss":
                 self._note_absence(event["who"], event["step"], event["reason"])
             case "aborted":
-                # A node was told by the plant, whose own report may come later, or to another host.
+                # A node has received the final status; the plant's own event comes later or to another host.
                 self._over_since = self._over_since or time.monotonic()
-            case "ended_early" | "end_heard":
+            case "ended_early" | "end_received":
                 self._on_early_end(event)
             case "return":
                 away = time.monotonic() - self._lost_since.pop(event["who"], time.monotonic())
@@ -284,7 +284,7 @@ class Supervisor:
             if code and self._over_since is None and not self._reason:
                 self._note_loss(entry, code)
             if self._over_since is None:
-                # It has told everyone that the flight is over, and why.
+                # It has published that the flight is over, and why.
                 self._end_flight()
         elif code and self._over_since is None and not entry.node.optional:
             self._continue_without(entry, code)
@@ -296,12 +296,12 @@ class Supervisor:
             self._end_flight()
             return
         if "plant" in self._lost:
-            # Those that notice that the plant is silent end because of it.
+            # The nodes end by themselves after their timeout for the plant.
             self._end_flight()
             return
         satellites = entry.node.parameters.get("satellites")
         names = satellites if isinstance(satellites, list) else [entry.name]
-        # A satellite says so before the scenario has it killed.
+        # A satellite reports this event before the scenario has it killed.
         expected = self._killed.issuperset(names)
         self._killed.difference_update(names)
         if not expected:
@@ -349,7 +349,7 @@ class Supervisor:
         self._reason = self._reason or self._end_of(entry, code)
 
     def _end_of(self, entry: _Running, code: int) -> str:
-        """How a process ended, in words."""
+        """How a process ended, as text."""
         how = f"was ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
         last = entry.log.read_text(errors="replace").strip().splitlines()[-1:] or ["it printed nothing"]
         return f"{entry.name} {how} after step {self._steps}: {last[0]}"

@@ -48,12 +48,12 @@ _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
 
 _SIGN_PERIOD = 0.5
-"""Wall-clock time between two signs of life while no step is taken, s; a fraction of any silence."""
+"""Wall-clock time between two signs of life while no step is taken, s; a fraction of any timeout."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the plant's node is told at its start beside the scenario.
+    """Settings of the plant's node at its start beside the scenario.
 
     Attributes:
         recorded: whether a recorder takes part, to be waited for.
@@ -167,7 +167,7 @@ class PlantNode:
         )
 
     def everyone_is_ready(self) -> bool:
-        """Whether all nodes have said that they are ready, and are there seen from this side."""
+        """Whether all nodes have published that they are ready, and their endpoints are discovered."""
         return not self.membership.unready and self._endpoints.complete()
 
     def not_ready(self) -> tuple[list[str], str]:
@@ -199,11 +199,11 @@ class PlantNode:
     # Who takes part
 
     def lose(self, names: Iterable[str], reason: str) -> None:
-        """Go on without some satellites, or end the flight when nobody is left or the recorder is needed.
+        """Go on without some satellites, or end the flight if none is left or the recorder is needed.
 
         Args:
             names: of satellites, or `recorder`.
-            reason: in words, for everyone.
+            reason: of the loss, as text; published with the status.
         """
         for name in names:
             if name == RECORDER:
@@ -230,7 +230,7 @@ class PlantNode:
         self._go_on()
 
     def _publish_change(self, change: Change | None) -> None:
-        """Tell everyone that the formation is another one from the present step on."""
+        """Publish a change of the formation that holds from the present step on."""
         if change is None:
             return
         formation, step = self.membership.formation, self.membership.step
@@ -408,7 +408,7 @@ class PlantNode:
         if not self._commands_within_limits():
             return
         commands = self.subscriptions.commands
-        # The processor's time: the wall clock would count those who are let in meanwhile.
+        # Processor time: wall-clock time would include other threads that run meanwhile.
         begin = time.thread_time()
         self.plant.advance(commands[:, :3], commands[:, 3:])
         within = self._within_limits()
@@ -424,7 +424,7 @@ class PlantNode:
 
 
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
-    """Wait for everyone, fly the scenario to its end, and say how it went."""
+    """Wait for all nodes, fly the scenario to its end, and report the result."""
     declare_start(node, "scenario")
     settings = Settings(
         recorded=declare_start(node, "recorded"),

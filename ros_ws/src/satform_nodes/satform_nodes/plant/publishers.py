@@ -186,7 +186,7 @@ class PlantPublishers:
         Args:
             formation: membership and communication graph.
             phase: of the flight.
-            reason: why, in words.
+            reason: of this phase, as text.
             change: of the formation at this step.
             final_commands: the last command of each satellite that is lost now.
             early_end: why the flight ends now before its last step; None when it does not.

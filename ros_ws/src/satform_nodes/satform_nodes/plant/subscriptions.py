@@ -189,7 +189,7 @@ class PlantSubscriptions:
 
         Args:
             names: of nodes that keep a step from going on.
-            timeout: timeout, wall-clock time, s.
+            timeout: wall-clock time without a message, s.
         """
         now = time.monotonic()
         indices = {name: index for index, name in enumerate(self._membership.names)}

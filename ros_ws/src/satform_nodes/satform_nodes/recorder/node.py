@@ -128,19 +128,19 @@ class RecorderNode:
         self._endpoints = MatchedEndpoints(node)
         self._endpoints.require_subscribers(self._progress_publisher, [PLANT])
         self._endpoints.require_subscribers(self._ready_publisher, [PLANT])
-        heard = subscribed_by(RECORDER, channels(plan.topics))
+        followed = subscribed_by(RECORDER, channels(plan.topics))
         # First: losses and rejoins have to be known before messages are checked for gaps.
         self._subscribe_occasional(executor, "status", topics.STATUS, PLANT, self._on_status)
-        for channel in heard:
+        for channel in followed:
             if channel.kind == "parameter_changes":
                 self._subscribe_occasional(
                     executor, channel.kind, channel.topic, channel.publishers[0], self._write_stepped
                 )
-        for channel in heard:
+        for channel in followed:
             if channel.rhythm != "now and then":
                 self._subscribe_stepped(executor, channel)
         self._now = (0, 0)
-        (health,) = [channel for channel in heard if channel.kind == "diagnostics"]
+        (health,) = [channel for channel in followed if channel.kind == "diagnostics"]
         self._subscribe_diagnostics(executor, health)
         self._health = Health(node, "recorder: bag", "recorder", self._condition, lambda: self._now)
         executor.add_periodic(self._health.due)
@@ -226,7 +226,7 @@ class RecorderNode:
                 self.rejections,
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,
-                # A command may tell of a value that is beyond every limit.
+                # A command may report a value that is beyond every limit.
                 unbounded=1 if kind == "command" else 0,
             )
         self._channels.append(channel)
@@ -387,8 +387,8 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         if recorder.ended is not None and recorder.ended.phase == FormationStatus.ABORTED:
             recorder.report.send("aborted", reason=recorder.ended.reason)
         if end is not None:
-            # On a host without the plant nobody else knows.
-            recorder.report.send("end_heard", end=end.data())
+            # On a host without the plant no other process can report it.
+            recorder.report.send("end_received", end=end.data())
         recorder.report.send(
             "recorded",
             messages=recorder.bag.messages,
@@ -409,8 +409,8 @@ def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, s
         recorder.publish_ready()
         recorder.report.send("ready", node="recorder")
         recorder.node.get_logger().info(f"recording into {recorder.folder}")
-        heard = executor.spin_polling(lambda: recorder.ended is None and not stop.asked, longest, stop.pause)
-        if not heard:
+        over = executor.spin_polling(lambda: recorder.ended is None and not stop.asked, longest, stop.pause)
+        if not over:
             sentence = f"nothing to record for {longest:g} s: no message from the plant"
             recorder.report.send("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
             raise NodeError(sentence, EXIT_LOST)

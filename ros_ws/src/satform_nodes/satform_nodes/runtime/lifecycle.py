@@ -163,7 +163,7 @@ def run(
         The exit code.
     """
     stop = StopRequest()
-    # What is not finite ends the flight with a sentence; a warning would say the same less well.
+    # A quantity that is not finite ends the flight with an error; numpy's warnings would add nothing.
     np.seterr(all="ignore")
     code = EXIT_STOPPED
     # rclpy's own handlers would tear the context down in the middle of a step.

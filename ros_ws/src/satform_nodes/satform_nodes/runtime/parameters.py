@@ -40,7 +40,7 @@ class FormationNode(Node):
 
         Args:
             name: of the node.
-            log_topic: whether what it logs is told on `/rosout` too.
+            log_topic: whether its log is published on `/rosout`, too.
             lean: whether it does without what costs most where there are many nodes: the services by which
                 its parameters can be read and set from outside, the log topic, and the warning about others
                 whose quality of service does not fit. Where the environment has `LEAN`, all nodes do.
@@ -84,19 +84,19 @@ class FormationNode(Node):
         return super().create_service(srv_type, srv_name, guarded(srv_type, callback, note), **options)
 
     def create_publisher(self, *arguments: Any, **options: Any) -> Any:
-        """As in rclpy; a lean node is not told about others whose quality of service does not fit."""
+        """As in rclpy; a lean node gets no events about incompatible quality of service."""
         if self._lean:
             options.setdefault("event_callbacks", PublisherEventCallbacks(use_default_callbacks=False))
         return super().create_publisher(*arguments, **options)
 
     def create_subscription(self, *arguments: Any, **options: Any) -> Any:
-        """As in rclpy; a lean node is not told about others whose quality of service does not fit."""
+        """As in rclpy; a lean node gets no events about incompatible quality of service."""
         if self._lean:
             options.setdefault("event_callbacks", SubscriptionEventCallbacks(use_default_callbacks=False))
         return super().create_subscription(*arguments, **options)
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Change parameters together; the result's reason is what the change's acceptor said."""
+        """Change parameters together; the result's reason is the text from the change's acceptor."""
         self.sentence = ""
         try:
             parameter_list = [self._as_declared(parameter) for parameter in parameter_list]
@@ -132,7 +132,7 @@ ONE_FOR_ALL = "one number stands for all"
 """How the description of a parameter of several numbers says that one will do."""
 
 SIM_TIME = "use_sim_time"
-"""Parameter that every ROS node has: whether the node's clock goes by `/clock`."""
+"""Parameter that every ROS node has: whether the node's clock follows `/clock`."""
 
 NO_SIM_TIME = (
     "satform's nodes make simulated time and take it from the messages of each step, never from /clock; "
@@ -363,8 +363,8 @@ def _bounds(field: FieldInfo) -> list[Any]:
 
 
 def _in_words(bounds: Sequence[Any], *, one_for_all: bool) -> str:
-    words = {Ge: ">= {0.ge:g}", Gt: "> {0.gt:g}", Le: "<= {0.le:g}", Lt: "< {0.lt:g}"}
-    allowed = "each number " + " and ".join(words[type(item)].format(item) for item in bounds)
+    forms = {Ge: ">= {0.ge:g}", Gt: "> {0.gt:g}", Le: "<= {0.le:g}", Lt: "< {0.lt:g}"}
+    allowed = "each number " + " and ".join(forms[type(item)].format(item) for item in bounds)
     parts = [*([allowed] if bounds else []), *([ONE_FOR_ALL] if one_for_all else [])]
     return "; ".join(parts)
 

@@ -86,7 +86,7 @@ def _finish(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
     end = None if ended is None else EarlyEnd.of_message(ended, first.plan.timing.step)
     if end is not None:
         # On a host without the plant no other process knows.
-        first.report.send("end_heard", end=end.data())
+        first.report.send("end_received", end=end.data())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
     first.report.send("memory", process=first.name, bytes=memory)
     if not in_time:

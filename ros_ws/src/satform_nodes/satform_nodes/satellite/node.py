@@ -49,7 +49,7 @@ _ANY_STEP = 2**63
 
 @dataclass(frozen=True)
 class Settings:
-    """What a satellite's node is told at its start beside the scenario.
+    """Settings of a satellite's node at its start beside the scenario.
 
     Attributes:
         name: of the satellite.
@@ -116,7 +116,7 @@ class SatelliteNode:
         self._skipped = 0
         # First step that was taken without this process though its satellite flies, and when that was seen.
         self._duplicate: tuple[int, float] | None = None
-        # Wall-clock time at which the plant was told that this satellite can fly; before it no flight begins.
+        # Wall-clock time at which this satellite reported to the plant that it is ready.
         self._ready_at = float("inf")
         self._names = names
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)

@@ -55,13 +55,13 @@ class MatchedEndpoints:
         if authorised is None:
             if endpoint.get_subscription_count() < len(names):
                 return False
-            listening = self._node.get_subscriptions_info_by_topic(endpoint.topic_name)
-            return names <= {local_name(other, namespace) for other in listening}
+            subscribers = self._node.get_subscriptions_info_by_topic(endpoint.topic_name)
+            return names <= {local_name(other, namespace) for other in subscribers}
         if endpoint.get_publisher_count() < len(names):
             return False
         speaking = self._node.get_publishers_info_by_topic(endpoint.topic_name)
         found = Counter(local_name(other, namespace) for other in speaking)
-        # Two writers of one node name cannot be told apart before either has published.
+        # Two writers of one node name cannot be distinguished before either has published.
         if any(found[name] != 1 for name in names):
             return False
         authorised.note_endpoints(speaking)

@@ -364,7 +364,7 @@ class StepExecutor(SingleThreadedExecutor):
         wait_set.clear_entities()
         wait_set.add_subscription(awaited.handle)
         wait_set.wait(int(timeout * _NANOSECONDS))
-        # If it does not come, a message of another node may tell why.
+        # If it does not come, a message of another node may contain the reason.
         return self._filtered[id(awaited)].take_one() or self._take_any(0.0)
 
     def _take_any(self, timeout: float) -> bool:

@@ -44,21 +44,21 @@ class FilteredSubscription:
 
     def take_all(self) -> bool:
         """Pass on all messages that have arrived; whether there were any."""
-        heard = False
+        taken = False
         # A bound: an unauthorised writer may publish faster than messages are taken.
         for _ in range(_MAX_AT_ONCE):
             if not self.take_one():
                 break
-            heard = True
-        return heard
+            taken = True
+        return taken
 
     def retry_held(self) -> None:
         """Pass on messages that were held back, if their node is known by now, in order."""
-        for writer, said in list(self._held.items()):
+        for writer, messages in list(self._held.items()):
             name = self._name_of(writer)
             if name != UNDECIDED:
                 del self._held[writer]
-                for data in said:
+                for data in messages:
                     if name is not None:
                         self._callback(data, name)
 

@@ -61,8 +61,8 @@ def shortcomings(node: Node, channels: Sequence[Channel], *, recorded: bool) -> 
     for channel in needed:
         present = [name for name in channel.publishers if name in names and name not in gone]
         found += _publishers(node, channel, present)
-        listening = [name for name in channel.subscribers_in(recorded=recorded) if name not in gone]
-        found += _subscribers(node, channel, listening)
+        subscribers = [name for name in channel.subscribers_in(recorded=recorded) if name not in gone]
+        found += _subscribers(node, channel, subscribers)
     return list({(each.node, each.sentence): each for each in found}.values())
 
 

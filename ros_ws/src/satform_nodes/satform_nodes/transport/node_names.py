@@ -12,7 +12,7 @@ def local_name(endpoint: Any, namespace: str) -> str:
     """Name of an endpoint's node as seen from a namespace.
 
     Two formations in one domain have nodes of the same names, and a few topics in common (`/clock`,
-    `/diagnostics`): only a node of the own namespace goes by its bare name.
+    `/diagnostics`): only a node of the own namespace is named without its namespace.
 
     Args:
         endpoint: as rclpy returns it for publishers and subscriptions.

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether the middleware takes part with keys: makes one node in an enclave, and says why if it cannot."""
+"""Whether the middleware takes part with keys: makes one node in an enclave, or prints why it cannot."""
 
 import sys
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ def main(arguments: Sequence[str]) -> int:
         arguments: the path of the enclave; keystore and strategy are in the environment.
 
     Returns:
-        0 if the node was made; else 1, and the middleware's own words are printed.
+        0 if the node was made; else 1, and the middleware's error is printed.
     """
     try:
         rclpy.init(
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _cause(text: str) -> str:
-    """The words of the middleware, without the places in its sources."""
+    """The middleware's error, without the lines of its source files."""
     return text.partition(", at ")[0].replace("\n", " ").strip()
 
 
