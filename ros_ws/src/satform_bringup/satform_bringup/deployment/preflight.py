@@ -31,7 +31,7 @@ UNUSED_VARIABLES = (
     "FASTDDS_BUILTIN_TRANSPORTS",
     "RMW_FASTRTPS_PUBLICATION_MODE",
     "RMW_FASTRTPS_USE_QOS_FROM_XML",
-    # How a node logs: what a node prints is read by the one who started it.
+    # How a node logs: error messages are read from a node's log file.
     "RCUTILS_COLORIZED_OUTPUT",
     "RCUTILS_CONSOLE_OUTPUT_FORMAT",
     "RCUTILS_LOGGING_BUFFERED_STREAM",

@@ -61,7 +61,7 @@ def prepare() -> ForkServerContext:
     context.set_forkserver_preload([_PRELOADED])
     # The tracker lets signals through again when it starts, so it goes first.
     resource_tracker.ensure_running()
-    # A terminal's signals reach the server too, which is to end with its starter and not before.
+    # A terminal's signals reach the server too, which is to end with its parent and not before.
     try:
         with _signals_held():
             forkserver.ensure_running()
@@ -195,7 +195,7 @@ def _run_node(
     environment: dict[str, str],
     pipe: Connection,
 ) -> None:
-    # A terminal's Ctrl-C is for the one who started the flight, who ends it in order.
+    # A terminal's Ctrl-C is handled by the supervisor, which ends the nodes in order.
     os.setsid()
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL_SIGNALS)
     _end_with_the_server()

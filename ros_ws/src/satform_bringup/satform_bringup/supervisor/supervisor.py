@@ -269,7 +269,7 @@ class Supervisor:
                 away = time.monotonic() - self._lost_since.pop(event["who"], time.monotonic())
                 self._returns.append(Rejoin(event["who"], event["step"], away))
                 if event["who"] in self._lost:
-                    # Its loss stays on record; what counts at the end is who is away.
+                    # Its loss stays recorded; the result counts the nodes that are lost at the end.
                     self._lost.remove(event["who"])
 
     def _on_exit(self, entry: _Running) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The node of the plant: it moves all satellites, decides who takes part and when a step is complete."""
+"""The node of the plant: it integrates the motion of all satellites, and manages membership and steps."""
 
 import sys
 import time
@@ -48,7 +48,7 @@ _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
 
 _SIGN_PERIOD = 0.5
-"""Wall-clock time between two signs of life while no step is taken, s; a fraction of any timeout."""
+"""Wall-clock time between two statuses while no step is taken, s; a fraction of any timeout."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class PlantNode:
         return not self.membership.unready and self._endpoints.complete()
 
     def not_ready(self) -> tuple[list[str], str]:
-        """Who keeps the flight from beginning, and what is wrong with them."""
+        """Nodes that keep the flight from beginning, each with the reason."""
         unready = self.membership.unready
         found = shortcomings(self.node, channels(self.plan.topics), recorded=self.recorded)
         who = list(dict.fromkeys(each.node for each in found)) or unready or [PLANT]
@@ -183,7 +183,7 @@ class PlantNode:
         return bool(self.membership.awaited)
 
     def missing(self) -> list[str]:
-        """Who keeps the step from going on."""
+        """Nodes whose messages the present step lacks."""
         membership = self.membership
         satellites = membership.awaited or not (membership.open or membership.over)
         return membership.missing if satellites else [RECORDER]
@@ -196,7 +196,7 @@ class PlantNode:
         if self._within_limits():
             self._begin_step()
 
-    # Who takes part
+    # Membership
 
     def lose(self, names: Iterable[str], reason: str) -> None:
         """Go on without some satellites, or end the flight if none is left or the recorder is needed.

@@ -206,7 +206,7 @@ def flight_condition(
 
 
 class FlightProgress:
-    """How a part that takes steps gets on, from one report to the next."""
+    """Step rate and rejected messages of a part that takes steps, from one report to the next."""
 
     def __init__(self, rejections: RejectionCounter, clock: Callable[[], float] = time.monotonic) -> None:
         """Begin at step 0.

@@ -207,7 +207,7 @@ class SatelliteNode:
             condition = replace(condition, level=Level.WARN, message=self.memory.problem)
         return condition
 
-    # Who takes part
+    # Membership
 
     def _on_status(self, data: bytes, _name: str) -> None:
         status = decoded(data, FormationStatus, topics.STATUS, self.rejections)
