@@ -34,5 +34,5 @@ def test_the_pages_say_so() -> None:
     described = Scenario.model_fields["node_timeout"].description
     assert described is not None
     assert "a silent plant after twice that" in " ".join(described.split())
-    for page in ("architecture.md", "verification.md", "multi_host.md"):
+    for page in ("verification.md", "multi_host.md"):
         assert "twice that" in (DOCS / page).read_text(encoding="utf-8")

@@ -450,7 +450,8 @@ def test_who_comes_back_from_a_checkpoint_needs_one() -> None:
     (problem,) = problems(text)
     assert (problem.field, problem.line) == ("faults[0]", line_of("- {kind: satellite_lost", text))
     assert (
-        "none are kept: give the scenario a checkpoint_period, or the fault memory: plan" in problem.sentence
+        "none are stored: give the scenario a checkpoint_period, or the fault memory: plan"
+        in problem.sentence
     )
 
 
@@ -460,7 +461,7 @@ def test_who_follows_a_neighbour_keeps_its_graph_and_tells_no_phase_to_lie_about
     assert "needs it as an in-neighbour all the time" in change.sentence
     assert change.line == len(text.splitlines()) + 1
     (lie,) = problems(text + "faults: [{kind: byzantine, satellite: sat1, at: 1.0}]\n")
-    assert "tell no phase to lie about" in lie.sentence
+    assert "send no phase to falsify" in lie.sentence
 
 
 def test_what_would_happen_beyond_the_end_of_a_shortened_flight_is_left_out_and_said() -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The flight software of a satellite's attitude: what it is told, where it points, what it commands."""
+"""The flight software of a satellite's attitude: measurement, pointing, commanded torque."""
 
 import math
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ _BLOCK = 256
 
 @dataclass(frozen=True)
 class Attitude:
-    """What a satellite is told of its attitude.
+    """Measured attitude of a satellite.
 
     Attributes:
         mrp: inertial to body, modified Rodrigues parameters, shape (..., 3).

@@ -38,11 +38,11 @@ class Wheels:
         limit, full = self.torque_limit[..., None], self.momentum_limit[..., None]
         torque = np.minimum(np.maximum(command, -limit), limit)
         after = momentum + torque * duration
-        kept = (np.minimum(np.maximum(after, -full), full) - momentum) / duration
-        # Inside the limit the command itself is given, without the rounding of a sum and a difference.
+        limited = (np.minimum(np.maximum(after, -full), full) - momentum) / duration
+        # Inside the limit the command itself is applied, without the rounding of a sum and a difference.
         over = np.abs(after) > full
         torque_saturated_steps = np.any(torque != command, axis=-1)
-        return np.where(over, kept, torque), torque_saturated_steps, np.any(over, axis=-1)
+        return np.where(over, limited, torque), torque_saturated_steps, np.any(over, axis=-1)
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Turning:
     """The true attitudes of several satellites.
 
     Attributes:
-        members: places of these satellites in the formation, ascending.
+        members: indices of these satellites in the formation, ascending.
         state: attitudes and counters.
     """
 
@@ -80,7 +80,7 @@ class Turning:
         self.state = TurningState(orientation.start, nothing, nothing)
 
     def measured(self) -> Attitude:
-        """What each of these satellites is told of its attitude: the truth, shape (M, 3)."""
+        """Measured attitude of each of these satellites: the truth, shape (M, 3)."""
         state = self.state.attitude
         body = self._orientation.law.body
         return Attitude(state.mrp, body.angular_velocity(state), state.wheel_momentum)

@@ -45,7 +45,7 @@ class Absences:
         self.spells: list[list[tuple[int, int]]] = [[] for _ in self._names]
 
     def take(self, status: FormationStatus) -> None:
-        """Take in a word of the plant."""
+        """Take in a status of the plant."""
         for name in set(status.lost) & set(self._names):
             self.spells[self._names.index(name)].append((int(status.step), FOREVER))
         for name in set(status.rejoined) & set(self._names):
@@ -54,10 +54,10 @@ class Absences:
                 own[-1] = (own[-1][0], int(status.step))
 
     def explain(self, satellite: int, kind: str, first: int, last: int) -> bool:
-        """Whether a satellite had nothing to say on a topic from one step to another.
+        """Whether a satellite had nothing to publish on a topic from one step to another.
 
         Args:
-            satellite: its place; -1 for the plant, which is never absent.
+            satellite: its index; -1 for the plant, which is never absent.
             kind: of topic. What a satellite shows of its last step may be lost with it.
             first: first step without a message.
             last: last step without one.

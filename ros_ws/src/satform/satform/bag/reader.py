@@ -75,7 +75,7 @@ class Bag:
         complete: whether the file was closed properly and holds the whole flight, as far as that went.
         events: what happened in the flight beside what the scenario plans, by step, to fly it once more.
         clocked: whether it was flown on the wall clock, so that it cannot be flown again to the same bits.
-        history: all that the plant and the satellites said of losses, of the graph and of gains.
+        history: the recorded messages about losses, the graph and gains.
     """
 
     path: Path
@@ -304,14 +304,14 @@ def _record(
     announced = tables(scenario.consensus.announces)
     truth = tables("truth", "state", lambda satellite: satellite.sensor)
     command = tables("command")
-    given = tables("propulsion", "command", lambda satellite: satellite.thruster)
+    applied = tables("propulsion", "command", lambda satellite: satellite.thruster)
     attitude = tables("attitude", "state", lambda satellite: satellite.attitude)
     estimate = tables("estimate", "tracking", lambda satellite: satellite.filter)
     states = min(len(table) for table in (*state, *truth, *announced, *attitude))
     if states == 0:
         why = "" if early_end is None else f": {early_end.sentence}"
         raise BagError(f"{file}: holds no complete step{why}")
-    steps = min(states - 1, *(len(table) for table in (*command, *given, *tracking, *estimate)))
+    steps = min(states - 1, *(len(table) for table in (*command, *applied, *tracking, *estimate)))
     record = FlightRecord(
         satellites=names,
         step=scenario.timing.step,
@@ -328,7 +328,7 @@ def _record(
         sliding_variable=_vectors(tracking, "sliding_variable", steps),
         estimated_position_error=_vectors(tracking, "position_error", steps),
         estimated_velocity_error=_vectors(tracking, "velocity_error", steps),
-        **_propulsion(given, satellites, steps),
+        **_propulsion(applied, satellites, steps),
         **_attitudes(attitude, command, satellites, steps),
         **_estimates(estimate, satellites, steps),
         **{name: np.empty((0, len(names))) for name in FIGURES},
@@ -375,7 +375,7 @@ def _propulsion(
 def _attitudes(
     tables: list[Table], commands: list[Table], satellites: list[SatelliteSpec], steps: int
 ) -> dict[str, NDArray[np.float64]]:
-    """What was told and commanded of the attitudes of the satellites that have one."""
+    """Measured attitudes and commanded torques of the satellites that have an attitude."""
     turning = [column for column, satellite in enumerate(satellites) if satellite.attitude is not None]
     found = no_attitude(steps if turning else -1, len(satellites))
     for column in turning:

@@ -176,16 +176,16 @@ def _with_absences(
         until = min(max(end, silent_from), states - (kind not in ANNOUNCEMENTS))
         present = set(table["step"].tolist())
         missing = [step for step in range(first, until) if step not in present]
-        silence = np.zeros(len(missing), dtype=table.dtype)
-        silence["step"] = missing
+        absent = np.zeros(len(missing), dtype=table.dtype)
+        absent["step"] = missing
         # Who is absent commands nothing.
-        _blank(silence, (silence["step"] < begin) | (kind != "command"))
-        last_word = final_commands.get((name, begin))
-        if last_word is not None and kind in ANNOUNCEMENTS and begin in missing:
-            _fill_in(silence, missing.index(begin), last_word, "announced_")
-        if last_word is not None and kind == "command" and begin - 1 in missing:
-            _fill_in(silence, missing.index(begin - 1), last_word)
-        table = np.concatenate([table, silence])
+        _blank(absent, (absent["step"] < begin) | (kind != "command"))
+        last_command = final_commands.get((name, begin))
+        if last_command is not None and kind in ANNOUNCEMENTS and begin in missing:
+            _fill_in(absent, missing.index(begin), last_command, "announced_")
+        if last_command is not None and kind == "command" and begin - 1 in missing:
+            _fill_in(absent, missing.index(begin - 1), last_command)
+        table = np.concatenate([table, absent])
         table = table[np.argsort(table["step"], kind="stable")]
     return table
 
@@ -196,5 +196,5 @@ def _fill_in(table: Rows, row: int, command: Any, prefix: str = "") -> None:
         try:
             table[name][row] = reduce(getattr, f"{prefix}{name}".split("."), command)
         except AttributeError:
-            # The command has nothing of that name to tell.
+            # The command has no field of that name.
             continue

@@ -1,9 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Links that lose, delay, repeat and reorder what satellites tell each other, in simulated time.
+"""Links that lose, delay, repeat and reorder messages between satellites, in simulated time.
 
 Every directed edge of the communication graph is a link of its own. What happens to a message is a
-pure function of the run's seed, the edge and the step in which the message was said, and it is applied
+pure function of the run's seed, the edge and the step in which the message was sent, and it is applied
 where the message is received: so the same run has the same losses in one process and over DDS.
 """
 
@@ -99,13 +99,13 @@ class LinksSpec(Spec):
         seen: set[tuple[str, str]] = set()
         every: list[tuple[tuple[str | int, ...], LinkSpec]] = [(("default",), self.default)]
         every += [(("edges", i), self.of(edge.sender, edge.receiver)) for i, edge in enumerate(self.edges)]
-        for place, link in every:
+        for path, link in every:
             if (link.delay + link.jitter) / step > LONGEST_WAY:
                 sentence = (
                     f"delay and jitter make {link.delay + link.jitter:g} s, which is more than {LONGEST_WAY} "
                     f"steps of {step:g} s"
                 )
-                found.append((place, sentence))
+                found.append((path, sentence))
         for index, edge in enumerate(self.edges):
             for name in (edge.sender, edge.receiver):
                 if name not in satellites:
@@ -135,7 +135,7 @@ class ChannelModel:
 
         Args:
             spec: from the scenario.
-            edges: places of sender and receiver of each link, row by row.
+            edges: indices of sender and receiver of each link, row by row.
             names: of all satellites.
             setting: control period in s, and seed of the run.
             shape: of the satellites and their possible neighbours, (..., K), with one edge for each.
@@ -173,7 +173,7 @@ class ChannelModel:
 
         Args:
             step: its number.
-            received: what neighbours say for this step.
+            received: what neighbours send for this step.
 
         Returns:
             What comes out of the links: in this step and of this or earlier steps, the newest where

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What satellites tell each other, as data and as the plain numbers that travel."""
+"""Messages between satellites, as data and as the plain numbers that are sent."""
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -14,7 +14,7 @@ from satform.numeric.elementwise import Array, joined
 
 @dataclass(frozen=True)
 class PhaseMessage:
-    """How far a satellite tells its neighbours that it has come along its orbit.
+    """Phase that a satellite sends its neighbours: how far it has come along its orbit.
 
     Attributes:
         time: simulated moment at which the values hold, s, shape (...).

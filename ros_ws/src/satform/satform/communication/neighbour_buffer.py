@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a satellite knows of its neighbours: the newest that it was told, kept until something newer comes."""
+"""Newest message from each neighbour, stored until a newer one is received."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ class Received:
         stamp: simulated time to which they belong, s, shape (..., K).
         fresh: 1 where an announcement arrived in this step, else 0, shape (..., K).
         linked: 1 where the communication graph has the edge in this step, else 0, shape (..., K).
-        complete: whether something fresh, said for this very step, came over every edge.
+        complete: whether a message sent for this very step came over every edge.
     """
 
     values: Array
@@ -41,12 +41,12 @@ class Received:
 
 @dataclass(frozen=True)
 class NeighbourBuffer:
-    """The newest word of each possible neighbour.
+    """The newest message of each possible neighbour.
 
     Attributes:
         values: numbers of the announcements, shape (..., K, width).
         stamp: simulated time to which they belong, s, shape (..., K).
-        known: 1 where there is such a word, else 0, shape (..., K).
+        known: 1 where there is such a message, else 0, shape (..., K).
     """
 
     values: Array
@@ -75,11 +75,11 @@ class NeighbourBuffer:
         )
 
     def counted(self, time: float, neighbour_timeout: float) -> Array:
-        """Whose word still counts, as weights of 1 and 0, shape (..., K).
+        """Whose message still counts, as weights of 1 and 0, shape (..., K).
 
         Args:
             time: simulated, s.
-            neighbour_timeout: age of a word from which on it no longer counts, s.
+            neighbour_timeout: age of a message from which on it no longer counts, s.
         """
         # A stamp on the grid of steps may be off by a rounding, which is not to decide.
         old = time - self.stamp > neighbour_timeout * (1.0 + 1e-12)

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What passes between satellites: what each says, and what of it arrives at whom."""
+"""Reception of messages between satellites: which of those sent arrive at which receiver."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -128,8 +128,8 @@ def closed_loop(law: Controller, setting: FlightSetting, update: int = 1, latenc
         taken = np.vstack((now[:6], measured))
         for number in range(update):
             # Of those that have arrived the newest counts.
-            told = taken[max(0, math.ceil((latency - number) / update))]
-            motion = Motion(told[:3], told[3:])
+            measured = taken[max(0, math.ceil((latency - number) / update))]
+            motion = Motion(measured[:3], measured[3:])
             # Nothing limits the command here: what was commanded was applied.
             step = ControlStep(1, setting.step, now[-3:], now[-3:])
             action = law.act(motion, _NOWHERE, _filled(rest, list(now[6:-3])), step)

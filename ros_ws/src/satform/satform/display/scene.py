@@ -106,7 +106,7 @@ class Picture:
 
 
 class Scene:
-    """Takes in what is seen of a formation, and says when a picture is due and what is in it."""
+    """Collects published states of a formation, and determines when a picture is due and what is in it."""
 
     def __init__(self, plan: ScenePlan, snapshots_per_period: int, trail_points: int) -> None:
         """A scene in which nothing has been seen yet.

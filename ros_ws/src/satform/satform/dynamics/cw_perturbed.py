@@ -89,8 +89,8 @@ class CwPerturbedDynamics:
             m/s^2, LVLH components, shape (N, 3).
         """
         frame = self.chief.frame(time)
-        places = np.concatenate((np.zeros((1, 3)), position_lvlh))
-        harmonics = self.gravity.harmonics(time, frame.origin_position + frame.vector_to_inertial(places))
+        positions = np.concatenate((np.zeros((1, 3)), position_lvlh))
+        harmonics = self.gravity.harmonics(time, frame.origin_position + frame.vector_to_inertial(positions))
         return frame.vector_to_lvlh(harmonics[1:] - harmonics[0])
 
     def _remaining(self, step: int, offset: float, position_lvlh: Array) -> Array:

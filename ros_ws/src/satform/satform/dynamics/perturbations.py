@@ -23,7 +23,7 @@ class PerturbationSetting:
         step: plant's step, s.
         satellite_count: number of satellites N.
         seed: of the scenario's random numbers.
-        index: place in the scenario's list of perturbations, so that two noises differ.
+        index: in the scenario's list of perturbations, so that two noises differ.
     """
 
     mean_motion: float
@@ -121,7 +121,7 @@ class BoundedNoise:
         Args:
             largest: bound on each axis, m/s^2, shape (N, 3).
             seed: of the scenario's random numbers.
-            index: place in the scenario's list of perturbations.
+            index: in the scenario's list of perturbations.
         """
         self._largest = largest
         self._seed = seed

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relative navigation: what a satellite is told of its motion, and the filter that makes more of it."""
+"""Relative navigation: measurement of a satellite's motion, and the filter that estimates it."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -33,7 +33,7 @@ class SensorMemory:
 
 @dataclass(frozen=True)
 class Sensor:
-    """White noise, bias, update rate and latency between the true motion and what is told of it.
+    """White noise, bias, update rate and latency between the true and the measured motion.
 
     Attributes:
         noise: standard deviation of position (m) and velocity (m/s), shape (..., 6).
@@ -70,7 +70,7 @@ class Sensor:
             normals: standard normal numbers of this step, shape (..., 6).
 
         Returns:
-            The memory whose `delivered` is what the satellite is told.
+            The memory whose `delivered` is the measured motion.
         """
         waiting = memory.waiting
         if step % self.update == 0:

@@ -26,7 +26,7 @@ class SeededNormals:
     Attributes:
         seed: of the run.
         stream: keeps apart what is random for different reasons.
-        satellites: places of the satellites in the formation, N of them; or numbers of links.
+        satellites: indices of the satellites in the formation, N of them; or numbers of links.
         width: numbers a satellite and step.
     """
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What thrusters make of a command: limits, errors, and the propellant it costs.
 
-A command that cannot be given is given as far as it can be, and counted.
+A command that cannot be applied is applied as far as possible, and counted.
 """
 
 import math
@@ -31,7 +31,7 @@ class Propulsion:
 
     Attributes:
         propellant: left in the tank, kg, shape (...).
-        delta_v: given so far, m/s, shape (...): lengths added, or axes added if each has its thruster.
+        delta_v: applied so far, m/s, shape (...): lengths added, or axes added if each has its thruster.
         saturated_steps: steps in which the command was above the thrust limit, shape (...).
         below_minimum_impulse_steps: steps in which a command was below the smallest
             impulse and not applied, shape (...).
@@ -113,7 +113,7 @@ class Thruster:
 
         Returns:
             The acceleration really applied, m/s^2, shape (..., 3), and the propulsion after the step. A
-            command that needs no limit and meets no error is given back to the last bit. Delta-v, propellant
+            command that needs no limit and meets no error is returned to the last bit. Delta-v, propellant
             and an empty tank follow what is applied, also under a fault.
 
         Source: Sutton & Biblarz, Rocket Propulsion Elements, ch. 4 (rocket equation).
@@ -225,7 +225,7 @@ class ThrusterSpec(Spec):
     maximum_thrust: Positive | None = None
     """Largest thrust, of each axis or of the single thruster [N]; no limit when left out."""
     minimum_impulse: NonNegative | None = None
-    """Smallest impulse that can be given [N s]; a smaller one is not applied, and counted."""
+    """Smallest impulse that can be applied [N s]; a smaller one is not applied, and counted."""
     minimum_pulse: NonNegative | None = None
     """Shortest pulse at full thrust [s], instead of `minimum_impulse`."""
     impulse_quantum: NonNegative = 0.0

@@ -85,7 +85,7 @@ def _largest_or_rms(values: Array, statistic: str) -> float:
 
 
 class NavigationError(OverWindow):
-    """Distance between where a satellite is told to be and where it is, in m."""
+    """Distance between a satellite's measured and its true position, in m."""
 
     unit = "m"
     of_equipment = "sensor"

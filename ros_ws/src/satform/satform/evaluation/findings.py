@@ -48,7 +48,7 @@ def mean_after_settling(series: Array, column: int) -> float:
 
     Args:
         series: shape (K, N), or without rows.
-        column: place of the satellite.
+        column: index of the satellite.
 
     Returns:
         NaN where there is nothing.

@@ -32,12 +32,12 @@ def sampled_loops(scenario: Scenario) -> list[SampledLoop]:
         One entry for all satellites with the same numbers.
     """
     specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
-    places = {spec.name: index for index, spec in enumerate(specs)}
+    indices = {spec.name: index for index, spec in enumerate(specs)}
     return [
         *_alike(
             "tracking",
             specs,
-            lambda spec: _tracking(scenario, spec, flight_setting(scenario, places[spec.name])),
+            lambda spec: _tracking(scenario, spec, flight_setting(scenario, indices[spec.name])),
             lambda spec: repr((spec.controller, spec.sensor, spec.filter, spec.thruster)),
         ),
         *_consensus(scenario, [spec.name for spec in specs]),
@@ -84,11 +84,11 @@ def _analysed(analysis: Callable[[SatelliteSpec], Analysis], spec: SatelliteSpec
 def _tracking(scenario: Scenario, spec: SatelliteSpec, setting: FlightSetting) -> Analysis:
     assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
     kind = str(getattr(spec.controller, "kind", type(spec.controller).__name__))
-    given = spec.controller.linearisation(setting)
-    if isinstance(given, str):
-        return None, f"{kind}, {given}"
-    if given is not None:
-        return spectral_radius(given), kind
+    own_transition = spec.controller.linearisation(setting)
+    if isinstance(own_transition, str):
+        return None, f"{kind}, {own_transition}"
+    if own_transition is not None:
+        return spectral_radius(own_transition), kind
     if spec.controller.follows == "neighbour":
         return None, f"{kind}, which gives no linearisation"
     law: Any = spec.controller.build(setting)
@@ -102,8 +102,8 @@ def _tracking(scenario: Scenario, spec: SatelliteSpec, setting: FlightSetting) -
 def _changing(transition: Array) -> Array:
     """A transition without what never changes, as the integral of an axis that has no integral gain."""
     fixed = np.all(transition == np.eye(len(transition)), axis=1)
-    kept: Array = transition[np.ix_(~fixed, ~fixed)]
-    return kept
+    free: Array = transition[np.ix_(~fixed, ~fixed)]
+    return free
 
 
 def _measured(scenario: Scenario, spec: SatelliteSpec) -> tuple[int, int, str]:

@@ -327,8 +327,8 @@ def arc_length_spread(record: FlightRecord, columns: list[int] | None = None) ->
         m, shape (K + 1,); not a number where fewer than two fly, whose spread is none.
     """
     chosen = list(range(len(record.satellites))) if columns is None else columns
-    told, excused = record.arc_length[:, chosen], record.excluded(record.arc_length)[:, chosen]
-    spread: Array = largest_of_each(told, excused) + largest_of_each(-told, excused)
+    published, excused = record.arc_length[:, chosen], record.excluded(record.arc_length)[:, chosen]
+    spread: Array = largest_of_each(published, excused) + largest_of_each(-published, excused)
     return np.where((~excused).sum(axis=1) > 1, spread, np.nan)
 
 

@@ -85,8 +85,8 @@ def _flatten(value: Any, name: str, encode: Numbers) -> None:
     if value is None:
         return
     if isinstance(value, tuple):
-        for place, item in enumerate(value):
-            _flatten(item, f"{name}.{place}", encode)
+        for row, item in enumerate(value):
+            _flatten(item, f"{name}.{row}", encode)
         return
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
@@ -115,7 +115,7 @@ def _rebuilt(template: Any, name: str, encode: Numbers, used: set[str]) -> Any:
         count = 0
         while f"{name}.{count}" in encode:
             count += 1
-        return tuple(_rebuilt(template[0], f"{name}.{place}", encode, used) for place in range(count))
+        return tuple(_rebuilt(template[0], f"{name}.{row}", encode, used) for row in range(count))
     if name not in encode:
         raise ValueError(f"this checkpoint is of another kind of satellite: {name} is missing")
     used.add(name)

@@ -107,7 +107,7 @@ class FormationPlan:
         return any(spec is not None and isinstance(spec.pointing, SatellitePointingSpec) for spec in specs)
 
     def satellite(self, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
-        """What one satellite is given; arguments as in `flight_plan`."""
+        """Plan of one satellite; arguments as in `flight_plan`."""
         return flight_plan(self._scenario, index, neighbours)
 
     def parameters(self, index: int) -> ParameterPlan:
@@ -243,7 +243,7 @@ def _longest_revolution(scenario: Scenario) -> float:
 
 
 def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
-    """The chief's orbit in the axes in which a satellite's attitude is told; None without attitude."""
+    """The chief's orbit in the axes in which a satellite's attitude is measured; None without attitude."""
     spec = scenario.satellite(index).attitude
     if spec is None:
         return None
@@ -254,7 +254,7 @@ def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
 
 
 def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
-    """What the controller of the satellite with the given place may know of a scenario."""
+    """What the controller of the satellite with this index may know of a scenario."""
     step, thruster = scenario.timing.step, scenario.satellite(index).thruster
     if thruster is None:
         return FlightSetting(scenario.orbit.rate, step)
@@ -262,7 +262,7 @@ def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
 
 
 def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
-    """What the satellite with the given place in a scenario's list is given before flight.
+    """Plan of the satellite with an index in a scenario's list.
 
     Args:
         scenario: what is flown.

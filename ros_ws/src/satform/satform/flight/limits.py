@@ -197,11 +197,11 @@ class LimitCheck:
             (_VELOCITY, motion.velocity, self._everyone),
         ]
         for group in plant.turning:
-            told, members = group.measured(), group.members.tolist()
+            measured, members = group.measured(), group.members.tolist()
             checked += [
-                (_RATE, told.angular_velocity, members),
-                (_ATTITUDE, told.mrp, members),
-                (_MOMENTUM, told.wheel_momentum, members),
+                (_RATE, measured.angular_velocity, members),
+                (_ATTITUDE, measured.mrp, members),
+                (_MOMENTUM, measured.wheel_momentum, members),
             ]
         squares = [float(np.vdot(values, values)) for _, values, _ in checked]
         within = all(

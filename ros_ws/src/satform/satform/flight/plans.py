@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the parts of a flight are given before it begins: plain data, compiled once from a scenario.
+"""Plans of the parts of a flight: plain data, compiled once from a scenario.
 
 Each part takes its own plan and no scenario. `satform.flight.compile` makes them.
 """
@@ -36,7 +36,7 @@ class TimingPlan:
         step_nanoseconds: control period in whole nanoseconds, from which every stamp is computed.
         command_timeout: simulated time for which a command is held while no newer one arrives, s.
         node_timeout: wall-clock time after which a satellite that does not answer counts as lost, s.
-        checkpoint_steps: steps between two checkpoints of a satellite; None when none are kept.
+        checkpoint_steps: steps between two checkpoints of a satellite; None when none are stored.
     """
 
     step: float
@@ -54,7 +54,7 @@ class TimingPlan:
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """What a satellite is given before flight; arrays carry a leading axis when many fly as one.
+    """Plan of a satellite before flight; arrays carry a leading axis when many fly as one.
 
     Attributes:
         path: the closed orbit to fly and how it is parametrised.

@@ -23,11 +23,11 @@ Steps = NDArray[np.int64]
 
 
 class Plant:
-    """What really happens to the satellites of a scenario, and what they are told of it.
+    """True motion of the satellites of a scenario, and what their sensors measure of it.
 
     Attributes:
         step: number of the step that comes next.
-        given: acceleration of all satellites in the last step, as it was applied, LVLH, m/s^2, shape (N, 3);
+        applied: acceleration of all satellites in the last step, as applied, LVLH, m/s^2, shape (N, 3);
             zero before the first one.
         thrusters: of the satellites that have one; None when nobody has.
         turning: the true attitudes, in groups of satellites; empty when nobody has one.
@@ -69,18 +69,18 @@ class Plant:
         return self._chief_radius - math.sqrt(square) < radius
 
     def measured(self) -> Motion:
-        """What each satellite is told of its motion, shapes (N, 3); the truth where nobody measures."""
+        """Measured motion of each satellite, shapes (N, 3); the truth where nobody measures."""
         return self._measured
 
     def measured_steps(self) -> Steps:
-        """Number of the step at which each satellite moved as it is told now, shape (N,)."""
+        """Number of the step to which each satellite's present measurement belongs, shape (N,)."""
         steps = np.full(len(self._motion.position), self.step)
         for sensors in self._sensors:
             steps[sensors.members] = sensors.memory.delivered.step
         return steps
 
     def attitude(self) -> Attitude | None:
-        """What each satellite is told of its attitude, shape (N, 3); None when nobody has one.
+        """Measured attitude of each satellite, shape (N, 3); None when nobody has one.
 
         Not a number for satellites without attitude.
         """
@@ -88,10 +88,10 @@ class Plant:
             return None
         whole = Attitude(*(np.full_like(self._motion.position, np.nan) for _ in range(3)))
         for group in self.turning:
-            told = group.measured()
-            whole.mrp[group.members] = told.mrp
-            whole.angular_velocity[group.members] = told.angular_velocity
-            whole.wheel_momentum[group.members] = told.wheel_momentum
+            measured = group.measured()
+            whole.mrp[group.members] = measured.mrp
+            whole.angular_velocity[group.members] = measured.angular_velocity
+            whole.wheel_momentum[group.members] = measured.wheel_momentum
         return whole
 
     def wheel_limits(self) -> Array:
@@ -128,19 +128,21 @@ class Plant:
     def _measure(self) -> Motion:
         if not self._sensors:
             return self._motion
-        told = Motion(self._motion.position.copy(), self._motion.velocity.copy())
+        measured = Motion(self._motion.position.copy(), self._motion.velocity.copy())
         for sensors in self._sensors:
             delivered = sensors.memory.delivered
-            told.position[sensors.members] = delivered.position
-            told.velocity[sensors.members] = delivered.velocity
-        return Motion(*self._faults.reading(told.position, told.velocity, self.step, self._held_readings))
+            measured.position[sensors.members] = delivered.position
+            measured.velocity[sensors.members] = delivered.velocity
+        return Motion(
+            *self._faults.reading(measured.position, measured.velocity, self.step, self._held_readings)
+        )
 
 
 class Thrusters:
     """The thrusters of the satellites that have one.
 
     Attributes:
-        members: places of these satellites in the formation, ascending, shape (M,).
+        members: indices of these satellites in the formation, ascending, shape (M,).
         propulsion: their state, each array of shape (M,).
     """
 
@@ -161,11 +163,11 @@ class Thrusters:
         Returns:
             What all satellites really get, m/s^2, shape (N, 3).
         """
-        given = acceleration.copy()
-        given[self.members], self.propulsion = self._thruster.fire(
+        applied = acceleration.copy()
+        applied[self.members], self.propulsion = self._thruster.fire(
             self.propulsion, acceleration[self.members], self._errors.at(step), fault
         )
-        return given
+        return applied
 
 
 class _Sensors:
@@ -218,10 +220,10 @@ def _turning_of(plan: PlantPlan) -> list[Turning]:
 
 
 def _turning_groups(members: list[tuple[int, Orientation, Wheels]], step: float, parts: int) -> list[Turning]:
-    places = [index for index, _, _ in members]
+    indices = [index for index, _, _ in members]
     wheels = stacking.stack([limits for _, _, limits in members])
     try:
-        return [Turning(places, stacking.stack([own for _, own, _ in members]), wheels, step, parts)]
+        return [Turning(indices, stacking.stack([own for _, own, _ in members]), wheels, step, parts)]
     except ValueError:
         # Satellites that point at different kinds of things cannot be stacked.
         return [

@@ -193,7 +193,7 @@ class Satellite:
         return Decision(action.acceleration, reference, action.sliding_variable, motion, torque, estimate)
 
     def _neighbour_states(self, inbox: NeighbourBuffer, received: Received) -> NeighbourStates:
-        """What the neighbours are taken to say: their newest word, unless it has become too old."""
+        """The newest message of each neighbour, with weight zero where it has become too old."""
         weight = inbox.known
         if not received.complete:
             weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.neighbour_timeout)
@@ -294,7 +294,7 @@ class Satellite:
 
 @dataclass(frozen=True)
 class _Phase:
-    """Arc length and rate for the next step, and what is said of them or of the motion."""
+    """Arc length and rate for the next step, and the message about them or about the motion."""
 
     arc_length: Array
     rate: Array
@@ -314,7 +314,7 @@ def _applied(state: SatelliteState, reported: Array | None) -> Array | None:
         return None
     if reported is not None:
         return reported
-    # Nobody reports it: commands are applied as they are, and none was given in a gap.
+    # There is no report of it: commands are applied as they are, and there was none in a gap.
     assert state.acceleration is not None  # noqa: S101 - it has acted
     return np.zeros_like(state.acceleration) if state.missed else state.acceleration
 

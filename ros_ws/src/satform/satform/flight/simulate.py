@@ -164,7 +164,7 @@ class _Flight:
                 log.without_announcement(row)
                 continue
             own = Motion(motion.position[row], motion.velocity[row])
-            # Satellites whose filters are told at different times do not fly as one.
+            # Satellites whose sensors measure at different times do not fly as one.
             measured_step = None if measured_steps is None else int(measured_steps[row].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
             received = log.received(group.receiver, self.formation)
@@ -266,7 +266,7 @@ class _Flight:
 
 
 def _rows(attitude: Attitude, group: _Group) -> Attitude | None:
-    """What the satellites of a group are told of their attitudes; None when they have none."""
+    """Measured attitudes of the satellites of a group; None when they have none."""
     if group.satellite.plan.orientation is None:
         return None
     row = group.row
@@ -319,7 +319,7 @@ class _Log:
         )
 
     def announced(self, groups: list[_Group]) -> None:
-        """Take in what is said for the coming step by those that fly."""
+        """Take in the messages of those that fly for the coming step."""
         for group in groups:
             row = group.row
             if not group.flies:
@@ -336,9 +336,9 @@ class _Log:
 
     def _announced(self, group: _Group) -> None:
         """Take in what the satellites of a group announce for the coming step."""
-        row, said = group.row, group.satellite.announce()
-        self._time[row] = said.time
-        self._messages[row] = encode(said)
+        row, message = group.row, group.satellite.announce()
+        self._time[row] = message.time
+        self._messages[row] = encode(message)
         for byzantine in self._byzantine:
             if byzantine in group.members:
                 self._messages[byzantine] = self._faults.corrupt(

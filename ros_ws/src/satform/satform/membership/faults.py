@@ -35,7 +35,7 @@ class FaultSpec(Spec):
     """Base of every fault's specification; subclasses set a literal `kind`.
 
     Attributes:
-        corrupts_phase: whether it is about the phase that a satellite tells.
+        corrupts_phase: whether it is about the phase that a satellite sends.
         needs: what a satellite has to have for it, `thruster` or `sensor`; empty for nothing.
     """
 
@@ -105,7 +105,7 @@ class StuckThrusterSpec(PassingFaultSpec):
 
 
 class FrozenSensorSpec(PassingFaultSpec):
-    """The satellite is told the same position and velocity again and again, as if they were new."""
+    """The sensor repeats the same position and velocity, as if they were new."""
 
     needs: ClassVar[Literal["", "thruster", "sensor"]] = "sensor"
 
@@ -121,17 +121,17 @@ class ClockOffsetSpec(PassingFaultSpec):
 
 
 class ByzantineSpec(PassingFaultSpec):
-    """The satellite tells its neighbours a well-formed untruth about its phase."""
+    """The satellite sends its neighbours a well-formed message with a false phase."""
 
     corrupts_phase: ClassVar[bool] = True
 
     kind: Literal["byzantine"] = "byzantine"
     arc_length: Number = 0.0
-    """Added to the phase that it tells, m."""
+    """Added to the phase that it sends, m."""
     drift: Number = 0.0
     """Added more and more, m each second since the lie began."""
     rate: Number = 0.0
-    """Added to the rate that it tells, m/s."""
+    """Added to the rate that it sends, m/s."""
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ class FaultSchedule:
         """What is wrong with the thrusters of some satellites at a step; None for nothing.
 
         Args:
-            members: places of the satellites, shape (M,).
+            members: indices of the satellites, shape (M,).
             step: number of the step.
 
         Returns:
@@ -256,11 +256,11 @@ class FaultSchedule:
         Returns:
             Position and velocity, shapes (N, 3).
         """
-        for place, fault in enumerate(self.frozen):
+        for row, fault in enumerate(self.frozen):
             if not fault.holds(step):
                 continue
             own = (position[fault.satellite].copy(), velocity[fault.satellite].copy())
-            last = held.setdefault(place, own)
+            last = held.setdefault(row, own)
             position, velocity = position.copy(), velocity.copy()
             position[fault.satellite], velocity[fault.satellite] = last
         return position, velocity
@@ -282,12 +282,12 @@ class FaultSchedule:
         return any(added.satellite == satellite for added in self.byzantine)
 
     def corrupt(self, satellite: int, values: Array, step: int) -> Array:
-        """What a satellite says instead of the truth.
+        """What a satellite sends instead of its true phase.
 
         Args:
-            satellite: its place.
+            satellite: its index.
             values: arc length (m) and its rate (m/s) as they are, shape (2,).
-            step: for which it is said.
+            step: for which it is sent.
         """
         for added in self.byzantine:
             if added.satellite == satellite and added.holds(step):

@@ -3,8 +3,8 @@
 """Who takes part in a flight, step by step: who is lost, who returns, who has commanded, who is waited for.
 
 The formation changes only where the satellites can all learn of it before they act. A step is *open* from
-its beginning until its states are told: until then its formation can still change. After that a loss takes
-effect at once only if the satellite has not commanded yet; everything else waits for the next step.
+its beginning until its states are published: until then its formation can still change. After that a loss
+takes effect at once only if the satellite has not commanded yet; everything else waits for the next step.
 """
 
 from collections.abc import Collection, Sequence
@@ -27,10 +27,10 @@ ALL_LOST = "no satellite is left"
 
 @dataclass(frozen=True)
 class Change:
-    """The formation is another one from the present step on, which everyone has to be told.
+    """The formation is another one from the present step on, which every node has to receive.
 
     Attributes:
-        lost: places of the satellites that no longer take part.
+        lost: indices of the satellites that no longer take part.
         rejoined: those that take part again.
     """
 
@@ -59,15 +59,15 @@ class MembershipManager:
         names: of the satellites.
         everyone: names of all that have to be ready before the flight.
         step: the present one.
-        open: whether the states of the present step are still to be told.
-        commanded: places of those that have commanded in the present step.
-        awaited: those that the scenario brings back at the present step, by their places.
+        open: whether the states of the present step are still to be published.
+        commanded: indices of those that have commanded in the present step.
+        awaited: those that the scenario brings back at the present step, by their indices.
     """
 
     def __init__(
         self, plan: MembershipPlan, watchers: Collection[str] = (), *, lockstep: bool = True
     ) -> None:
-        """Everybody flies, and nobody has said anything.
+        """A formation of which every satellite takes part and no node is ready yet.
 
         Args:
             plan: what the scenario plans.
@@ -87,7 +87,7 @@ class MembershipManager:
         self._present = len(self.names)
         self._ready: set[str] = set()
         self._pending: list[Event] = []
-        # Those that could come back, with the step of their checkpoints, and those that said so before
+        # Those that could come back, with the step of their checkpoints, and those that announced it before
         # their loss has taken effect.
         self._returning: dict[int, int] = {}
         self._early: dict[int, int] = {}
@@ -95,12 +95,12 @@ class MembershipManager:
     # Before the flight
 
     def is_ready(self, name: str) -> None:
-        """Note that someone has said that it can fly, or watch."""
+        """Note that a node is ready."""
         self._ready.add(name)
 
     @property
     def unready(self) -> list[str]:
-        """Names of those that have not said so yet, in alphabetical order."""
+        """Names of the nodes that are not ready yet, in alphabetical order."""
         return sorted(self.everyone - self._ready)
 
     # Steps
@@ -128,7 +128,7 @@ class MembershipManager:
         return self.awaited.keys() <= self._returning.keys()
 
     def close(self) -> Change | None:
-        """Let happen what is due, returns among it: the states of this step are told now.
+        """Apply the events that are due, rejoining included: the states of this step are published now.
 
         Returns:
             The change, if there is one.
@@ -174,7 +174,7 @@ class MembershipManager:
 
     @property
     def over(self) -> bool:
-        """Whether the states after the last step have been told."""
+        """Whether the states after the last step have been published."""
         return self.step == self._last_step and not self.open
 
     @property
@@ -187,20 +187,20 @@ class MembershipManager:
     @property
     def flying(self) -> list[int]:
         """Indices of the satellites that take part, ascending."""
-        places: list[int] = np.flatnonzero(self.formation.alive).tolist()
-        return places
+        indices: list[int] = np.flatnonzero(self.formation.alive).tolist()
+        return indices
 
     @property
     def lost(self) -> list[int]:
         """Indices of those that do not, ascending."""
-        places: list[int] = np.flatnonzero(~self.formation.alive).tolist()
-        return places
+        indices: list[int] = np.flatnonzero(~self.formation.alive).tolist()
+        return indices
 
     def lose(self, satellite: int, reason: str) -> Loss:
         """Go on without a satellite.
 
         Args:
-            satellite: its place.
+            satellite: its index.
             reason: in words.
 
         Returns:
@@ -226,7 +226,7 @@ class MembershipManager:
         """Note that a satellite, started anew, could take part from the next step on.
 
         Args:
-            satellite: its place.
+            satellite: its index.
             checkpoint: step of the checkpoint that it has; -1 when it knows its flight plan only.
         """
         if not self.formation.alive[satellite]:

@@ -78,7 +78,7 @@ class SatelliteRejoined:
     """A satellite that was lost takes part again from this step on.
 
     Attributes:
-        satellite: its place.
+        satellite: its index.
         checkpoint: step of the checkpoint from which it goes on; None when it knows its flight plan only.
     """
 
@@ -138,7 +138,7 @@ def planned_events(
     changes: Iterable[GraphChangeSpec],
     checkpoint_steps: int | None,
 ) -> Plan:
-    """What a scenario says will happen to the formation.
+    """Planned events of a formation, from the scenario.
 
     Args:
         names: of the satellites.
@@ -146,24 +146,24 @@ def planned_events(
         step: control period, s.
         faults: of the scenario; only losses of satellites are events.
         changes: of the graph.
-        checkpoint_steps: steps between two checkpoints of a satellite; None when none are kept.
+        checkpoint_steps: steps between two checkpoints of a satellite; None when none are stored.
     """
     plan: Plan = {}
     losses = [fault for fault in faults if isinstance(fault, SatelliteLostSpec)]
     flying_since: dict[int, int] = {}
-    kept: dict[int, int] = {}
+    stored: dict[int, int] = {}
     for fault in sorted(losses, key=lambda fault: fault.at):
-        place = names.index(fault.satellite)
+        index = names.index(fault.satellite)
         gone = step_at(fault.at, step)
-        plan.setdefault(gone, []).append(SatelliteLost(place, f"{fault.satellite} is killed by the scenario"))
+        plan.setdefault(gone, []).append(SatelliteLost(index, f"{fault.satellite} is killed by the scenario"))
         latest = _last_checkpoint(gone, checkpoint_steps)
-        # Checkpoints are kept after each step flown, and those of an earlier life outlast it.
-        if latest > flying_since.get(place, 0):
-            kept[place] = latest
+        # Checkpoints are stored after each step flown, and those of an earlier life outlast it.
+        if latest > flying_since.get(index, 0):
+            stored[index] = latest
         if fault.rejoin_at is not None:
-            back = flying_since[place] = step_at(fault.rejoin_at, step)
-            own = None if fault.memory == "plan" else kept.get(place)
-            plan.setdefault(back, []).append(SatelliteRejoined(place, own))
+            back = flying_since[index] = step_at(fault.rejoin_at, step)
+            own = None if fault.memory == "plan" else stored.get(index)
+            plan.setdefault(back, []).append(SatelliteRejoined(index, own))
     for change in sorted(changes, key=lambda change: change.at):
         graph = change.applied(graph, names)
         event = TopologyChanged(graph, "the scenario changes the graph")

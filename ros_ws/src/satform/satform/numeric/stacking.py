@@ -42,11 +42,11 @@ def stack(items: Sequence[T]) -> T:
 
 
 def item(stacked: T, row: int) -> T:
-    """What one satellite has of a stack: the inverse of `stack` for one place.
+    """What one satellite has of a stack: the inverse of `stack` for one row.
 
     Args:
         stacked: dataclass, tuple or array whose arrays carry a leading satellite axis.
-        row: place of the satellite on that axis.
+        row: index of the satellite on that axis.
 
     Returns:
         The same with every array's row; what is no array belongs to all and is passed on.

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is kept of a flight: plain arrays, the same from an in-process run and from a bag."""
+"""Record of a flight: plain arrays, the same from an in-process run and from a bag."""
 
 import hashlib
 from dataclasses import dataclass, replace
@@ -64,14 +64,14 @@ class FlightRecord:
         step: control period, s.
         position: true, m, shape (K + 1, N, 3).
         velocity: true, in the rotating frame, m/s, shape (K + 1, N, 3).
-        measured_position: as told to the satellite at the step, m, shape (K + 1, N, 3); the truth
+        measured_position: of the satellite at the step, m, shape (K + 1, N, 3); the truth
             where there is no sensor.
         measured_velocity: the same of the velocity, m/s, shape (K + 1, N, 3).
         acceleration: commanded, m/s^2, shape (K, N, 3).
         applied_acceleration: what the thrusters made of it, m/s^2, shape (K, N, 3); the command where
             there is no thruster.
         arc_length: generalised, less the satellite's phase offset, as announced to the neighbours, m,
-            shape (K + 1, N); zero where satellites tell each other their motion instead.
+            shape (K + 1, N); zero where satellites send each other their motion instead.
         rate: of the generalised arc length, m/s, shape (K + 1, N); zero likewise.
         reference_position: m, shape (K, N, 3).
         reference_velocity: m/s, shape (K, N, 3).
@@ -81,7 +81,7 @@ class FlightRecord:
             satellite has one, m, shape (K, N, 3).
         estimated_velocity_error: the same of the velocity, m/s, shape (K, N, 3).
         propellant: left, kg, shape (K + 1, N); NaN where there is no thruster.
-        delta_v: given by the thrusters so far, m/s, shape (K + 1, N); NaN where there is no thruster.
+        delta_v: applied by the thrusters so far, m/s, shape (K + 1, N); NaN where there is no thruster.
         saturated_steps: steps so far in which the command was above the thrust limit, shape (K + 1, N).
         below_minimum_impulse_steps: steps so far in which it was below the smallest impulse, shape
             (K + 1, N).
@@ -207,7 +207,7 @@ class FlightRecord:
         absent = np.zeros((rows, len(self.satellites)), dtype=np.bool_)
         absent[: self.steps] = self.absent[:rows]
         if self.steps:
-            # What a satellite would have said of the state after the last step.
+            # What a satellite would have sent of the state after the last step.
             absent[self.steps :] = self.absent[-1:]
         return absent
 
@@ -236,11 +236,11 @@ class FlightRecord:
             steps: how many, no more than there are.
         """
         rows = {self.steps: steps, self.steps + 1: steps + 1}
-        kept = {
+        shortened = {
             name: array[: rows.get(len(array), 0)]
             for name, array in ((name, getattr(self, name)) for name in QUANTITIES)
         }
-        return replace(self, **kept)
+        return replace(self, **shortened)
 
     @property
     def position_error(self) -> Array:
@@ -269,7 +269,7 @@ class FlightRecord:
 
     @property
     def navigation_error(self) -> Array:
-        """Distance between where a satellite is told to be and where it is, m, shape (K + 1, N)."""
+        """Distance between measured and true position, m, shape (K + 1, N)."""
         error: Array = np.linalg.norm(self.measured_position - self.position, axis=-1)
         return error
 
@@ -351,7 +351,7 @@ def no_propulsion(states: int, satellites: int) -> dict[str, Array]:
 
 
 def no_attitude(steps: int, satellites: int) -> dict[str, Array]:
-    """What is told and commanded of attitudes, not yet known, for flights in which a satellite has one.
+    """Measured attitudes and commanded torques, not yet known, for flights in which a satellite has one.
 
     Args:
         steps: of the flight; -1 for no rows at all.

@@ -96,7 +96,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     limits: LimitsSpec = LimitsSpec()
     """At what a flight ends early, as one that has diverged or hit the ground."""
     checkpoint_period: Positive | None = None
-    """Time between two checkpoints of each satellite, s; none are kept when left out."""
+    """Time between two checkpoints of each satellite, s; none are stored when left out."""
     tolerated_losses: Annotated[int, Field(ge=0)] = 0
     """Satellites that may be lost, beside those in `faults`, without the run counting as failed."""
     expect: tuple[Annotated[Expectation, Plugin("satform.metrics")], ...] = ()
@@ -222,10 +222,10 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             law = self.satellite(index).controller
             if law is None or (law.follows == "neighbour") == shares_motion:
                 continue
-            told = "their motion" if shares_motion else "their arc length"
+            sent = "their motion" if shares_motion else "their arc length"
             sentence = (
-                f"satellite {own.name} has a controller that follows a {law.follows}, but satellites tell "
-                f"each other {told}; consensus kind motion goes with controllers that follow a neighbour"
+                f"satellite {own.name} has a controller that follows a {law.follows}, but satellites send "
+                f"each other {sent}; consensus kind motion goes with controllers that follow a neighbour"
             )
             complaints.append((("satellites", index), sentence))
         if complaints or not shares_motion:
@@ -338,7 +338,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             complaints += [((*place, field), text) for field, text in fault.complaints(self.timing.duration)]
             complaints += self._unfit(index, fault, names)
             if fault.corrupts_phase and self.consensus.announces != "arc_length":
-                sentence = "satellites that tell each other their motion tell no phase to lie about"
+                sentence = "satellites that send each other their motion send no phase to falsify"
                 complaints.append((place, sentence))
             if not isinstance(fault, SatelliteLostSpec):
                 continue
@@ -348,7 +348,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
                 and self.checkpoint_period is None
             ):
                 sentence = (
-                    f"{fault.satellite} comes back from its checkpoint, but none are kept: give the scenario "
+                    f"{fault.satellite} rejoins from its checkpoint, but none are stored: give the scenario "
                     "a checkpoint_period, or the fault memory: plan"
                 )
                 complaints.append((place, sentence))
