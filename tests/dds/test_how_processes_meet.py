@@ -61,7 +61,7 @@ def test_no_process_binds_to_another_interface_or_uses_shared_memory(tmp_path: P
 def test_a_flight_of_lean_nodes_has_the_bits_of_the_in_process_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(local_discovery, "MOST_FULL", 1)
+    monkeypatch.setattr(local_discovery, "MAX_FULL_PROCESSES", 1)
     flight, bag = flown(shortened(*SCENARIO), tmp_path)
     assert not flight.lost, flight.reason
     assert_as_in_one_process(bag)

@@ -138,7 +138,7 @@ class PlantSubscriptions:
     def require_publishers(self, endpoints: MatchedEndpoints) -> None:
         """Require the publishers of the commands."""
         for subscription, authorised in zip(self._subscriptions, self._authorised, strict=True):
-            endpoints.is_used_by_neighbours(subscription, authorised)
+            endpoints.require_publishers(subscription, authorised)
 
     def subscribe_recorder_progress(
         self, endpoints: MatchedEndpoints, on_recorded: Callable[[], None]
@@ -166,7 +166,7 @@ class PlantSubscriptions:
         progress = self._executor.subscribe(
             self._node, RecorderProgress, topics.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, authorised
         )
-        endpoints.is_used_by_neighbours(progress, authorised)
+        endpoints.require_publishers(progress, authorised)
 
     def take(self, change: Change) -> None:
         """Apply a change of membership: use only the commands of the satellites that fly."""

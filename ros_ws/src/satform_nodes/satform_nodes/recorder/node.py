@@ -246,7 +246,7 @@ class RecorderNode:
         subscription = executor.subscribe(
             self.node, topics.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, authorised
         )
-        self._endpoints.is_used_by_neighbours(subscription, authorised)
+        self._endpoints.require_publishers(subscription, authorised)
 
     def _authorise(self, topic: str, names: Collection[str]) -> AuthorisedPublishers:
         """The authorised publishers of a topic."""
@@ -303,7 +303,7 @@ class RecorderNode:
             self.node, message_type, topic, _on_message, qos.LATCHED_READER, authorised
         )
         if kind not in OPTIONAL:
-            self._endpoints.is_used_by_neighbours(subscription, authorised)
+            self._endpoints.require_publishers(subscription, authorised)
 
     def _subscribe_diagnostics(self, executor: StepExecutor, channel: Channel) -> None:
         """Write the diagnostics, which are not waited for.

@@ -129,5 +129,5 @@ class SatelliteSubscriptions:
             self._node, kind, topic, callback, profile or self._profile, authorised
         )
         self.subscriptions[what] = subscription
-        self.endpoints.is_used_by_neighbours(subscription, authorised)
+        self.endpoints.require_publishers(subscription, authorised)
         return authorised

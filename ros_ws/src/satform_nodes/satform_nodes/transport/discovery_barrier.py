@@ -23,7 +23,7 @@ class MatchedEndpoints:
         self._node = node
         self._missing: list[tuple[Any, AuthorisedPublishers | None, set[str]]] = []
 
-    def is_used_by_neighbours(
+    def require_publishers(
         self, subscription: Any, authorised: AuthorisedPublishers, names: Collection[str] | None = None
     ) -> None:
         """Require that nodes publish on a subscription's topic.
