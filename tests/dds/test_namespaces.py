@@ -15,7 +15,7 @@ import rosbag2_format
 from flights import shortened
 from flown import assert_as_in_one_process
 from satform.bag.reader import read_bag
-from satform.communication.topic_graph import OF_ALL_NAMESPACES, in_namespace
+from satform.communication.topic_table import OF_ALL_NAMESPACES, in_namespace
 from satform.flight.compile import compile_scenario
 from satform_bringup.deployment.node_processes import NodeProcess, processes
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from satform.dynamics import forces
+from satform.dynamics import orbital_forces
 from satform.dynamics.atmosphere import HarrisPriester
 from satform.dynamics.cw import HeldInputStep
 from satform.dynamics.inertial import InertialDynamics, InertialState
@@ -38,9 +38,9 @@ def brahes_own_earth_orientation():
 
 def model(degree=0, period=60.0, order=None, chief=None, integrator=None, **options):
     position, velocity = chief or ChiefOrbitSpec(inclination=0.9).state(MEAN_MOTION, MU)
-    gravity = forces.Gravity(degree, degree if order is None else order, EARTH)
+    gravity = orbital_forces.Gravity(degree, degree if order is None else order, EARTH)
     integrator = integrator or FixedStep(rk8(), 60.0)
-    model_of_forces = forces.ForceModel((gravity, *options.pop("forces", ())))
+    model_of_forces = orbital_forces.ForceModel((gravity, *options.pop("forces", ())))
     bodies = options.pop("bodies", ())
     return InertialDynamics(period, model_of_forces, bodies, position, velocity, integrator, **options)
 
@@ -220,7 +220,7 @@ def test_commands_and_perturbations_turn_with_the_chiefs_axes(integrator):
     dynamics = model(10, integrator=integrator, perturbations=(Gust(),))
     command = np.array([[1e-3, 2e-3, -1e-3]])
     start = dynamics.start(np.array([[300.0, 1000.0, 200.0]]), np.array([[0.5, -0.6, 0.1]]))
-    pull = forces.Gravity(10, 10, EARTH)
+    pull = orbital_forces.Gravity(10, 10, EARTH)
 
     def rate(time, flat):
         (chief, chief_velocity), (position, velocity) = flat.reshape(2, 2, 3)
@@ -280,12 +280,16 @@ def test_each_satellite_flies_alone_as_in_company(integrator, count):
         assert single[1].tobytes() == stacked[1][one].tobytes()
 
 
-BODY = forces.Body(mass=150.0, drag_area=2.0, drag_coefficient=2.2, radiation_area=3.0, reflectivity=1.5)
+BODY = orbital_forces.Body(
+    mass=150.0, drag_area=2.0, drag_coefficient=2.2, radiation_area=3.0, reflectivity=1.5
+)
 LOW_ORBIT = ChiefOrbitSpec(inclination=0.9).state(math.sqrt(MU / 6.778e6**3), MU)
 
 
 def after_45_minutes(epoch, others):
-    model_of_forces = forces.ForceModel((forces.Gravity(8, 8, forces.FullEarthRotation(epoch)), *others))
+    model_of_forces = orbital_forces.ForceModel(
+        (orbital_forces.Gravity(8, 8, orbital_forces.FullEarthRotation(epoch)), *others)
+    )
     dynamics = InertialDynamics(60.0, model_of_forces, (BODY,), *LOW_ORBIT, FixedStep(rk8(), 5.0))
     return fly(dynamics, state_of(LOW_ORBIT), 45, np.zeros((0, 3))).motion[0, 0]
 
@@ -304,7 +308,7 @@ def by_brahe_after_45_minutes(epoch, **others):
 
 
 def test_brahes_own_propagator_agrees_about_sun_moon_and_sunlight():
-    epoch, value = forces.brahe_epoch(EPOCH), brahe.ParameterSource.value
+    epoch, value = orbital_forces.brahe_epoch(EPOCH), brahe.ParameterSource.value
     low = brahe.EphemerisSource.LowPrecision
     peer = by_brahe_after_45_minutes(
         epoch,
@@ -313,7 +317,7 @@ def test_brahes_own_propagator_agrees_about_sun_moon_and_sunlight():
             brahe.ThirdBodyConfiguration(one, low) for one in (brahe.ThirdBody.SUN, brahe.ThirdBody.MOON)
         ],
     )
-    others = (forces.ThirdBodies(epoch, sun=True, moon=True), forces.SolarPressure(epoch))
+    others = (orbital_forces.ThirdBodies(epoch, sun=True, moon=True), orbital_forces.SolarPressure(epoch))
     assert np.abs(peer - after_45_minutes(epoch, others)).max() < 1e-4
     assert np.abs(peer - after_45_minutes(epoch, ())).max() > 0.1
 
@@ -321,13 +325,13 @@ def test_brahes_own_propagator_agrees_about_sun_moon_and_sunlight():
 def test_brahes_own_propagator_agrees_about_drag_to_one_part_in_a_hundred():
     # brahe's propagator asks for the density at inertial coordinates, here it is asked for in the true
     # equator of date, to which the atmosphere belongs: a tenth of a percent of the density.
-    epoch, value = forces.brahe_epoch(EPOCH), brahe.ParameterSource.value
+    epoch, value = orbital_forces.brahe_epoch(EPOCH), brahe.ParameterSource.value
     peer = by_brahe_after_45_minutes(
         epoch,
         drag=brahe.DragConfiguration(brahe.AtmosphericModel.HARRIS_PRIESTER, value(2.0), value(2.2)),
     )
     equator = without_file().inertial_to_equator_of_date(epoch)
-    drag = forces.Drag(HarrisPriester(epoch, equator), equator)
+    drag = orbital_forces.Drag(HarrisPriester(epoch, equator), equator)
     effect = np.abs(peer - after_45_minutes(epoch, ())).max()
     assert effect > 1.0
     assert np.abs(peer - after_45_minutes(epoch, (drag,))).max() < 1e-2 * effect

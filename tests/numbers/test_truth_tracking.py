@@ -9,7 +9,7 @@ import pytest
 
 from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.control.sliding_mode import SlidingModeSpec
-from satform.dynamics import cw, forces
+from satform.dynamics import cw, orbital_forces
 from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.integrators import FixedStep, rk4
 from satform.numeric import stacking
@@ -41,9 +41,9 @@ def paths():
 
 
 def truth(degree):
-    gravity = forces.ForceModel((forces.Gravity(degree, 0, ClosedEarthRotation(0.0)),))
+    gravity = orbital_forces.ForceModel((orbital_forces.Gravity(degree, 0, ClosedEarthRotation(0.0)),))
     position, velocity = ChiefOrbitSpec(inclination=math.pi / 4.0).state(
-        MEAN_MOTION, forces.gravitational_parameter()
+        MEAN_MOTION, orbital_forces.gravitational_parameter()
     )
     return InertialDynamics(
         STEP, gravity, (), position, velocity, FixedStep(rk4(), STEP), keplerian_chief=True, exact_rate=False
@@ -54,7 +54,7 @@ def disturbance(dynamics, state, position, velocity):
     """What the truth adds to the CW equations, from the accelerations in inertial space."""
     at, chief = state.motion[0, 1:], state.motion[0, 0]
     own = dynamics.forces.acceleration(state.time, at, at, ())
-    central = -forces.gravitational_parameter() * chief / np.linalg.norm(chief) ** 3
+    central = -orbital_forces.gravitational_parameter() * chief / np.linalg.norm(chief) ** 3
     relative = lvlh_frame(chief, state.motion[1, 0]).vector_to_lvlh(own - central)
     turning = np.array([0.0, 0.0, MEAN_MOTION])
     relative -= 2.0 * np.cross(turning, velocity) + np.cross(turning, np.cross(turning, position))

@@ -63,9 +63,9 @@ setup(
             "fixed_point = satform.orbits.curve_specs:FixedPointSpec",
         ],
         "satform.perturbations": [
-            "constant = satform.dynamics.perturbations:ConstantSpec",
-            "harmonic = satform.dynamics.perturbations:HarmonicSpec",
-            "bounded_noise = satform.dynamics.perturbations:BoundedNoiseSpec",
+            "constant = satform.dynamics.prescribed_disturbances:ConstantSpec",
+            "harmonic = satform.dynamics.prescribed_disturbances:HarmonicSpec",
+            "bounded_noise = satform.dynamics.prescribed_disturbances:BoundedNoiseSpec",
         ],
         "satform.controllers": [
             "artificial_potential = satform.control.artificial_potential:ArtificialPotentialSpec",

@@ -26,7 +26,7 @@ import numpy as np
 from satform.control.protocol import Action, ControllerSpec
 from satform.orbits.curve import CurvePoint
 from satform.orbits.curve_specs import CurveSpec
-from satform.dynamics.perturbations import PerturbationSpec
+from satform.dynamics.prescribed_disturbances import PerturbationSpec
 from satform.common.spec import Number, PerAxis, Positive
 
 

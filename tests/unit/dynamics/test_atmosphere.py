@@ -11,8 +11,8 @@ from pydantic import ValidationError
 
 from satform.dynamics.atmosphere import HarrisPriester, Nrlmsise00, atmosphere_of
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
-from satform.dynamics.forces import brahe_epoch
 from satform.dynamics.models import InertialDynamicsSpec
+from satform.dynamics.orbital_forces import brahe_epoch
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import EPOCH
 from satform.orbits.chief import earth_angle_at

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from satform.dynamics.perturbations import HarmonicSpec
+from satform.dynamics.prescribed_disturbances import HarmonicSpec
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
 

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from flights import shortened
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
-from satform.communication.topic_graph import RECORDER, Channel, channels
+from satform.communication.topic_table import RECORDER, Channel, channels
 from satform.flight.compile import topic_plan
 from satform_bringup.deployment.domain import own_domain
 from satform_nodes.runtime.formation_view import STOPPED

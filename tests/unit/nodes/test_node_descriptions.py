@@ -12,7 +12,7 @@ from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
 from flights import shipped
-from satform.communication.topic_graph import channels
+from satform.communication.topic_table import channels
 from satform.flight.compile import parameter_plan, topic_plan
 from satform.flight.online_parameters import OnlineParameters
 from satform_nodes.plant import services

@@ -10,7 +10,7 @@ import pytest
 from satform_msgs.msg import Command
 
 from flights import shortened
-from satform.communication.topic_graph import PLANT, channels, subscribed_by
+from satform.communication.topic_table import PLANT, channels, subscribed_by
 from satform.flight.compile import topic_plan
 from satform.membership.manager import MembershipManager
 from satform.scenario import Scenario

@@ -12,8 +12,8 @@ import pytest
 from pydantic import ValidationError
 
 from earth_orientation_table import finals
-from satform.dynamics.forces import FullEarthRotation, brahe_epoch
 from satform.dynamics.models import InertialDynamicsSpec
+from satform.dynamics.orbital_forces import FullEarthRotation, brahe_epoch
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import GravitySpec
 from satform.files.named_file import FileSource, NamedFile

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from satform.dynamics.forces import FullEarthRotation, Gravity, brahe_epoch
+from satform.dynamics.orbital_forces import FullEarthRotation, Gravity, brahe_epoch
 from satform.orbits import frames
 
 DATA = Path(__file__).parents[2] / "data"

@@ -13,9 +13,9 @@ import brahe
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from satform.dynamics.forces import brahe_epoch, gravitational_parameter
 from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.models import InertialDynamicsSpec
+from satform.dynamics.orbital_forces import brahe_epoch, gravitational_parameter
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import FixedStepSpec, GravitySpec
 from satform.numeric.elementwise import Array

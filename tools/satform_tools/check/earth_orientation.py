@@ -16,7 +16,7 @@ def earth_orientation_warnings(scenario: Scenario) -> list[str]:
     file = spec.gravity.orientation_file
     if file is None:
         return []
-    from satform.dynamics.forces import brahe_epoch  # noqa: PLC0415
+    from satform.dynamics.orbital_forces import brahe_epoch  # noqa: PLC0415
     from satform.orbits.earth_orientation import from_file  # noqa: PLC0415 - brahe is slow to import
 
     orientation = from_file(file)

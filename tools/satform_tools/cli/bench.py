@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from satform_tools.cli.options import Json
+from satform_tools.cli.shared_options import Json
 
 HISTORY = Path("runs/bench")
 

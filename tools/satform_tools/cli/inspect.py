@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
-from satform_tools.cli.options import Json
+from satform_tools.cli.shared_options import Json
 
 if TYPE_CHECKING:
     from satform_tools.inspect.observer_node import Observer

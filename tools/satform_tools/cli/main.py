@@ -18,22 +18,22 @@ import typer
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_STOPPED
 from satform_nodes.runtime.signals import interrupting
 from satform_tools import console, output_streams
-from satform_tools.cli import bench, flights, inspect, plan, scenarios
-from satform_tools.cli.options import Json
+from satform_tools.cli import bench, inspect, plan, run, scenarios
 from satform_tools.cli.renamed_options import RootGroup
+from satform_tools.cli.shared_options import Json
 from satform_tools.errors import CommandError, error_sentences, sentence_of
 
 app = typer.Typer(
     name="satform",
     cls=RootGroup,
-    help=f"Simulate, evaluate and report satellite formations. {flights.EPILOG}",
+    help=f"Simulate, evaluate and report satellite formations. {run.EPILOG}",
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich" if console.is_terminal(sys.stdout) else None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-flights.add_to(app)
+run.add_to(app)
 scenarios.add_to(app)
 inspect.add_to(app)
 app.add_typer(plan.app, name="plan")

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from satform_tools.cli.options import Json
+from satform_tools.cli.shared_options import Json
 
 app = typer.Typer(help="Compute impulses before a flight.", no_args_is_help=True)
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from satform_tools import output_streams
-from satform_tools.cli.options import Changes, Json, ScenarioArgument
+from satform_tools.cli.shared_options import Changes, Json, ScenarioArgument
 from satform_tools.report.formats import Format
 
 

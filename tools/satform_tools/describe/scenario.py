@@ -8,7 +8,7 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any
 
-from satform.communication.topic_graph import channels
+from satform.communication.topic_table import channels
 from satform.consensus.arc_length import ArcLengthConsensusSpec, modal_roots
 from satform.consensus.byzantine_robustness import (
     MAXIMUM_SATELLITES,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from satform_msgs.msg import FormationStatus
 
-from satform.communication.topic_graph import KINDS_OF_A_SATELLITE, PLANT, RECORDER, topic_name
+from satform.communication.topic_table import KINDS_OF_A_SATELLITE, PLANT, RECORDER, topic_name
 from satform_nodes.transport import topics
 from satform_nodes.transport.node_names import UNKNOWN_NODE
 

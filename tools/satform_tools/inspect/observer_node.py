@@ -21,7 +21,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rclpy.signals import SignalHandlerOptions
 from satform_msgs.msg import FormationStatus
 
-from satform.communication.topic_graph import OF_ALL_NAMESPACES, PLANT, in_namespace
+from satform.communication.topic_table import OF_ALL_NAMESPACES, PLANT, in_namespace
 from satform_bringup.deployment.domain import stay_on_this_machine
 from satform_nodes.runtime.signals import interrupting
 from satform_nodes.transport import topics

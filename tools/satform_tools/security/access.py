@@ -4,7 +4,7 @@
 
 from dataclasses import dataclass
 
-from satform.communication.topic_graph import PLANT, RECORDER, channels
+from satform.communication.topic_table import PLANT, RECORDER, channels
 from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
 from satform_bringup.deployment.security import ENCLAVES

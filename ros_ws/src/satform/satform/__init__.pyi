@@ -37,9 +37,9 @@ from satform.dynamics.models import CwDynamicsSpec as CwDynamicsSpec
 from satform.dynamics.models import CwPerturbedDynamicsSpec as CwPerturbedDynamicsSpec
 from satform.dynamics.models import InertialDynamicsSpec as InertialDynamicsSpec
 from satform.dynamics.models import LinearJ2DynamicsSpec as LinearJ2DynamicsSpec
-from satform.dynamics.perturbations import BoundedNoiseSpec as BoundedNoiseSpec
-from satform.dynamics.perturbations import ConstantSpec as ConstantSpec
-from satform.dynamics.perturbations import HarmonicSpec as HarmonicSpec
+from satform.dynamics.prescribed_disturbances import BoundedNoiseSpec as BoundedNoiseSpec
+from satform.dynamics.prescribed_disturbances import ConstantSpec as ConstantSpec
+from satform.dynamics.prescribed_disturbances import HarmonicSpec as HarmonicSpec
 from satform.dynamics.specs import AdaptiveSpec as AdaptiveSpec
 from satform.dynamics.specs import BodySpec as BodySpec
 from satform.dynamics.specs import FixedStepSpec as FixedStepSpec

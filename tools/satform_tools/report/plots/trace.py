@@ -9,7 +9,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 
-from satform.communication.topic_graph import PLANT, RECORDER
+from satform.communication.topic_table import PLANT, RECORDER
 from satform.plot.style import FAINT, STYLE, colours, figure
 from satform_tools.report.trace import Span, step_ends
 

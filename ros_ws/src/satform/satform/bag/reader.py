@@ -30,7 +30,7 @@ from satform.bag.format import (
 from satform.bag.message_types import TopicMessages, decoded
 from satform.bag.records import ExpansionError, records
 from satform.bag.tables import Gaps, Table, read_table
-from satform.communication.topic_graph import CLOCK, STATUS, topic_name
+from satform.communication.topic_table import CLOCK, STATUS, topic_name
 from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps

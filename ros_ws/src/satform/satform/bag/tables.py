@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from satform.bag.absence_log import Absences
 from satform.bag.errors import BagError
 from satform.bag.message_types import TopicMessages, fixed_layout
-from satform.communication.topic_graph import FRAME, LOCKSTEP_DEPTH
+from satform.communication.topic_table import FRAME, LOCKSTEP_DEPTH
 
 ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
 """Kinds of topics that have a message for the state after the last step, too."""

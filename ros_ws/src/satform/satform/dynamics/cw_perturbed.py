@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.dynamics.forces import Gravity, gravitational_parameter
 from satform.dynamics.integrators import ExponentialStep, FixedStep, exponential_step, substeps
-from satform.dynamics.perturbations import Perturbation
+from satform.dynamics.orbital_forces import Gravity, gravitational_parameter
+from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
 from satform.numeric.elementwise import Array, cross, dot
 from satform.orbits.chief import ChiefOrbitSpec, CircularChief, semi_major_axis_of

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from satform.dynamics.forces import Body, ForceModel, central_gravity, gravitational_parameter
 from satform.dynamics.integrators import Adaptive, FixedStep
-from satform.dynamics.perturbations import Perturbation
+from satform.dynamics.orbital_forces import Body, ForceModel, central_gravity, gravitational_parameter
+from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import total_perturbation
 from satform.numeric.elementwise import Array, norm
 from satform.orbits.frames import LvlhFrame, chief_axes, chief_frame

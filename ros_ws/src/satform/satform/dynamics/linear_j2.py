@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from satform.dynamics.cw import InPlaneCoupling, sinc, sine_remainder
-from satform.dynamics.perturbations import Perturbation
+from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import total_perturbation
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import semi_major_axis_of

@@ -105,7 +105,7 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
     def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics | PropagatedChiefDynamics":
         """The truth model itself."""
         from satform.dynamics.cw_perturbed import about_circular_chief, about_propagated_chief  # noqa: PLC0415
-        from satform.dynamics.forces import gravity_of  # noqa: PLC0415  brahe is slow to import
+        from satform.dynamics.orbital_forces import gravity_of  # noqa: PLC0415  brahe is slow to import
 
         gravity = gravity_of(self.gravity, self.epoch)
         perturbations = self.build_perturbations(setting)
@@ -165,8 +165,8 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
         Raises:
             ValueError: the list of bodies does not fit the satellites, or the chief hits the Earth.
         """
-        from satform.dynamics.forces import body_of, forces_of, gravitational_parameter  # noqa: PLC0415
         from satform.dynamics.inertial import InertialDynamics  # noqa: PLC0415  brahe is slow to import
+        from satform.dynamics.orbital_forces import body_of, forces_of, gravitational_parameter  # noqa: PLC0415
 
         position, velocity = self.chief.state(setting.mean_motion, gravitational_parameter())
         faults = self.faults(setting)

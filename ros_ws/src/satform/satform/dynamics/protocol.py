@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from satform.common.spec import Spec
-from satform.dynamics.perturbations import Perturbation
+from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.numeric.elementwise import Array
 
 

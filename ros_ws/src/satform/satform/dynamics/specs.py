@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from satform.common.spec import NonNegative, Plugin, Positive, Spec
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
-from satform.dynamics.perturbations import Perturbation, PerturbationSetting, PerturbationSpec
+from satform.dynamics.prescribed_disturbances import Perturbation, PerturbationSetting, PerturbationSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import NamedFile
 from satform.orbits.chief import Angle

@@ -9,7 +9,7 @@ import numpy as np
 
 from satform.common.spec import NonNegative, Number, Positive
 from satform.dynamics.cw_model import CwState
-from satform.dynamics.perturbations import Perturbation
+from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import DynamicsSetting, total_perturbation
 from satform.dynamics.specs import PerturbedDynamicsSpec
 from satform.numeric.elementwise import Array

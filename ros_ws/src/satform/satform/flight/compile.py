@@ -16,7 +16,7 @@ from satform.attitude.guidance import Orientation, Target, orientation
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.attitude.wheels import Wheels
 from satform.communication.receiver import LinkPlan
-from satform.communication.topic_graph import Equipment, TopicPlan
+from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import DynamicsSetting

@@ -20,7 +20,7 @@ from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
-from satform.communication.topic_graph import relative, topic_name
+from satform.communication.topic_table import relative, topic_name
 from satform.display.scene import Scene
 from satform.flight.compile import FormationPlan
 from satform_nodes.display.markers import MarkerMessages

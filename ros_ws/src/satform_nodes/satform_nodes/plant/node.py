@@ -13,7 +13,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
 from satform.common.wording import listed
-from satform.communication.topic_graph import (
+from satform.communication.topic_table import (
     PLANT,
     RECORDER,
     RECORDER_WINDOW,

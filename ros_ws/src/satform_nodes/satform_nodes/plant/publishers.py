@@ -11,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, RelativeState
 from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
-from satform.communication.topic_graph import Channel, relative, topic_name
+from satform.communication.topic_table import Channel, relative, topic_name
 from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
 from satform.membership.manager import Change

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
-from satform.communication.topic_graph import relative
+from satform.communication.topic_table import relative
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.state import Event, TopologyChanged

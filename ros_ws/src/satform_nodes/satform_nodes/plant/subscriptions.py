@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, NodeReady, RecorderProgress
 
-from satform.communication.topic_graph import RECORDER, Channel
+from satform.communication.topic_table import RECORDER, Channel
 from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.manager import Change, MembershipManager
 from satform_nodes.runtime.realtime_loop import Promptness

@@ -16,7 +16,7 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 
 from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
-from satform.communication.topic_graph import PLANT, RECORDER, Channel, channels, relative, subscribed_by
+from satform.communication.topic_table import PLANT, RECORDER, Channel, channels, relative, subscribed_by
 from satform.files.durable_file import reason_text
 from satform.flight.compile import compile_scenario
 from satform.record.early_end import EarlyEnd

@@ -12,10 +12,10 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from satform.communication import topic_graph
+from satform.communication import topic_table
 from satform_nodes.transport.message_validator import RejectionCounter
 
-DIAGNOSTICS = topic_graph.DIAGNOSTICS
+DIAGNOSTICS = topic_table.DIAGNOSTICS
 """Topic of the diagnostics (REP 107)."""
 
 PERIOD = 1.0

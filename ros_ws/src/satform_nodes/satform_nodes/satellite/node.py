@@ -16,7 +16,7 @@ from satform.attitude.guidance import Attitude
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.common.wording import listed
 from satform.communication.messages import encode
-from satform.communication.topic_graph import RECORDER
+from satform.communication.topic_table import RECORDER
 from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation

@@ -9,7 +9,7 @@ import numpy as np
 from satform_msgs.msg import Command, Estimate, NodeReady, ParameterChange, Tracking
 
 from satform.communication.messages import NeighbourMessage, encode
-from satform.communication.topic_graph import (
+from satform.communication.topic_table import (
     PLANT,
     RECORDER,
     formation_channels,

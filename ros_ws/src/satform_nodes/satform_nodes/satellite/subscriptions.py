@@ -9,7 +9,7 @@ from typing import Any
 
 from satform_msgs.msg import Attitude, FormationStatus, RelativeState
 
-from satform.communication.topic_graph import PLANT, satellite_channels, subscribed_by, topic_name
+from satform.communication.topic_table import PLANT, satellite_channels, subscribed_by, topic_name
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.transport import qos, topics

@@ -16,7 +16,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
-from satform.communication.topic_graph import relative
+from satform.communication.topic_table import relative
 from satform_nodes.transport.message_validator import RejectionCounter
 from satform_nodes.transport.node_names import UNKNOWN_NODE, local_name
 

@@ -23,7 +23,7 @@ from rclpy.executors import (
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
-from satform.communication.topic_graph import relative
+from satform.communication.topic_table import relative
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.filtered_subscription import FilteredSubscription
 from satform_nodes.transport.node_error import NodeError

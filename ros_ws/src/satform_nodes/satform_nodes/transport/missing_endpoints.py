@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from satform.common.wording import listed
-from satform.communication.topic_graph import RECORDER, Channel, relative
+from satform.communication.topic_table import RECORDER, Channel, relative
 from satform_nodes.transport import topics
 from satform_nodes.transport.message_definitions import type_name
 from satform_nodes.transport.node_names import local_name

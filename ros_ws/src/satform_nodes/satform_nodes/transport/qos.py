@@ -6,7 +6,7 @@ from functools import partial
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-from satform.communication.topic_graph import LOCKSTEP_DEPTH, RECORDER_WINDOW
+from satform.communication.topic_table import LOCKSTEP_DEPTH, RECORDER_WINDOW
 
 _VOLATILE = partial(
     QoSProfile,

@@ -22,9 +22,9 @@ from satform_msgs.msg import (
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from satform.communication import topic_graph
+from satform.communication import topic_table
 
-FRAME = topic_graph.FRAME
+FRAME = topic_table.FRAME
 
 MARKER_FRAMES = {1.0: FRAME, 1e-3: f"{FRAME}_km"}
 """Frames of the markers by the length in them of one metre."""
@@ -32,72 +32,72 @@ MARKER_FRAMES = {1.0: FRAME, 1e-3: f"{FRAME}_km"}
 SCALED_FRAME = f"{FRAME}_scaled"
 """Frame of markers of any other scale."""
 
-CLOCK = topic_graph.CLOCK
-STATUS = topic_graph.STATUS
-NODE_READY = topic_graph.NODE_READY
-RECORDER_PROGRESS = topic_graph.RECORDER_PROGRESS
+CLOCK = topic_table.CLOCK
+STATUS = topic_table.STATUS
+NODE_READY = topic_table.NODE_READY
+RECORDER_PROGRESS = topic_table.RECORDER_PROGRESS
 MARKERS = "/formation/markers"
-TF = topic_graph.TF
+TF = topic_table.TF
 
 
 def state(satellite: str) -> str:
     """Topic on which the plant publishes a satellite's state to it, measured if it has a sensor."""
-    return topic_graph.topic_name("state", satellite)
+    return topic_table.topic_name("state", satellite)
 
 
 def attitude(satellite: str) -> str:
     """Topic on which the plant publishes a satellite's attitude to that satellite."""
-    return topic_graph.topic_name("attitude", satellite)
+    return topic_table.topic_name("attitude", satellite)
 
 
 def truth(satellite: str) -> str:
     """Topic on which the plant publishes the true state of a satellite that has a sensor."""
-    return topic_graph.topic_name("truth", satellite)
+    return topic_table.topic_name("truth", satellite)
 
 
 def propulsion(satellite: str) -> str:
     """Topic on which the plant publishes a satellite's applied acceleration and propellant."""
-    return topic_graph.topic_name("propulsion", satellite)
+    return topic_table.topic_name("propulsion", satellite)
 
 
 def arc_length(satellite: str) -> str:
     """Topic on which a satellite publishes its phase to its out-neighbours."""
-    return topic_graph.topic_name("arc_length", satellite)
+    return topic_table.topic_name("arc_length", satellite)
 
 
 def motion(satellite: str) -> str:
     """Topic on which a satellite publishes its motion to its out-neighbours, if motion is shared."""
-    return topic_graph.topic_name("motion", satellite)
+    return topic_table.topic_name("motion", satellite)
 
 
 def command(satellite: str) -> str:
     """Topic on which a satellite publishes the commands to its thrusters and wheels."""
-    return topic_graph.topic_name("command", satellite)
+    return topic_table.topic_name("command", satellite)
 
 
 def tracking(satellite: str) -> str:
     """Topic on which a satellite publishes its reference and tracking error."""
-    return topic_graph.topic_name("tracking", satellite)
+    return topic_table.topic_name("tracking", satellite)
 
 
 def estimate(satellite: str) -> str:
     """Topic on which a satellite with a filter publishes its estimate and the covariance."""
-    return topic_graph.topic_name("estimate", satellite)
+    return topic_table.topic_name("estimate", satellite)
 
 
 def parameter_changes(satellite: str) -> str:
     """Topic on which a satellite publishes the changes of its parameters, each with its first step."""
-    return topic_graph.topic_name("parameter_changes", satellite)
+    return topic_table.topic_name("parameter_changes", satellite)
 
 
 def pose(satellite: str) -> str:
     """Topic on which the display publishes a satellite's position and attitude."""
-    return topic_graph.topic_name("pose", satellite)
+    return topic_table.topic_name("pose", satellite)
 
 
 def path(satellite: str) -> str:
     """Topic on which the display publishes the positions of a satellite so far."""
-    return topic_graph.topic_name("path", satellite)
+    return topic_table.topic_name("path", satellite)
 
 
 TYPES = {

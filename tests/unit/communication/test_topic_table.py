@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flights import SCENARIOS, shipped
-from satform.communication.topic_graph import (
+from satform.communication.topic_table import (
     KINDS_OF_A_SATELLITE,
     PLANT,
     RECORDER,

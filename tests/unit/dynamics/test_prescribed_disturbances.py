@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from satform.dynamics.perturbations import (
+from satform.dynamics.prescribed_disturbances import (
     BoundedNoiseSpec,
     ConstantSpec,
     HarmonicSpec,

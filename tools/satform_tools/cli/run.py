@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from satform_tools import console
-from satform_tools.cli.options import Changes, Json, Run, ScenarioArgument
+from satform_tools.cli.shared_options import Changes, Json, Run, ScenarioArgument
 from satform_tools.errors import CommandError
 
 EPILOG = (
