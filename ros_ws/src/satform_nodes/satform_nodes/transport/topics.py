@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Name and message type of every topic. QoS: `qos`; publishers and subscribers: `satform`'s `topic_graph`."""
+"""Name and message type of every topic. QoS: `qos`; publishers and subscribers: `satform`'s `topic_table`."""
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
