@@ -54,7 +54,7 @@ def test_a_late_phase_is_extrapolated_by_its_stamp_and_rate() -> None:
     assert target is not None
     phase, rate = np.array([0.0, 5000.0, 0.0]), np.array([0.0, 80.0, 0.0])
     known = np.ones(3)
-    place = int(target.place)
+    place = int(target.row)
     early = NeighbourPhases(np.roll(phase, place - 1), np.roll(rate, place - 1), np.full(3, 100.0), known)
     later = NeighbourPhases(
         np.roll(phase + 20.0 * rate, place - 1), np.roll(rate, place - 1), np.full(3, 120.0), known
@@ -123,7 +123,7 @@ def test_a_satellite_in_flight_finds_its_target_in_a_longer_list_of_neighbours()
     orientation = satellite.plan.orientation
     assert orientation is not None
     assert orientation.target is not None
-    assert int(orientation.target.place) == 1
+    assert int(orientation.target.row) == 1
 
 
 def test_a_flight_over_lossy_links_meets_new_neighbours_stacked_as_it_does_one_by_one() -> None:
