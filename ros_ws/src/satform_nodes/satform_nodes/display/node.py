@@ -90,9 +90,9 @@ class DisplayNode:
             )
         for index, name in enumerate(self.scene.names):
             spec = plan.topics.satellites[index]
-            moved = ("truth", topics.truth) if spec.sensor is not None else ("state", topics.state)
+            moved = ("truth", topics.truth) if spec.sensor else ("state", topics.state)
             self._subscribe_newest(executor, moved[0], moved[1](name), self._on_state(index), _MOTION)
-            if spec.attitude is not None:
+            if spec.attitude:
                 self._subscribe_newest(
                     executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP
                 )
