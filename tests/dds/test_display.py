@@ -93,7 +93,8 @@ def assert_markers_are_those_of(record: FlightRecord, message: MarkerArray, stam
 def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
     observer: Node, tmp_path: Path
 ) -> None:
-    scenario = shortened("triangle", 400.0)
+    # Long enough for observer and display to discover each other on busy cores.
+    scenario = shortened("triangle", 2000.0)
     stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
     poses = [hear(observer, "pose", topics.pose(spec.name)) for spec in scenario.satellites]
     paths = [hear(observer, "path", topics.path(spec.name)) for spec in scenario.satellites]

@@ -35,7 +35,8 @@ def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
     manner: str, stranger: subprocess.Popen[str], tmp_path: Path
 ) -> None:
     changes = ["faults=[{kind: satellite_lost, satellite: sat2, at: 50.0, rejoin_at: 100.0, memory: plan}]"]
-    scenario = shortened("triangle", 400.0, *(changes if "lost" in manner else []))
+    # Long enough for every node to discover the stranger on busy cores.
+    scenario = shortened("triangle", 1200.0, *(changes if "lost" in manner else []))
     flight, bag = flown(scenario, tmp_path / "run")
     assert stranger.poll() is None
     assert flight.lost == ()
