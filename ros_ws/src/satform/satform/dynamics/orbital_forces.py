@@ -5,7 +5,7 @@
 Each brahe function takes one satellite; a loop over the rows costs about a microsecond a call and
 gives every satellite the same bits whatever flies beside it. Nothing is downloaded: the gravity
 field (EGM2008, tide free, degree 120) is part of the package, Sun and Moon follow analytical
-series, the atmosphere is the Harris-Priester model.
+series, and the atmosphere is one of `satform.dynamics.atmosphere`.
 """
 
 import functools

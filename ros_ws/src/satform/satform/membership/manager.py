@@ -1,10 +1,11 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who takes part in a flight, step by step: who is lost, who returns, who has commanded, who is waited for.
+"""Membership of a formation by step: satellites lost and rejoined, commands received, rejoins awaited.
 
 The formation changes only where the satellites can all learn of it before they act. A step is *open* from
 its beginning until its states are published: until then its formation can still change. After that a loss
 takes effect at once only if the satellite has not commanded yet; everything else waits for the next step.
+That a satellite does not answer within its timeout is judged by the plant's node.
 """
 
 from collections.abc import Collection, Sequence

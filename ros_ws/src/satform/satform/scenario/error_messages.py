@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a check found, said with its place in the file, what was found and what is allowed."""
+"""Error sentences of scenario fields: where in the file, what was found and what is allowed.
+
+Errors of YAML syntax are in `yaml_reader`.
+"""
 
 import difflib
 import json

@@ -5,7 +5,8 @@
 SIGINT (Ctrl-C), SIGTERM and SIGHUP (the terminal was closed) mean the same: stop in order. Whatever was
 stopped by one of them ends with exit code 130, in every mode. A SIGHUP that the parent ignores stays ignored,
 which is what `nohup` is for; SIGINT and SIGTERM are handled whatever the parent does with them, so that a
-background job or a CI runner can be stopped as well.
+background job or a CI runner can be stopped as well. `programs` handles
+signals until this module is imported.
 """
 
 import os

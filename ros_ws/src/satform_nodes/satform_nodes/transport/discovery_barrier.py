@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Discovery barrier: whether the endpoints of all required nodes are matched, by node name."""
+"""Discovery barrier: whether the endpoints of all required nodes are matched, by node name.
+
+The nodes wait for it: `plant.node`, `satellite.flight_loop` and `recorder.node`.
+"""
 
 from collections import Counter
 from collections.abc import Collection
