@@ -45,8 +45,8 @@ from satform.dynamics.specs import BodySpec as BodySpec
 from satform.dynamics.specs import FixedStepSpec as FixedStepSpec
 from satform.dynamics.specs import GravitySpec as GravitySpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec as VelocityDependentDynamicsSpec
-from satform.equipment.navigation import FilterSpec as FilterSpec
-from satform.equipment.navigation import NavigationSpec as NavigationSpec
+from satform.equipment.estimator import FilterSpec as FilterSpec
+from satform.equipment.sensor import NavigationSpec as NavigationSpec
 from satform.equipment.thruster import ThrusterSpec as ThrusterSpec
 from satform.evaluation.evaluate import evaluate as evaluate
 from satform.evaluation.findings import findings as findings

@@ -13,7 +13,7 @@ from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.stability import Gains, sampled_modes
 from satform.control.protocol import FlightSetting
 from satform.control.sampled_stability import LoopKind, SampledLoop, closed_loop, spectral_radius
-from satform.equipment.navigation import estimation_transition
+from satform.equipment.estimator import estimation_transition
 from satform.flight.compile import flight_setting
 from satform.membership.state import topology_changes
 from satform.numeric.elementwise import Array

@@ -20,7 +20,7 @@ from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import DynamicsSetting
-from satform.equipment.navigation import Estimator
+from satform.equipment.estimator import Estimator
 from satform.flight.plans import (
     AttitudePlan,
     FlightPlan,

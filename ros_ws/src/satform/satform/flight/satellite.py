@@ -21,7 +21,7 @@ from satform.consensus.arc_length import Announces, ArcLengthConsensus, Neighbou
 from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
 from satform.equipment.kalman_filter import Measurement
-from satform.equipment.navigation import Estimator, EstimatorMemory
+from satform.equipment.estimator import Estimator, EstimatorMemory
 from satform.flight.plans import FlightPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array

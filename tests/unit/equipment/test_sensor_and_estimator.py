@@ -16,7 +16,8 @@ from satform.equipment.kalman_filter import (
     normalised_error_squared,
     process_covariance,
 )
-from satform.equipment.navigation import Estimator, FilterSpec, NavigationSpec
+from satform.equipment.estimator import Estimator, FilterSpec
+from satform.equipment.sensor import NavigationSpec
 from satform.equipment.noise import NAVIGATION_STREAM, SeededNormals
 
 MEAN_MOTION = 2.0 * math.pi / 6000.0
