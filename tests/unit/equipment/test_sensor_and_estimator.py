@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from satform.dynamics.cw import HeldInputStep
+from satform.equipment.estimator import Estimator, FilterSpec
 from satform.equipment.kalman_filter import (
     CwKalmanFilter,
     Estimate,
@@ -16,9 +17,8 @@ from satform.equipment.kalman_filter import (
     normalised_error_squared,
     process_covariance,
 )
-from satform.equipment.estimator import Estimator, FilterSpec
-from satform.equipment.sensor import NavigationSpec
 from satform.equipment.noise import NAVIGATION_STREAM, SeededNormals
+from satform.equipment.sensor import NavigationSpec
 
 MEAN_MOTION = 2.0 * math.pi / 6000.0
 STEP = 10.0
