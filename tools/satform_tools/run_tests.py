@@ -45,10 +45,10 @@ PARTS = (
     Part("words of names and docs", ("tools/lint/words.py",)),
     Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED)),
     Part("unit tests", (*_MEASURED, *_PYTEST, "2", "tests/unit")),
-    # A flight over DDS waits a good part of its time, and has a domain of its own: three keep two cores busy.
-    Part("figures, nodes", (*_MEASURED, *_PYTEST, "3", "-m", "not unmeasured", "tests/numbers", "tests/dds")),
+    # Each flight over DDS has a domain of its own; two at a time leave each test a core.
+    Part("figures, nodes", (*_MEASURED, *_PYTEST, "2", "-m", "not unmeasured", "tests/numbers", "tests/dds")),
     # Long or repeated flights, of code that is measured above: coverage would double their time.
-    Part("long flights", (*_PYTEST, "3", "-m", "unmeasured", "tests/numbers", "tests/dds")),
+    Part("long flights", (*_PYTEST, "2", "-m", "unmeasured", "tests/numbers", "tests/dds")),
     Part("commands, damaged input", (*_PYTEST, "2", "tests/tools", "tests/fuzz")),
     Part("coverage", ("tools/lint/coverage_figures.py",)),
 )

@@ -3,6 +3,9 @@
 """Which processes fly a scenario, what they are told, and the domain that they are given."""
 
 import os
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -177,3 +180,20 @@ def test_what_is_no_domain_is_refused_with_a_sentence(monkeypatch: pytest.Monkey
     monkeypatch.setenv("ROS_DOMAIN_ID", given)
     with pytest.raises(DomainError, match="is not a DDS domain; it is a number from 0 to 232"), own_domain():
         pass
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_to_the_terminal_before_a_node_has_left_it_is_not_the_node_s(number: signal.Signals) -> None:
+    script = f"""
+import os, signal
+from satform_bringup.supervisor import process_server
+if os.fork() == 0:
+    signal.pthread_sigmask(signal.SIG_BLOCK, process_server._TERMINAL_SIGNALS)
+    os.kill(os.getpid(), {int(number)})
+    process_server._leave_terminal()
+    print("flies", os.getsid(0) == os.getpid(), flush=True)
+    os._exit(0)
+print("ends with", os.wait()[1], flush=True)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split("\n")[:2] == ["flies True", "ends with 0"], done.stderr

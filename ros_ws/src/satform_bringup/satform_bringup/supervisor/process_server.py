@@ -195,9 +195,7 @@ def _run_node(
     environment: dict[str, str],
     pipe: Connection,
 ) -> None:
-    # A terminal's Ctrl-C is handled by the supervisor, which ends the nodes in order.
-    os.setsid()
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL_SIGNALS)
+    _leave_terminal()
     _end_with_the_server()
     with log.open("wb") as output:
         os.dup2(output.fileno(), sys.stdout.fileno())
@@ -209,6 +207,20 @@ def _run_node(
     Path("/proc/self/comm").write_text(name[:_TITLE_LENGTH])
     module = importlib.import_module(MODULES[executable])
     sys.exit(module.main(arguments, pipe))
+
+
+def _leave_terminal() -> None:
+    """Leave the terminal, whose signals the supervisor handles, and unblock signals.
+
+    A signal to the terminal's process group that arrived before is discarded: it was for the supervisor,
+    which ends the nodes in order.
+    """
+    os.setsid()
+    for number in _TERMINAL_SIGNALS:
+        # Ignoring a signal discards a pending one.
+        handler = signal.signal(number, signal.SIG_IGN)
+        signal.signal(number, signal.SIG_DFL if handler is None else handler)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _TERMINAL_SIGNALS)
 
 
 def _end_with_the_server() -> None:

@@ -128,6 +128,8 @@ class Supervisor:
     def _start(self, node: NodeProcess) -> None:
         times = self._restarts[node.name]
         log = self._logs / (f"{node.name}.{times}.log" if times else f"{node.name}.log")
+        # It exists even if the process ends before it prints anything.
+        log.touch()
         process, pipe = process_server.start(
             node.executable, node.arguments(), self._domain, log, self._environment
         )
