@@ -81,7 +81,7 @@ def found(node: Node, name: str) -> dict[str, Any]:
             return {service: service_type(kinds[0]) for service, kinds in there if service not in COMMANDS}
         if os.getppid() != PARENT:
             sys.exit(1)
-        time.sleep(0.05)  # what is awaited is another process, of which nobody tells
+        time.sleep(0.05)  # polls: another process does not notify this one
 
 
 def main(seed: int, names: list[str]) -> None:

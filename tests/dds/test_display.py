@@ -179,6 +179,21 @@ def test_a_parameter_that_is_no_number_above_zero_is_refused_with_a_sentence(
     assert "Traceback" not in words
 
 
+def test_the_former_name_of_a_parameter_is_answered_with_the_present_one(
+    fleet: Callable[..., list], tmp_path: Path
+) -> None:
+    file = tmp_path / "scenario.json"
+    file.write_text(shortened("triangle", 10.0).to_json())
+
+    class Former(NodeProcess):
+        def arguments(self) -> list[str]:
+            return [*super().arguments(), "-p", "frames_per_lap:=50.0"]
+
+    (process,) = fleet([Former("display", "display_node", {"scenario": str(file)})])
+    assert process.wait(60) == 2
+    assert "frames_per_lap is now called frames_per_period" in (tmp_path / "display.log").read_text()
+
+
 def test_a_display_without_a_formation_ends_when_it_is_asked_to(
     fleet: Callable[..., list], tmp_path: Path, observer: Node
 ) -> None:

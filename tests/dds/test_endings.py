@@ -41,7 +41,7 @@ def wait_for_bytes(file: Path, size: int) -> None:
     end = time.monotonic() + 60.0
     while not file.exists() or file.stat().st_size < size:
         assert time.monotonic() < end, f"{file} does not grow to {size} bytes"
-        time.sleep(0.01)  # what is awaited is a file of another process, of which nobody tells
+        time.sleep(0.01)  # polls: there is no event for a file that another process writes
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
@@ -178,7 +178,7 @@ def test_two_signals_at_once_stop_a_flight_too(
     wait_for_bytes(tmp_path / "run" / "bag" / "bag_0.mcap", 400_000)
     for number in numbers:
         process.send_signal(number)
-        # `timeout` sends its signal to its child, then to the group of its child.
+        # `timeout` sends its signal to its child and, a moment later, to the group of its child.
         time.sleep(0.005)
     output, errors = process.communicate(timeout=60)
     assert process.returncode == 130, output + errors
@@ -229,4 +229,4 @@ def test_nobody_flies_on_when_the_one_who_started_it_is_killed(
     end = time.monotonic() + 30.0
     while processes_of(folder):
         assert time.monotonic() < end, f"still flying: {processes_of(folder)}"
-        time.sleep(0.05)  # what is awaited is the end of processes that are not this one's children
+        time.sleep(0.05)  # polls: the processes are not children of this one

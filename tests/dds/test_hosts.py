@@ -54,7 +54,7 @@ class Formation:
             early = [name for name, process in self.running.items() if process.poll() is not None]
             assert not early, f"{early} ended early: {self.running[early[0]].communicate()[0]}"
             assert time.monotonic() < end, "the flight does not begin"
-            time.sleep(0.05)  # what is awaited is a file of another process, of which nobody tells
+            time.sleep(0.05)  # polls: there is no event for a file that another process writes
 
     def ends(self) -> dict[str, tuple[int, str]]:
         """Exit code and words of each host."""
@@ -109,7 +109,7 @@ def test_a_cable_that_is_out_for_less_than_the_tolerated_silence_does_not_change
     formation = Formation(hosts, 500.0, "node_timeout=30.0")
     formation.wait_for_steps()
     hosts.cut("gamma")
-    time.sleep(2.0)  # how long the cable is out is what the test is about
+    time.sleep(2.0)  # duration of the link outage that is tested
     assert all(process.poll() is None for process in formation.running.values())
     hosts.mend("gamma")
     formation.assert_flown_with_the_bits_of_one_process()

@@ -157,7 +157,7 @@ def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: st
     def kill_early() -> None:
         end = time.monotonic() + 60.0
         while name not in processes_of(tmp_path) and time.monotonic() < end:
-            time.sleep(0.01)  # what is awaited is another process, of which nobody tells
+            time.sleep(0.01)  # polls: another process does not notify this one
         os.kill(processes_of(tmp_path)[name], signal.SIGKILL)
 
     threading.Thread(target=kill_early, daemon=True).start()

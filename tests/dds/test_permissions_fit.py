@@ -50,4 +50,4 @@ def test_each_node_has_just_the_topics_and_services_that_it_is_permitted(
         assert time.monotonic() < end, [
             pair for pair in zip(found, permitted, strict=True) if pair[0] != pair[1]
         ]
-        time.sleep(0.1)  # what is awaited is discovery, of which nobody tells
+        time.sleep(0.1)  # polls: rclpy has no event for discovery

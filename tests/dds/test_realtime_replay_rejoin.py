@@ -112,7 +112,7 @@ def test_a_lost_satellite_that_is_started_by_hand_takes_part_again(tmp_path: Pat
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
             end = time.monotonic() + 60.0
             while not again.exists() and time.monotonic() < end:
-                time.sleep(0.01)  # what is awaited is a process that another one starts
+                time.sleep(0.01)  # polls: another process starts the process
             os.kill(held, signal.SIGCONT)
             process.wait(120)
 

@@ -128,7 +128,7 @@ def operator(fleet: Callable[..., list], tmp_path: Path) -> Iterator[Operator]:
 def test_a_paused_flight_loses_nobody_takes_single_steps_and_keeps_its_bits(operator: Operator) -> None:
     operator.fly(shortened("triangle", STEPS * 0.5, "node_timeout=0.5"))
     paused = operator.pause()
-    time.sleep(3.0)  # that nobody is lost for the passing of time is what the test is about
+    time.sleep(3.0)  # tests that time alone, beyond the timeout, loses no satellite
     taken = [operator.ask(services.STEP) for _ in range(3)]
     assert taken == [paused, paused + 1, paused + 2]
     assert operator.ask(services.RESUME) == paused + 3

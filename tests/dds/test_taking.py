@@ -16,7 +16,7 @@ def take(taker: SerializedTaker, subscription: object) -> tuple[bytes, bytes]:
     end = time.monotonic() + 30.0
     while (taken := taker.take(subscription)) is None:
         assert time.monotonic() < end, "no message has come"
-        time.sleep(0.001)  # the middleware's own threads bring it; nothing here would be woken
+        time.sleep(0.001)  # polls: threads of the middleware deliver the message without an event
     return taken
 
 

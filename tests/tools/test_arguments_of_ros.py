@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-PLANT = "from satform_nodes.plant.node import main; raise SystemExit(main())"
+PLANT = "from satform_nodes.plant.flight_loop import main; raise SystemExit(main())"
 
 
 @pytest.mark.parametrize(

@@ -359,7 +359,7 @@ def test_what_a_killed_set_up_left_running_is_ended_with_its_children_and_nothin
     try:
         deadline = time.monotonic() + 20
         while not (grandchildren := children.read_text().split()) and time.monotonic() < deadline:
-            time.sleep(0.02)  # another process's child, of whose start nobody tells
+            time.sleep(0.02)  # polls: no event for the start of another process's child
         end_orphans(Layout(project))
         assert orphan.wait(5) == -signal.SIGKILL
         assert [pid for pid in grandchildren if _runs(pid)] == []

@@ -31,7 +31,7 @@ def until_it_installs(venv, process):
         found = {path.name.partition("-")[0] for path in venv.glob("lib/python*/site-packages/*.dist-info")}
         if found - {"pip", "setuptools"}:
             return
-        time.sleep(0.02)  # what is awaited is a file of another process, of which nobody tells
+        time.sleep(0.02)  # polls: there is no event for a file that another process writes
     raise AssertionError(f"no package was installed (exit code {process.poll()})")
 
 

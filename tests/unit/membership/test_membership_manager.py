@@ -38,7 +38,7 @@ def command(membership: MembershipManager, *satellites: int) -> None:
 
 
 def next_step(membership: MembershipManager) -> tuple[Change | None, Change | None]:
-    """What changes as the next step begins, and as its states are told."""
+    """What changes as the next step begins, and as its states are published."""
     begun = membership.begin(membership.step + 1)
     return begun, membership.close()
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Who is believed on a topic: the first writer of the right node, and a second one only after a loss."""
+"""Who is authorised on a topic: the first writer of the right node, and a second one only after a loss."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -65,61 +65,61 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
 
 
 @pytest.fixture
-def believed(graph: Graph, rejections: RejectionCounter) -> AuthorisedPublishers:
+def authorised(graph: Graph, rejections: RejectionCounter) -> AuthorisedPublishers:
     return AuthorisedPublishers(graph, TOPIC, ["sat1"], rejections)  # type: ignore[arg-type]
 
 
-def test_the_node_that_has_to_speak_is_believed_and_looked_up_once(
-    believed: AuthorisedPublishers, graph: Graph
+def test_the_node_that_has_to_publish_is_authorised_and_looked_up_once(
+    authorised: AuthorisedPublishers, graph: Graph
 ) -> None:
     graph.owner = {writer(1): "sat1"}
-    assert [believed.who(writer(1)) for _ in range(1000)] == ["sat1"] * 1000
+    assert [authorised.who(writer(1)) for _ in range(1000)] == ["sat1"] * 1000
     assert graph.asked == 1
 
 
 def test_a_writer_that_was_found_before_the_flight_is_not_looked_up_and_needs_the_right_name_too(
-    believed: AuthorisedPublishers, graph: Graph
+    authorised: AuthorisedPublishers, graph: Graph
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "stranger", writer(3): "sat1"}
-    believed.note_endpoints(graph.get_publishers_info_by_topic("sat1/command"))
+    authorised.note_endpoints(graph.get_publishers_info_by_topic("sat1/command"))
     asked = graph.asked
-    assert believed.who(writer(1)) == "sat1"
+    assert authorised.who(writer(1)) == "sat1"
     assert graph.asked == asked
-    assert believed.who(writer(2)) is None
-    assert believed.who(writer(3)) is None
+    assert authorised.who(writer(2)) is None
+    assert authorised.who(writer(3)) is None
 
 
 def test_a_stranger_is_refused_by_name_each_time_and_looked_up_once(
-    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
+    authorised: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "stranger"}
-    assert [believed.who(writer(2)) for _ in range(1000)] == [None] * 1000
+    assert [authorised.who(writer(2)) for _ in range(1000)] == [None] * 1000
     assert rejections.counts == {(TOPIC, "stranger is not authorised"): 1000}
     assert graph.asked == 1
-    assert believed.who(writer(1)) == "sat1"
+    assert authorised.who(writer(1)) == "sat1"
 
 
 def test_a_second_writer_of_the_same_name_is_refused_whichever_speaks_first(
-    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
+    authorised: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "sat1"}
-    assert believed.who(writer(2)) == "sat1"
-    assert believed.who(writer(1)) is None
+    assert authorised.who(writer(2)) == "sat1"
+    assert authorised.who(writer(1)) is None
     assert rejections.counts == {(TOPIC, "a second writer of sat1"): 1}
-    assert believed.writers("sat1") == {writer(1), writer(2)}
+    assert authorised.writers("sat1") == {writer(1), writer(2)}
 
 
-def test_after_a_loss_one_successor_is_believed_and_its_predecessor_no_more(
-    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
+def test_after_a_loss_one_successor_is_authorised_and_its_predecessor_no_more(
+    authorised: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "sat1", writer(3): "sat1"}
-    assert believed.who(writer(1)) == "sat1"
-    assert believed.who(writer(2)) is None
-    believed.allow_replacement("sat1")
-    assert believed.who(writer(1)) == "sat1"
-    assert believed.who(writer(2)) == "sat1"
-    assert believed.who(writer(1)) is None
-    assert believed.who(writer(3)) is None
+    assert authorised.who(writer(1)) == "sat1"
+    assert authorised.who(writer(2)) is None
+    authorised.allow_replacement("sat1")
+    assert authorised.who(writer(1)) == "sat1"
+    assert authorised.who(writer(2)) == "sat1"
+    assert authorised.who(writer(1)) is None
+    assert authorised.who(writer(3)) is None
     assert rejections.counts == {
         (TOPIC, "a second writer of sat1"): 2,
         (TOPIC, "sat1 has been restarted"): 1,
@@ -127,43 +127,43 @@ def test_after_a_loss_one_successor_is_believed_and_its_predecessor_no_more(
 
 
 def test_the_loss_of_one_who_does_not_speak_here_lets_nobody_in(
-    believed: AuthorisedPublishers, graph: Graph
+    authorised: AuthorisedPublishers, graph: Graph
 ) -> None:
     graph.owner = {writer(1): "sat1", writer(2): "sat2"}
-    assert believed.who(writer(1)) == "sat1"
-    believed.allow_replacement("sat2")
-    assert believed.who(writer(2)) is None
+    assert authorised.who(writer(1)) == "sat1"
+    authorised.allow_replacement("sat2")
+    assert authorised.who(writer(2)) is None
 
 
 def test_a_writer_of_whom_nothing_is_known_yet_is_undecided_until_it_is(
-    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter, clock: SimpleNamespace
+    authorised: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter, clock: SimpleNamespace
 ) -> None:
-    assert believed.who(writer(1)) == UNDECIDED
+    assert authorised.who(writer(1)) == UNDECIDED
     graph.owner = {writer(1): "_NODE_NAME_UNKNOWN_"}
     clock.now += 0.1
-    assert believed.who(writer(1)) == UNDECIDED
+    assert authorised.who(writer(1)) == UNDECIDED
     graph.owner = {writer(1): "sat1"}
     clock.now += 0.1
-    assert believed.who(writer(1)) == "sat1"
+    assert authorised.who(writer(1)) == "sat1"
     assert rejections.total == 0
 
 
 def test_the_graph_is_not_asked_again_at_every_message_of_the_undecided(
-    believed: AuthorisedPublishers, graph: Graph, clock: SimpleNamespace
+    authorised: AuthorisedPublishers, graph: Graph, clock: SimpleNamespace
 ) -> None:
     for _ in range(1000):
-        assert believed.who(writer(1)) == UNDECIDED
+        assert authorised.who(writer(1)) == UNDECIDED
         clock.now += 0.0001
     # A tenth of a second, in which it may be asked every 0.02 s.
     assert graph.asked <= 6
 
 
 def test_one_who_never_tells_its_name_is_refused_in_the_end(
-    believed: AuthorisedPublishers, rejections: RejectionCounter, clock: SimpleNamespace
+    authorised: AuthorisedPublishers, rejections: RejectionCounter, clock: SimpleNamespace
 ) -> None:
-    assert believed.who(writer(1)) == UNDECIDED
+    assert authorised.who(writer(1)) == UNDECIDED
     clock.now += 10.1
-    assert believed.who(writer(1)) is None
+    assert authorised.who(writer(1)) is None
     assert rejections.counts == {(TOPIC, "a node without a name is not authorised"): 1}
 
 
@@ -177,11 +177,11 @@ def test_bytes_that_are_no_message_are_counted_and_nothing_comes_of_them(
 
 
 def test_a_node_of_another_namespace_is_not_the_one_of_the_same_name(
-    believed: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
+    authorised: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
 ) -> None:
     # Two formations in a domain have nodes of the same names, and `/clock` and `/diagnostics` in common.
     graph.owner = {writer(1): "/f2/sat1", writer(2): "sat1", writer(3): "/sat1"}
-    assert [believed.who(writer(number)) for number in (1, 2, 3)] == [None, "sat1", None]
+    assert [authorised.who(writer(number)) for number in (1, 2, 3)] == [None, "sat1", None]
     assert dict(rejections.counts) == {
         (TOPIC, "/f2/sat1 is not authorised"): 1,
         (TOPIC, "/sat1 is not authorised"): 1,

@@ -58,7 +58,7 @@ def found(nodes: dict[str, Node], wanted: str = "") -> list[Shortcoming]:
         seen = shortcomings(nodes["plant"], TABLE, recorded=True)
         if (seen[0].sentence if seen else "") == wanted or time.monotonic() > end:
             return seen
-        time.sleep(0.02)  # what is awaited is discovery, of which nobody tells
+        time.sleep(0.02)  # polls: rclpy has no event for discovery
 
 
 def test_of_a_formation_with_all_it_needs_nothing_is_found(context: rclpy.Context) -> None:

@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Warnings about sampled loops that are not stable at the control period."""
 
+from satform.common.name_list import listed
 from satform.control.sampled_stability import SampledLoop
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.scenario import Scenario
-from satform_tools.check.wording import listed
+
+_MAX_SATELLITES = 6
+"""Satellites that a warning names at most."""
 
 _ROUNDING = 1e-9
 """By how much a radius of one may come out smaller."""
@@ -29,7 +32,8 @@ def sampling_warnings(scenario: Scenario) -> list[str]:
 
 def _sentence(loop: SampledLoop, step: float) -> str:
     where, remedy = _WHAT[loop.kind]
+    names = listed(loop.satellites, _MAX_SATELLITES)
     return (
-        f"{where.format(names=listed(loop.satellites))}: closed once in {step:g} s, {loop.words} multiplies "
+        f"{where.format(names=names)}: closed once in {step:g} s, {loop.words} multiplies "
         f"errors by {loop.radius:.6g} in a step (has to be below 1); {remedy}"
     )

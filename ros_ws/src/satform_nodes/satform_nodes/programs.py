@@ -14,7 +14,7 @@ _DONE, _STOPPED = 0, 130
 """As in `satform.common.exit_codes`."""
 
 MODULES = {
-    "plant_node": "satform_nodes.plant.node",
+    "plant_node": "satform_nodes.plant.flight_loop",
     "satellite_node": "satform_nodes.satellite.single_node",
     "group_node": "satform_nodes.satellite.group_node",
     "recorder_node": "satform_nodes.recorder.node",

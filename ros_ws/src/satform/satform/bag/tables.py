@@ -132,8 +132,8 @@ def _held(table: Rows, kind: str, states: int, held: int, spells: list[tuple[int
     present = table["step"].astype(np.int64)
     latest = np.searchsorted(present, np.arange(max(rows, 0)), side="right") - 1
     whole = np.zeros(len(latest), dtype=table.dtype)
-    heard = latest >= 0
-    whole[heard] = table[latest[heard]]
+    received = latest >= 0
+    whole[received] = table[latest[received]]
     if kind == "command":
         step = np.arange(len(latest))
         old = step - whole["step"].astype(np.int64) > held
@@ -141,7 +141,7 @@ def _held(table: Rows, kind: str, states: int, held: int, spells: list[tuple[int
             old |= (step >= begin) & (step < end)
         whole[old] = np.zeros(1, dtype=table.dtype)
     else:
-        missed = ~heard | (whole["step"] != np.arange(len(latest), dtype=np.uint64))
+        missed = ~received | (whole["step"] != np.arange(len(latest), dtype=np.uint64))
         _blank(whole, missed)
     whole["step"] = np.arange(len(latest))
     return whole

@@ -96,12 +96,12 @@ def robustness(graph: Graph) -> Robustness:
         )
     if count == 1:
         return Robustness(1, (1,))
-    heard = _in_edges_from_outside(graph)
+    in_edges = _in_edges_from_outside(graph)
     # A set is as reachable as its most reachable member; the empty set belongs to no pair.
-    reach = heard.max(axis=0)
+    reach = in_edges.max(axis=0)
     reach[0] = count
     r = int(_smallest_over_pairs(np.maximum, reach))
-    return Robustness(r, tuple(_largest_s(heard, value) for value in range(1, r + 1)))
+    return Robustness(r, tuple(_largest_s(in_edges, value) for value in range(1, r + 1)))
 
 
 def lower_bound(graph: Graph) -> int:

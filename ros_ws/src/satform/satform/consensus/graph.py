@@ -128,9 +128,9 @@ class Graph:
         count, labels = self._strong_components()
         receivers, senders = np.nonzero(self.adjacency)
         across = labels[receivers] != labels[senders]
-        hears_outside = np.zeros(count, dtype=np.bool_)
-        hears_outside[labels[receivers[across]]] = True
-        return int(count - hears_outside.sum()) == 1
+        has_outside_in_edge = np.zeros(count, dtype=np.bool_)
+        has_outside_in_edge[labels[receivers[across]]] = True
+        return int(count - has_outside_in_edge.sum()) == 1
 
     def strongly_connected(self) -> bool:
         """Whether every satellite can be reached from every other one along the edges."""

@@ -316,12 +316,12 @@ def _orientation(
         other = names.index(spec.pointing.target)
         aimed_at = scenario.satellite(other)
         path, nominal, begin = _departure(scenario, aimed_at)
-        heard = scenario.possible_graph().neighbours(index) if neighbours is None else neighbours
+        in_neighbours = scenario.possible_graph().neighbours(index) if neighbours is None else neighbours
         known = Target(
             path=path,
             phase_offset=_scalar(aimed_at.phase_offset),
             satellite=np.asarray(other, dtype=np.int64),
-            row=np.asarray(heard.index(other), dtype=np.int64),
+            row=np.asarray(in_neighbours.index(other), dtype=np.int64),
             planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
             planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
         )

@@ -14,8 +14,7 @@ import numpy as np
 
 from satform.attitude.guidance import Attitude, PointingReference
 from satform.attitude.tracking import AttitudeTrackingSpec
-from satform.communication.messages import WIDTH, NeighbourMessage, NeighbourStates, PhaseMessage
-from satform.communication.messages import decode as as_heard
+from satform.communication.messages import WIDTH, NeighbourMessage, NeighbourStates, PhaseMessage, decode
 from satform.communication.neighbour_buffer import NeighbourBuffer, Received
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate
 from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
@@ -197,7 +196,7 @@ class Satellite:
         weight = inbox.known
         if not received.complete:
             weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.neighbour_timeout)
-        return as_heard(self._announces, inbox.values, inbox.stamp, weight)
+        return decode(self._announces, inbox.values, inbox.stamp, weight)
 
     def join(self, step: int, *, skipped: bool = False) -> None:
         """Take part (again) from a later step on, with what was known at the present one.

@@ -248,21 +248,21 @@ class _Flight:
     def _grouped(self, *, stacked: bool) -> list[_Group]:
         count = len(self._names)
         if stacked:
-            heard = [self._possible.neighbours(index) for index in range(count)]
-            plans = [self.plans.satellite(index, own) for index, own in enumerate(heard)]
+            in_neighbours = [self._possible.neighbours(index) for index in range(count)]
+            plans = [self.plans.satellite(index, own) for index, own in enumerate(in_neighbours)]
             try:
-                satellite = Satellite.stacked(plans, max(map(len, heard)))
+                satellite = Satellite.stacked(plans, max(map(len, in_neighbours)))
             except ValueError:
                 # Satellites of different kinds cannot be stacked; each is then flown by itself.
                 pass
             else:
-                return [_Group(satellite, ReceiverModel(self.plans.links, np.arange(count), heard))]
+                return [_Group(satellite, ReceiverModel(self.plans.links, np.arange(count), in_neighbours))]
         return [self._single(index) for index in range(count)]
 
     def _single(self, index: int) -> _Group:
-        heard = self._possible.neighbours(index)
-        receiver = ReceiverModel(self.plans.links, np.asarray(index), [heard])
-        return _Group(Satellite(self.plans.satellite(index, heard), len(heard)), receiver)
+        in_neighbours = self._possible.neighbours(index)
+        receiver = ReceiverModel(self.plans.links, np.asarray(index), [in_neighbours])
+        return _Group(Satellite(self.plans.satellite(index, in_neighbours), len(in_neighbours)), receiver)
 
 
 def _rows(attitude: Attitude, group: _Group) -> Attitude | None:

@@ -149,7 +149,7 @@ class SatelliteFields(Spec):
     arc_length: Number = 0.0
     """Generalised arc length at the start, m."""
     rate: Number | None = None
-    """Rate of the generalised arc length at the start, m/s; the nominal_motion's when left out."""
+    """Rate of the generalised arc length at the start, m/s; that of `nominal_motion` when left out."""
     phase_offset: Number = 0.0
     """Generalised arc length by which this satellite shall lead the formation's agreement, m."""
     position_error: PerAxis = (0.0, 0.0, 0.0)
@@ -157,9 +157,10 @@ class SatelliteFields(Spec):
     velocity_error: PerAxis = (0.0, 0.0, 0.0)
     """Velocity at the start minus the reference, in rotating LVLH, m/s."""
     thruster: ThrusterSpec | None = None
-    """What becomes of a command; when left out it is given as it is."""
+    """Limits and errors of thrust; when left out the commanded acceleration is applied unchanged."""
     sensor: NavigationSpec | None = None
-    """How the satellite is told of its motion; when left out it is told the truth at once."""
+    """Noise, bias, rate and latency of its navigation sensor; when left out the true motion is measured
+    without delay."""
     filter: FilterSpec | None = None
     """What the satellite makes of its measurements; when left out it takes them as they are."""
     attitude: AttitudeSpec | None = None

@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from satform.common.wording import listed
+from satform.common.name_list import listed
 from satform.evaluation.conclusion import conclusion_of
 from satform.evaluation.evaluate import evaluate
 from satform.scenario import Scenario

@@ -38,6 +38,9 @@ from satform_nodes.transport.sim_time import Stamps
 _PATH_EVERY = 10
 """Frames between two publications of the paths, which are long."""
 
+_FORMER_FRAMES = "frames_per_lap"
+"""Name of the parameter `frames_per_period` in version 0.1.0."""
+
 _NICENESS = 10
 """Niceness of the display, so that it yields the processor to the flight."""
 
@@ -59,7 +62,7 @@ class DisplayNode:
 
     def __init__(self, node: Node, executor: StepExecutor, plan: FormationPlan) -> None:
         scale = _positive(node, "display_scale")
-        per_period = round(_positive(node, "frames_per_lap"))
+        per_period = round(_positive(node, "frames_per_period"))
         trail = round(_positive(node, "trail"))
         rate = _positive(node, "frame_rate")
         self.node = node
@@ -224,6 +227,9 @@ class DisplayNode:
 def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: SupervisorPipe) -> int:
     """Show the flight until it has ended."""
     os.nice(_NICENESS)
+    # rclpy ignores overrides of parameters that are not declared.
+    if _FORMER_FRAMES in node._parameter_overrides:
+        raise NodeError(f"{_FORMER_FRAMES} is now called frames_per_period", EXIT_BAD_INPUT)
     declare_start(node, "scenario")
     plan = plan_of(node)
     display = DisplayNode(node, executor, plan)

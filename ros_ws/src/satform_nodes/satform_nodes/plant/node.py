@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node of the plant: it integrates the motion of all satellites, and manages membership and steps."""
 
-import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
-from typing import Any
 
 from satform_msgs.msg import FormationStatus
 
-from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
-from satform.common.wording import listed
+from satform.common.name_list import listed
 from satform.communication.topic_table import (
     PLANT,
     RECORDER,
@@ -32,16 +28,12 @@ from satform_nodes.plant.publishers import PlantPublishers
 from satform_nodes.plant.services import FormationServices
 from satform_nodes.plant.subscriptions import PlantSubscriptions
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
-from satform_nodes.runtime.formation_view import STOPPED
-from satform_nodes.runtime.lifecycle import plan_of, run, start_timeout
-from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
-from satform_nodes.runtime.realtime_loop import processor_seconds, run_realtime
-from satform_nodes.runtime.signals import StopRequest
+from satform_nodes.runtime.lifecycle import start_timeout
+from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.missing_endpoints import in_words, shortcomings
-from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import Stamps
 
 _PROGRESS_PERIOD = 0.1
@@ -421,105 +413,3 @@ class PlantNode:
         if now >= self._next_progress:
             self._next_progress = now + _PROGRESS_PERIOD
             self.report.send_if_ready("step", step=self.plant.step)
-
-
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
-    """Wait for all nodes, fly the scenario to its end, and report the result."""
-    declare_start(node, "scenario")
-    settings = Settings(
-        recorded=declare_start(node, "recorded"),
-        recorder_needed=declare_start(node, "recorder_needed"),
-        rate=declare_rate(node),
-    )
-    plan = plan_of(node)
-    plant = PlantNode(node, executor, plan, settings, report)
-    if not executor.spin_until(
-        lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, plant.start_timeout
-    ):
-        return _abort(plant, *plant.not_ready())
-    begin = time.perf_counter()
-    plant.report.send("flying")
-    node.get_logger().info(f"flying {_in_words(plan, settings.rate)}")
-    if not (stop.asked or plant.stop_asked):
-        plant.begin()
-    timing: dict[str, Any] = {}
-    if plant.clocked:
-        kept = run_realtime(plant, executor, stop, plan.timing.step / settings.rate)
-        timing = {
-            **kept.data(),
-            "processor": processor_seconds(),
-            **plant.subscriptions.promptness.data(plant.names),
-        }
-    _fly_on(plant, executor, stop)
-    if plant.early_end:
-        return _end_early(plant, plant.early_end)
-    if plant.aborted:
-        return _abort(plant, *plant.aborted)
-    if stop.asked or plant.stop_asked:
-        plant.report.send("stopped", step=plant.plant.step)
-        node.get_logger().info(f"stopped at step {plant.plant.step}")
-        plant.publish_status(FormationStatus.ABORTED, STOPPED)
-        return EXIT_STOPPED
-    seconds = time.perf_counter() - begin
-    plant.report.send(
-        "finished",
-        step=plant.plant.step,
-        seconds=seconds,
-        busy=plant.busy_seconds,
-        refused=plant.rejections.sentences(),
-        timing=timing,
-    )
-    step = plant.plant.step
-    node.get_logger().info(
-        f"finished: {step} steps, {step * plan.timing.step:g} s, in {seconds:.2f} s "
-        f"({step / max(seconds, 1e-9):.0f} steps/s)"
-    )
-    plant.publish_status(FormationStatus.FINISHED, "")
-    return EXIT_DONE
-
-
-def _in_words(plan: FormationPlan, rate: float) -> str:
-    """What is flown, and how time passes."""
-    manner = f"{rate:g} simulated seconds in each second" if rate else "in lockstep"
-    timing = plan.timing
-    return f"{plan.name}: {len(plan.names)} satellites, {timing.steps} steps of {timing.step:g} s, {manner}"
-
-
-def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None:
-    """Take steps until the flight is over; a node that does not answer within its timeout is lost."""
-    timeout = plant.plan.timing.node_timeout
-    while not executor.spin_while(
-        lambda: not (plant.over or stop.asked), timeout, plant.retransmit, plant.progress
-    ):
-        silent = plant.missing()
-        if plant.waits_for_return:
-            late = f"{listed(silent)} has not come back within {plant.start_timeout:g} s"
-            plant.aborted = (silent, late)
-        else:
-            # If all missing nodes have retransmitted, none is at fault, but the step does not go on either.
-            unresponsive = plant.subscriptions.unresponsive(silent, timeout) or silent
-            plant.lose(unresponsive, f"no answer within {timeout:g} s from {listed(unresponsive)}")
-
-
-def _end_early(plant: PlantNode, end: EarlyEnd) -> int:
-    """Publish that a quantity was not finite or beyond its limit, and that the flight ends."""
-    plant.report.send("ended_early", step=plant.flown_steps, end=end.data())
-    plant.publish_status(FormationStatus.ABORTED, end.sentence)
-    raise NodeError(f"the flight ended early: {end.sentence}", EXIT_ENDED_EARLY)
-
-
-def _abort(plant: PlantNode, who: list[str], reason: str) -> int:
-    step = plant.plant.step
-    sentence = f"lost at step {step}: {reason}" if plant.flying else reason
-    plant.report.send("lost", who=who, step=step, reason=sentence)
-    plant.publish_status(FormationStatus.ABORTED, sentence)
-    raise NodeError(sentence, EXIT_LOST)
-
-
-def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
-    """Run the plant; entry point of the executable `plant_node`."""
-    return run("plant", fly, arguments, SupervisorPipe(pipe))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

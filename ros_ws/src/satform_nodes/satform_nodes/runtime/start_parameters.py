@@ -34,7 +34,7 @@ START_PARAMETERS = {
     "checkpoints": StartParameter("", "folder of the checkpoints; empty to write none"),
     "bag": StartParameter("", "folder of the bag to be written"),
     "display_scale": StartParameter(1e-3, "length in the markers of one metre"),
-    "frames_per_lap": StartParameter(200.0, "frames per period, in simulated time"),
+    "frames_per_period": StartParameter(200.0, "frames per period, in simulated time"),
     "trail": StartParameter(200.0, "length of a trail, frames"),
     "frame_rate": StartParameter(10.0, "frames per second of wall-clock time, at most"),
     STOPPED_EXIT_CODE: StartParameter(
@@ -81,7 +81,7 @@ PROGRAMS = {
     ),
     "display_node": Program(
         "Publishes markers, poses, paths and transforms for RViz and Foxglove.",
-        ("scenario", "display_scale", "frames_per_lap", "trail", "frame_rate", STOPPED_EXIT_CODE),
+        ("scenario", "display_scale", "frames_per_period", "trail", "frame_rate", STOPPED_EXIT_CODE),
     ),
 }
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_LOST
-from satform.common.wording import listed
+from satform.common.name_list import listed
 from satform.record.early_end import EarlyEnd
 from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, plant_timeout
 from satform_nodes.runtime.signals import StopRequest

@@ -14,7 +14,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform.attitude.guidance import Attitude
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
-from satform.common.wording import listed
+from satform.common.name_list import listed
 from satform.communication.messages import encode
 from satform.communication.topic_table import RECORDER
 from satform.control.protocol import Motion

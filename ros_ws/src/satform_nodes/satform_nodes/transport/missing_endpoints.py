@@ -10,7 +10,7 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from satform.common.wording import listed
+from satform.common.name_list import listed
 from satform.communication.topic_table import RECORDER, Channel, relative
 from satform_nodes.transport import topics
 from satform_nodes.transport.message_definitions import type_name
