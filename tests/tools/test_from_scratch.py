@@ -79,8 +79,10 @@ def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_build
     after = json.loads(stamp.read_text())["built"]
     assert {name for name in after if after[name] != before[name]} == {"satform_bringup"}
     # What is built is compiled, also where Python is told to keep no bytecode: else each start would do it.
-    assert list((clone / "ros_ws" / "install").rglob("satform_bringup/__pycache__/supervise.*.pyc"))
-    assert list((clone / "tools" / "satform_tools" / "__pycache__").glob("cli.*.pyc"))
+    assert list(
+        (clone / "ros_ws" / "install").rglob("satform_bringup/supervisor/__pycache__/supervisor.*.pyc")
+    )
+    assert list((clone / "tools" / "satform_tools" / "cli" / "__pycache__").glob("main.*.pyc"))
 
     fourth = satform("exec", "true")
     assert (fourth.returncode, fourth.stderr) == (0, "")
