@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.equipment.kalman_filter import normalised_error_squared
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, norm
+from satform.record import derived
 from satform.record.early_end import EarlyEnd
 from satform.record.tables import dataset, frame
 
@@ -198,18 +198,11 @@ class FlightRecord:
     @cached_property
     def absent(self) -> NDArray[np.bool_]:
         """In which steps a satellite does not fly, shape (K, N): it commands nothing and has no reference."""
-        without = np.isnan(self.reference_position).all(axis=-1) & (self.acceleration == 0.0).all(axis=-1)
-        absent: NDArray[np.bool_] = without
-        return absent
+        return derived.absent(self.reference_position, self.acceleration)
 
     def absent_rows(self, rows: int) -> NDArray[np.bool_]:
         """Where a satellite does not fly, for so many rows of steps or of states, shape (rows, N)."""
-        absent = np.zeros((rows, len(self.satellites)), dtype=np.bool_)
-        absent[: self.steps] = self.absent[:rows]
-        if self.steps:
-            # What a satellite would have sent of the state after the last step.
-            absent[self.steps :] = self.absent[-1:]
-        return absent
+        return derived.absent_of_rows(self.absent, rows)
 
     def excluded(self, series: Array, *, of_others: bool = False) -> NDArray[np.bool_]:
         """Where a satellite gives no figure because it does not fly.
@@ -245,39 +238,37 @@ class FlightRecord:
     @property
     def position_error(self) -> Array:
         """Position minus reference, m, shape (K, N, 3)."""
-        error: Array = self.position[:-1] - self.reference_position
-        return error
+        return derived.error(self.position, self.reference_position)
+
+    @property
+    def velocity_error(self) -> Array:
+        """Velocity minus reference, m/s, shape (K, N, 3)."""
+        return derived.error(self.velocity, self.reference_velocity)
 
     @property
     def tracking_error(self) -> Array:
         """Length of the position error, m, shape (K, N)."""
-        error: Array = np.linalg.norm(self.position_error, axis=-1)
-        return error
+        return norm(self.position_error)
 
     @property
     def control(self) -> Array:
         """Length of the commanded acceleration, m/s^2, shape (K, N)."""
-        length: Array = np.linalg.norm(self.acceleration, axis=-1)
-        return length
+        return norm(self.acceleration)
 
     @property
     def effort(self) -> Array:
         """Delta-v of each step, m/s, shape (K, N): as the thrusters count it, or of the command."""
-        counted = np.diff(self.delta_v, axis=0)
-        ideal = self.step * np.linalg.norm(self.applied_acceleration, axis=-1)
-        return np.where(np.isnan(counted), ideal, counted)
+        return derived.effort(self.delta_v, self.applied_acceleration, self.step)
 
     @property
     def navigation_error(self) -> Array:
         """Distance between measured and true position, m, shape (K + 1, N)."""
-        error: Array = np.linalg.norm(self.measured_position - self.position, axis=-1)
-        return error
+        return derived.navigation_error(self.measured_position, self.position)
 
     @property
     def estimation_error(self) -> Array:
         """Distance between estimated and true position, m, shape (K, N)."""
-        error: Array = np.linalg.norm(self.estimated_position_error - self.position_error, axis=-1)
-        return error
+        return derived.estimation_error(self.estimated_position_error, self.position_error)
 
     @cached_property
     def estimation_error_squared(self) -> Array:
@@ -285,17 +276,13 @@ class FlightRecord:
 
         Mean 6 for a consistent filter; not a number where there is none.
         """
-        if not len(self.estimate_covariance):
-            return np.empty((0, len(self.satellites)))
-        velocity_error = self.velocity[:-1] - self.reference_velocity
-        error = np.concatenate(
-            (
-                self.estimated_position_error - self.position_error,
-                self.estimated_velocity_error - velocity_error,
-            ),
-            axis=-1,
+        return derived.estimation_error_squared(
+            self.estimate_covariance,
+            self.estimated_position_error,
+            self.position_error,
+            self.estimated_velocity_error,
+            self.velocity_error,
         )
-        return normalised_error_squared(error, self.estimate_covariance)
 
     def digest(self) -> str:
         """State hash: SHA-256 over names, shapes and bits of all arrays; equal for equal flights only."""
@@ -402,8 +389,8 @@ QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in 
 
 COLUMNS = (
     *QUANTITIES,
-    *("position_error", "tracking_error", "control", "effort", "navigation_error", "estimation_error"),
-    *("estimation_error_squared", "absent"),
+    *("position_error", "velocity_error", "tracking_error", "control", "effort", "navigation_error"),
+    *("estimation_error", "estimation_error_squared", "absent"),
 )
 """Names of all that a record has for each satellite."""
 

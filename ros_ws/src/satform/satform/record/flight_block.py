@@ -1,0 +1,141 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Some consecutive steps of one flight or of several flown side by side, from which figures are made."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.numeric.elementwise import Array, norm
+from satform.record import derived
+from satform.record.flight_record import QUANTITIES, FlightRecord
+
+
+@dataclass(frozen=True, repr=False)
+class FlightBlock:
+    """Consecutive steps of R flights of N satellites each, of the same names and control period.
+
+    Each quantity of a `FlightRecord` that the block holds is an attribute with an axis of runs before that of
+    the satellites: `block.position` has shape (rows, R, N, 3). What is decided in a step has a row for each
+    of the block's K steps; what is known at the start of a step has K rows too, and in the last block K + 1,
+    the state after the last step. A quantity that no satellite has may have no rows, as in the record.
+    The blocks of a flight follow each other without gaps, the first begins at step 0, and each holds at
+    least one step (the last one of a flight without steps holds its state alone).
+    Derived quantities have the formulas, and the bits, of the record's; each is computed once.
+
+    Attributes:
+        satellites: N names, in the order of the columns.
+        step: control period, s.
+        first_step: of the flight that this block holds, 0 for the first.
+        steps: K, steps that it holds.
+        runs: R, flights side by side. A run that has ended early keeps its place; its numbers mean nothing
+            from there on.
+        last: whether the flight ends with this block.
+        quantities: by the names of `FlightRecord`, shape (rows, R, N, ...); those that were asked for.
+    """
+
+    satellites: tuple[str, ...]
+    step: float
+    first_step: int
+    steps: int
+    runs: int
+    last: bool
+    quantities: Mapping[str, Array]
+
+    @classmethod
+    def of(cls, record: FlightRecord) -> "FlightBlock":
+        """A whole flight as its only block, with R = 1; the arrays are views of the record's."""
+        quantities = {name: values[:, None] for name, values in record.quantities().items()}
+        return cls(record.satellites, record.step, 0, record.steps, 1, last=True, quantities=quantities)
+
+    def __getattr__(self, quantity: str) -> Array:
+        """A quantity by its name, shape (rows, R, N, ...)."""
+        # Asked for by copying before the fields are set, too: then there is nothing to look into.
+        held = self.__dict__.get("quantities", {})
+        if quantity in held:
+            values: Array = held[quantity]
+            return values
+        missing = [name for name in derived.DERIVED.get(quantity, (quantity,)) if name not in held]
+        raise AttributeError(
+            f"this block of a flight holds no {', '.join(missing)}; it holds {', '.join(held)}"
+        )
+
+    def __repr__(self) -> str:
+        end = self.first_step + self.steps
+        last = ", the last" if self.last else ""
+        return f"<FlightBlock of {self.runs} runs, steps {self.first_step} to {end}{last}>"
+
+    @cached_property
+    def position_error(self) -> Array:
+        """Position less reference, m, shape (K, R, N, 3)."""
+        return derived.error(self.position, self.reference_position)
+
+    @cached_property
+    def velocity_error(self) -> Array:
+        """Velocity less reference, m/s, shape (K, R, N, 3)."""
+        return derived.error(self.velocity, self.reference_velocity)
+
+    @cached_property
+    def tracking_error(self) -> Array:
+        """Length of the position error, m, shape (K, R, N)."""
+        return norm(self.position_error)
+
+    @cached_property
+    def control(self) -> Array:
+        """Length of the commanded acceleration, m/s^2, shape (K, R, N)."""
+        return norm(self.acceleration)
+
+    @cached_property
+    def navigation_error(self) -> Array:
+        """Distance between measured and true position, m, shape (K or K + 1, R, N)."""
+        return derived.navigation_error(self.measured_position, self.position)
+
+    @cached_property
+    def estimation_error(self) -> Array:
+        """Distance between estimated and true position, m, shape (K, R, N)."""
+        return derived.estimation_error(self.estimated_position_error, self.position_error)
+
+    @cached_property
+    def estimation_error_squared(self) -> Array:
+        """Normalised estimation error squared (NEES) of the filters, shape (K, R, N); no rows without one."""
+        return derived.estimation_error_squared(
+            self.estimate_covariance,
+            self.estimated_position_error,
+            self.position_error,
+            self.estimated_velocity_error,
+            self.velocity_error,
+        )
+
+    @cached_property
+    def absent(self) -> NDArray[np.bool_]:
+        """In which steps a satellite does not fly, shape (K, R, N)."""
+        return derived.absent(self.reference_position, self.acceleration)
+
+    @cached_property
+    def any_absent(self) -> bool:
+        """Whether a satellite of any run does not fly in one of these steps."""
+        return bool(self.absent.any())
+
+    def absent_rows(self, rows: int) -> NDArray[np.bool_]:
+        """Where a satellite does not fly, for a quantity of so many rows, K or K + 1; shape (rows, R, N)."""
+        return self.absent if rows == self.steps else derived.absent_of_rows(self.absent, rows)
+
+
+def base_quantities(names: Iterable[str]) -> frozenset[str]:
+    """The quantities of a record from which these are made, derived ones among them.
+
+    Args:
+        names: of quantities of a `FlightRecord` or of derived ones.
+
+    Raises:
+        KeyError: there is no quantity of a name.
+    """
+    found: set[str] = set()
+    for name in names:
+        if name not in QUANTITIES and name not in derived.DERIVED:
+            raise KeyError(name)
+        found.update(derived.DERIVED.get(name, (name,)))
+    return frozenset(found)
