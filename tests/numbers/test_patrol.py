@@ -9,6 +9,7 @@ date, the nodes and the burns: those are chosen here, so that the table is met i
 
 import math
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.path_reference import Reference
-from satform.orbits.sun import days_since_2000, greenwich_angle, in_cylindrical_shadow, sun_direction
+from satform.orbits.sun import days_at, greenwich_angle, in_cylindrical_shadow, sun_direction
 from satform.planning.impulsive_guidance import TimedBurnsSpec
 from satform.planning.patrol import (
     GEOSTATIONARY_RADIUS,
@@ -46,7 +47,7 @@ def target(longitude, inclination, node):
 
 
 PATROL = Patrol(
-    start_day=days_since_2000(2022, 10, 20, 4.2),
+    start_day=days_at(datetime(2022, 10, 20, 4, 12, tzinfo=UTC)),
     duration=7.7 * DAY,
     longitude=math.radians(53.5),
     altitude_offset=-50e3,
@@ -87,7 +88,7 @@ def of_2000(longitude_of_date, days):
     ],
 )
 def test_sun_stands_where_the_published_equinoxes_and_solstices_put_it(instant, quarter):
-    days = days_since_2000(*instant)
+    days = days_at(datetime(*instant[:3], tzinfo=UTC) + timedelta(hours=instant[3]))
     expected = of_2000(0.5 * math.pi * quarter, days)
     direction = sun_direction(days)
     assert math.degrees(math.acos(min(1.0, float(direction @ expected)))) < 0.1
@@ -97,7 +98,7 @@ def test_sun_stands_where_the_published_equinoxes_and_solstices_put_it(instant, 
 def test_greenwich_angle_is_the_sidereal_time_of_the_textbook_example_less_precession():
     # Vallado, example 3-5; IERS Conventions 2010, Eq. 5.32: sidereal time and Earth rotation angle differ
     # by the precession in right ascension.
-    days = days_since_2000(1992, 8, 20, 12.0 + 14.0 / 60.0)
+    days = days_at(datetime(1992, 8, 20, 12, 14, tzinfo=UTC))
     precession = 4612.156534 * days / 36525.0 / 3600.0
     angle = math.degrees(greenwich_angle(days))
     assert angle == pytest.approx(152.578788 - precession, abs=1e-3)
@@ -230,7 +231,9 @@ def test_a_plan_s_passes_are_those_of_its_burns(plan):
 
 def test_a_pass_in_the_earth_s_shadow_is_avoided():
     dark = replace(
-        PATROL, start_day=days_since_2000(2022, 9, 20, 16.2), targets=(target(56.82, 0.01, 270.0),)
+        PATROL,
+        start_day=days_at(datetime(2022, 9, 20, 16, 12, tzinfo=UTC)),
+        targets=(target(56.82, 0.01, 270.0),),
     )
     assert not encounters(dark, ())[0].sunlit
     assert plan_patrol(dark).encounters[0].sunlit

@@ -10,6 +10,9 @@ of that frame are in use, and they differ in what "velocity" means:
   normal to it. Only with it is the LVLH velocity the time derivative of the LVLH position.
 
 On an orbit that stays in its plane the two are equal.
+
+The Earth rotation angle is computed here because brahe gives it only as a matrix, from a Julian date whose
+rounding makes it differ by up to 2.3e-11 rad, which would change the results of `rotation: closed`.
 """
 
 import math

@@ -3,32 +3,14 @@
 """Sun, Earth angle and Earth's shadow, as the force models have them."""
 
 import math
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
 
 from satform.numeric.elementwise import Array
-from satform.orbits.earth import EQUATORIAL_RADIUS
+from satform.orbits.chief import J2000, as_utc
 from satform.orbits.frames import earth_rotation_angle
-
-
-def days_since_2000(year: int, month: int, day: int, hour: float = 0.0) -> float:
-    """Days since 2000-01-01 12:00, of a date of the Gregorian calendar.
-
-    Args:
-        year: 1901 to 2099.
-        month: 1 to 12.
-        day: of the month.
-        hour: of the day, UTC.
-
-    Returns:
-        days.
-
-    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 3: Julian date.
-    """
-    whole = 367 * year - (7 * (year + (month + 9) // 12)) // 4 + (275 * month) // 9 + day
-    return whole - 730531.5 + hour / 24.0
 
 
 def sun_direction(days: float) -> Array:
@@ -42,7 +24,7 @@ def sun_direction(days: float) -> Array:
     """
     import brahe  # noqa: PLC0415  slow to import, and few scenarios look at the sun
 
-    at = datetime(2000, 1, 1, 12, tzinfo=UTC) + timedelta(days=days)
+    at = J2000 + timedelta(days=days)
     second = at.second + 1e-6 * at.microsecond
     utc: Any = brahe.TimeSystem.UTC
     epoch = brahe.Epoch.from_datetime(at.year, at.month, at.day, at.hour, at.minute, second, 0.0, utc)
@@ -66,7 +48,7 @@ def greenwich_angle(days: float) -> float:
 
 
 def in_cylindrical_shadow(position: Array, sun: Array) -> bool:
-    """Whether the spherical Earth hides the sun, whose rays are taken as parallel.
+    """Whether the Earth hides the sun, whose rays are taken as parallel, by brahe's cylindrical shadow.
 
     Args:
         position: inertial, m, shape (3,).
@@ -74,12 +56,10 @@ def in_cylindrical_shadow(position: Array, sun: Array) -> bool:
 
     Returns:
         True in the shadow.
-
-    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 5.
     """
-    along = float(np.dot(position, sun))
-    off_axis = float(np.linalg.norm(position - along * sun))
-    return along < 0.0 and off_axis < EQUATORIAL_RADIUS
+    import brahe  # noqa: PLC0415  slow to import, and few scenarios look at the sun
+
+    return float(brahe.eclipse_cylindrical(position, sun)) == 0.0
 
 
 def sun_in_lvlh(days: float, longitude: float) -> Array:
@@ -102,5 +82,4 @@ def sun_in_lvlh(days: float, longitude: float) -> Array:
 
 def days_at(moment: datetime) -> float:
     """Days since 2000-01-01 12:00 UTC of a moment; without a time zone it is in UTC."""
-    utc = moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment.astimezone(UTC)
-    return (utc - datetime(2000, 1, 1, 12, tzinfo=UTC)).total_seconds() / 86400.0
+    return (as_utc(moment) - J2000).total_seconds() / 86400.0

@@ -7,6 +7,7 @@ Equations: docs/controllers/planning.md.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from satform.numeric.elementwise import Array, joined
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 
 GEOSTATIONARY_RADIUS = 42164169.6
-_KEPLER_ITERATIONS = 4
 
 
 @dataclass(frozen=True)
@@ -49,17 +49,18 @@ class PlanarOrbit:
     def state(self, time: Array) -> tuple[Array, Array]:
         """Inertial position (m) and velocity (m/s) in the plane, each (m, 2), at times (s) of shape (m,).
 
-        Source: Equinoctial form of Kepler's equation; Battin, An Introduction to the Mathematics and
-        Methods of Astrodynamics, ch. 10.
+        Source: Equinoctial elements; Battin, An Introduction to the Mathematics and Methods of Astrodynamics,
+        ch. 10.
         """
+        import brahe  # noqa: PLC0415  slow to import, and few scenarios need a patrol's orbit
+
         axis, (ex, ey) = self.semi_major_axis, self.eccentricity
         motion = math.sqrt(GRAVITATIONAL_PARAMETER / axis**3)
         mean = self.mean_longitude + motion * (time - self.time)
-        longitude = mean
-        for _ in range(_KEPLER_ITERATIONS):
-            cosine, sine = np.cos(longitude), np.sin(longitude)
-            miss = longitude - ex * sine + ey * cosine - mean
-            longitude = longitude - miss / (1.0 - ex * cosine - ey * sine)
+        perigee = math.atan2(ey, ex)
+        radians: Any = brahe.AngleFormat.RADIANS
+        anomaly = brahe.anomaly_mean_to_eccentric(mean - perigee, math.hypot(ex, ey), angle_format=radians)
+        longitude = perigee + anomaly
         cosine, sine = np.cos(longitude), np.sin(longitude)
         weight = 1.0 / (1.0 + math.sqrt(1.0 - ex * ex - ey * ey))
         rate = motion / (1.0 - ex * cosine - ey * sine)
