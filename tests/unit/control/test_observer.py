@@ -14,7 +14,7 @@ from scipy.linalg import expm
 from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.lqi import LqiSpec
 from satform.control.lqr import LqrSpec
-from satform.control.observer import ObserverSpec, continuous_observer_gain
+from satform.control.observer import ObserverSpec, observer_gain
 from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
 from satform.numeric.stacking import stack
@@ -32,7 +32,7 @@ TARGET = Reference(np.array([2e3, -1e3, 500.0]), np.zeros(3), np.zeros(3))
 def continuous_error_system():
     state, _ = cw.system_matrices(MEAN_MOTION)
     output = np.hstack((np.eye(3), np.zeros((3, 3))))
-    return state - continuous_observer_gain(MEAN_MOTION, DECAY_RATES) @ output
+    return state - observer_gain(state, tuple(-rate for rate in DECAY_RATES)) @ output
 
 
 def fly(law, start, steps, blind_to_velocity=False, setting=SETTING):

@@ -106,7 +106,6 @@ def test_a_second_writer_of_the_same_name_is_refused_whichever_speaks_first(
     assert authorised.who(writer(2)) == "sat1"
     assert authorised.who(writer(1)) is None
     assert rejections.counts == {(TOPIC, "a second writer of sat1"): 1}
-    assert authorised.writers("sat1") == {writer(1), writer(2)}
 
 
 def test_after_a_loss_one_successor_is_authorised_and_its_predecessor_no_more(

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import json
 import math
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -43,7 +44,7 @@ def orbit(inclination, node, latitude, eccentricity=0.1, radius=7e6):
 @given(st.tuples(angles, angles, angles), vectors, vectors, vectors)
 def test_lvlh_and_back_returns_the_inertial_state_to_1e_12(place, offset, rate, push):
     position, velocity = orbit(*place)
-    for frame in (frames.lvlh_frame(position, velocity), frames.lvlh_frame_exact(position, velocity, push)):
+    for frame in (frames.lvlh_frame(position, velocity), frames.chief_frame(position, velocity, push)):
         there = position + 1e4 * offset, velocity + 10.0 * rate
         back = frame.to_inertial(*frame.to_lvlh(*there))
         np.testing.assert_allclose(back[0], there[0], rtol=0.0, atol=1e-12 * 7e6)
@@ -66,14 +67,14 @@ def test_turning_a_vector_into_lvlh_and_back_returns_it_to_1e_12(inclination, no
 @given(st.floats(-100.0, 100.0), vectors)
 def test_earth_fixed_and_back_returns_a_vector_to_1e_12(angle, vector):
     rotation = frames.ClosedEarthRotation(angle).matrix(12.5)
-    back = frames.from_earth_fixed(rotation, frames.to_earth_fixed(rotation, vector))
+    back = rotation.T @ (rotation @ vector)
     np.testing.assert_allclose(back, vector, rtol=0.0, atol=1e-12)
 
 
 def test_precession_and_polar_motion_and_back_return_a_vector_to_1e_12():
     rotation = FullEarthRotation(brahe_epoch(EPOCH)).matrix(4321.0)
     vector = np.array([7e6, -1e5, 3e6])
-    back = frames.from_earth_fixed(rotation, frames.to_earth_fixed(rotation, vector))
+    back = rotation.T @ (rotation @ vector)
     np.testing.assert_allclose(back, vector, rtol=1e-12, atol=1e-12 * 7e6)
 
 
@@ -98,7 +99,8 @@ def test_orekits_inertial_states_give_orekits_hill_states_in_both_conventions(na
             gravity.acceleration(time, at[None], at[None], ())[0]
             for time, at in zip(rows[:, 0], chief[0], strict=True)
         ]
-        frame = frames.lvlh_frame_exact(*chief, np.array(pull))
+        each = [frames.chief_frame(*row) for row in zip(*chief, pull, strict=True)]
+        frame = replace(frame, rate=np.stack([one.rate for one in each]))
     position, velocity = frame.to_lvlh(*deputy)
     np.testing.assert_allclose(position, rows[:, 13:16], rtol=0.0, atol=5e-8)
     np.testing.assert_allclose(velocity, rows[:, slice(*columns)], rtol=0.0, atol=2e-11)
@@ -128,7 +130,7 @@ def test_velocity_at_the_exact_rate_is_the_derivative_of_position():
         return chief(t) + np.array([300.0 + 0.2 * t, -1e3, 500.0])
 
     def frame(t):
-        return frames.lvlh_frame_exact(chief(t), velocity(t), derivative(velocity, t))
+        return frames.chief_frame(chief(t), velocity(t), derivative(velocity, t))
 
     def relative(t):
         return frame(t).vector_to_lvlh(satellite(t) - chief(t))
@@ -143,15 +145,12 @@ def test_velocity_at_the_exact_rate_is_the_derivative_of_position():
 
 
 @settings(max_examples=100, deadline=None)
-@given(st.tuples(angles, angles, angles), vectors)
-def test_the_frame_of_a_single_chief_has_the_bits_of_the_general_one(place, push):
+@given(st.tuples(angles, angles, angles))
+def test_the_frame_of_a_single_chief_has_the_bits_of_the_general_one(place):
     position, velocity = orbit(*place)
-    for fast, general in (
-        (frames.chief_frame(position, velocity), frames.lvlh_frame(position, velocity)),
-        (frames.chief_frame(position, velocity, push), frames.lvlh_frame_exact(position, velocity, push)),
-    ):
-        for field in ("radial", "along_track", "normal", "rate"):
-            assert getattr(fast, field).tobytes() == getattr(general, field).tobytes()
+    fast, general = frames.chief_frame(position, velocity), frames.lvlh_frame(position, velocity)
+    for field in ("radial", "along_track", "normal", "rate"):
+        assert getattr(fast, field).tobytes() == getattr(general, field).tobytes()
     axes = frames.chief_axes(position, velocity)
     assert axes[0].tobytes() == general.radial.tobytes()
     assert axes[1].tobytes() == general.along_track.tobytes()

@@ -42,7 +42,6 @@ class OverDds:
         satellites: how many.
         processes: plant, satellites' processes and recorder.
         steps_per_second: of wall-clock time.
-        round_trips_per_step: length of a step in bare round trips over DDS, measured right before.
         start_seconds: from the start of the first process to the first step.
         memory_per_process: largest resident memory of the satellites' processes, bytes, on the average.
         processor_per_step: processor time of all processes, s a step.
@@ -53,7 +52,6 @@ class OverDds:
     satellites: int
     processes: int
     steps_per_second: float
-    round_trips_per_step: float
     start_seconds: float
     memory_per_process: float
     processor_per_step: float
@@ -142,7 +140,6 @@ def over_dds(
         satellites=count,
         processes=len(flight.memory) + 1 + int(record),
         steps_per_second=flight.steps / flight.seconds,
-        round_trips_per_step=flight.seconds / flight.steps / trip,
         start_seconds=flight.start_seconds,
         memory_per_process=sum(flight.memory.values()) / len(flight.memory),
         processor_per_step=clock.per_step(),

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from satform.attitude.gyrostat import direction_cosines, gravity_gradient_torque, mrp_from_direction_cosines
+from satform.attitude.gyrostat import mrp_from_direction_cosines
 from satform.attitude.yaw_steering import Mask, sight_triad, square_direction, yaw
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Number, Positive, Spec, Vector
@@ -319,21 +319,6 @@ class GroundPointing:
     def reference(self, time: Array) -> AttitudeReference:
         """Desired attitude at times (s) of shape (...); many times at once cost little more than one."""
         return pointing_reference(self.line_of_sight(time), self.sun, self.axes)
-
-    def gravity_torque(self, inertia: Array, mrp: Array, time: Array) -> Array:
-        """Gravity-gradient torque on the satellite.
-
-        Args:
-            inertia: of the whole satellite, body axes, kg m^2, shape (..., 3, 3).
-            mrp: its attitude, shape (..., 3).
-            time: s, shape (...).
-
-        Returns:
-            Body components, N m, shape (..., 3).
-        """
-        nadir = -self.orbit.position(time).value / np.asarray(self.orbit.radius)[..., None]
-        down = multiply(direction_cosines(mrp), nadir)
-        return gravity_gradient_torque(inertia, down, self.orbit.radius, GRAVITATIONAL_PARAMETER)
 
 
 class GroundPointingSpec(Spec):

@@ -328,19 +328,3 @@ def _moved(state: AttitudeState, rate: AttitudeState, duration: float) -> Attitu
         state.momentum + duration * rate.momentum,
         state.wheel_momentum + duration * rate.wheel_momentum,
     )
-
-
-def kinetic_energy(body: Gyrostat, state: AttitudeState) -> Array:
-    """Rotational energy of body and wheels.
-
-    Args:
-        body: the gyrostat.
-        state: its state.
-
-    Returns:
-        J, shape (...).
-    """
-    angular_velocity = body.angular_velocity(state)
-    platform = dot(angular_velocity, multiply(body.platform_inertia, angular_velocity))
-    energy: Array = 0.5 * (platform + dot(state.wheel_momentum, state.wheel_momentum / body.wheel_inertia))
-    return energy

@@ -132,10 +132,6 @@ class Graph:
         has_outside_in_edge[labels[receivers[across]]] = True
         return int(count - has_outside_in_edge.sum()) == 1
 
-    def strongly_connected(self) -> bool:
-        """Whether every satellite can be reached from every other one along the edges."""
-        return self._strong_components()[0] == 1
-
     def _strong_components(self) -> tuple[int, NDArray[np.int32]]:
         from scipy.sparse import csr_array  # noqa: PLC0415  slow to import, and not needed in flight
         from scipy.sparse.csgraph import connected_components  # noqa: PLC0415  slow to import, and not needed in flight

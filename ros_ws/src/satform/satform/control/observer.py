@@ -57,19 +57,6 @@ def observer_gain(transition: Array, eigenvalues: tuple[float, ...]) -> Array:
     return gain
 
 
-def continuous_observer_gain(mean_motion: float, decay_rates: tuple[float, ...]) -> Array:
-    """Gain of the continuous-time observer of relative motion from positions.
-
-    Args:
-        mean_motion: of the chief's orbit, rad/s.
-        decay_rates: six distinct positive decay rates of the estimation error, 1/s.
-
-    Returns:
-        Gain, shape (6, 3): rows 0..2 in 1/s, rows 3..5 in 1/s^2.
-    """
-    return observer_gain(cw.system_matrices(mean_motion)[0], tuple(-rate for rate in decay_rates))
-
-
 @dataclass(frozen=True)
 class Estimate:
     """Memory of the observer.

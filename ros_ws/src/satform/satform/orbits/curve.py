@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from satform.numeric.elementwise import Array, cross
+from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,6 @@ class CurvePoint:
     curvature: Array
     speed: Array
     speed_slope: Array
-
-    @property
-    def binormal(self) -> Array:
-        """Unit normal of the plane that the curve bends in, tangent x normal, shape (..., 3)."""
-        return cross(self.tangent, self.normal)
 
 
 class Curve(Protocol):

@@ -21,7 +21,7 @@ from typing import Protocol
 
 import numpy as np
 
-from satform.numeric.elementwise import Array, cross, dot, norm
+from satform.numeric.elementwise import Array, cross, norm
 from satform.orbits.earth import ROTATION_RATE
 
 EARTH_ROTATION_RATE = ROTATION_RATE
@@ -136,29 +136,6 @@ def lvlh_frame(chief_position: Array, chief_velocity: Array) -> LvlhFrame:
     return LvlhFrame(chief_position, chief_velocity, radial, cross(normal, radial), normal, rate)
 
 
-def lvlh_frame_exact(chief_position: Array, chief_velocity: Array, chief_acceleration: Array) -> LvlhFrame:
-    """The chief's LVLH frame turning as its axes truly do: (r a_z/h, 0, h/r^2).
-
-    Args:
-        chief_position: inertial, m, shape (..., 3).
-        chief_velocity: inertial, m/s, shape (..., 3), not parallel to the position.
-        chief_acceleration: total inertial acceleration of the chief, m/s^2, shape (..., 3).
-
-    Returns:
-        The frame at this instant.
-
-    Source: Schaub & Junkins, ch. 14; the rate about x is Gauss's equation for the orbit plane.
-    """
-    frame = lvlh_frame(chief_position, chief_velocity)
-    radius = norm(chief_position)
-    orbit_rate = frame.rate[..., 2]
-    about_radial = dot(chief_acceleration, frame.normal) / (radius * orbit_rate)
-    rate = np.stack((about_radial, np.zeros_like(orbit_rate), orbit_rate), axis=-1)
-    return LvlhFrame(
-        frame.origin_position, frame.origin_velocity, frame.radial, frame.along_track, frame.normal, rate
-    )
-
-
 def chief_axes(chief_position: Array, chief_velocity: Array) -> tuple[Array, Array, Array]:
     """The LVLH axes of a single chief, the same to the last bit as those of `lvlh_frame`.
 
@@ -179,16 +156,18 @@ def chief_axes(chief_position: Array, chief_velocity: Array) -> tuple[Array, Arr
 def chief_frame(
     chief_position: Array, chief_velocity: Array, chief_acceleration: Array | None = None
 ) -> LvlhFrame:
-    """The LVLH frame of a single chief, the same to the last bit as that of the general functions.
+    """The LVLH frame of a single chief, bitwise the same as that of `lvlh_frame` at the orbit rate.
 
     Args:
         chief_position: inertial, m, shape (3,).
         chief_velocity: inertial, m/s, shape (3,), not parallel to the position.
-        chief_acceleration: total inertial acceleration, m/s^2, shape (3,), for the exact rate as in
-            `lvlh_frame_exact`; None for the orbit rate as in `lvlh_frame`.
+        chief_acceleration: total inertial acceleration, m/s^2, shape (3,), for the exact rate
+            (r a_z/h, 0, h/r^2); None for the orbit rate as in `lvlh_frame`.
 
     Returns:
         The frame at this instant.
+
+    Source: Schaub & Junkins, ch. 14; the rate about x is Gauss's equation for the orbit plane.
     """
     axes, radius, momentum = _axes_of_floats(chief_position, chief_velocity)
     orbit_rate = momentum / (radius * radius)
@@ -266,34 +245,3 @@ class ClosedEarthRotation:
     def matrix(self, time: float) -> Array:
         """Rotation of inertial into Earth-fixed components at `time` s after the epoch, (3, 3)."""
         return rotation_about_z(self.angle + self.rate * time)
-
-
-def to_earth_fixed(rotation: Array, vector_inertial: Array) -> Array:
-    """Earth-fixed components of vectors.
-
-    Args:
-        rotation: inertial to Earth-fixed, shape (3, 3), from an `EarthRotation`.
-        vector_inertial: any unit, shape (..., 3).
-
-    Returns:
-        Same unit, shape (..., 3).
-    """
-    return np.stack([dot(vector_inertial, axis) for axis in rotation], axis=-1)
-
-
-def from_earth_fixed(rotation: Array, vector_fixed: Array) -> Array:
-    """Inertial components of vectors; the inverse of `to_earth_fixed`.
-
-    Args:
-        rotation: inertial to Earth-fixed, shape (3, 3).
-        vector_fixed: any unit, shape (..., 3).
-
-    Returns:
-        Same unit, shape (..., 3).
-    """
-    vector: Array = (
-        vector_fixed[..., 0:1] * rotation[0]
-        + vector_fixed[..., 1:2] * rotation[1]
-        + vector_fixed[..., 2:3] * rotation[2]
-    )
-    return vector

@@ -198,12 +198,10 @@ class SteadyMotion:
     """Extremes of acceleration and jerk of steady motion along a path, over one revolution.
 
     Attributes:
-        acceleration_min: smallest magnitude of the desired acceleration, m/s^2.
         acceleration_max: largest magnitude of the desired acceleration, m/s^2.
         jerk_max: largest magnitude of its time derivative, m/s^3.
     """
 
-    acceleration_min: float
     acceleration_max: float
     jerk_max: float
 
@@ -222,7 +220,7 @@ def steady_motion(path: Path, rate: float, samples: int = 4096) -> SteadyMotion:
     """
     period = float(path.period)
     if period == 0.0 or rate == 0.0:
-        return SteadyMotion(0.0, 0.0, 0.0)
+        return SteadyMotion(0.0, 0.0)
     places = path.generalised_arc_length(np.linspace(0.0, 2.0 * np.pi, samples, endpoint=False))
     apart = 1e-6 * period
     rates, still = np.full(samples, rate), np.zeros(samples)
@@ -230,4 +228,4 @@ def steady_motion(path: Path, rate: float, samples: int = 4096) -> SteadyMotion:
     ahead = path.reference(places + apart, rates, still).acceleration
     behind = path.reference(places - apart, rates, still).acceleration
     jerk = np.linalg.norm(ahead - behind, axis=-1) * abs(rate) / (2.0 * apart)
-    return SteadyMotion(float(here.min()), float(here.max()), float(jerk.max()))
+    return SteadyMotion(float(here.max()), float(jerk.max()))

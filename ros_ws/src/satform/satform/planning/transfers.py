@@ -102,13 +102,11 @@ class Transfer:
     Attributes:
         first_impulse: velocity change at the start, LVLH, m/s, shape (..., 3).
         second_impulse: velocity change on arrival, LVLH, m/s, shape (..., 3).
-        departure_velocity: after the first impulse, LVLH, m/s, shape (..., 3).
         arrival_velocity: before the second impulse, LVLH, m/s, shape (..., 3).
     """
 
     first_impulse: Array
     second_impulse: Array
-    departure_velocity: Array
     arrival_velocity: Array
 
     def delta_v(self) -> Array:
@@ -133,7 +131,7 @@ def two_impulse_transfer(
         disturbance: constant acceleration during the coast, m/s^2, shape (..., 3); none by default.
 
     Returns:
-        The two impulses and the velocities between them.
+        The two impulses and the velocity before the second.
 
     Raises:
         ValueError: the duration is not positive, or so near to a whole number of half orbits that
@@ -147,7 +145,7 @@ def two_impulse_transfer(
     drift = start.position @ transition[:3, :3].T + pushed[..., :3]
     departure = (target.position - drift) @ np.linalg.inv(velocity_to_position).T
     arrival = start.position @ transition[3:, :3].T + departure @ transition[3:, 3:].T + pushed[..., 3:]
-    return Transfer(departure - start.velocity, target.velocity - arrival, departure, arrival)
+    return Transfer(departure - start.velocity, target.velocity - arrival, arrival)
 
 
 def coast_to_point(mean_motion: float, duration: float) -> tuple[Array, Array]:

@@ -35,12 +35,10 @@ class RoundTrip:
 
     Attributes:
         median: wall-clock time, s.
-        ninth_decile: nine round trips in ten are quicker, s.
         count: number of round trips measured.
     """
 
     median: float
-    ninth_decile: float
     count: int
 
 
@@ -51,7 +49,7 @@ def measure(count: int = 3000) -> RoundTrip:
         count: number of round trips, after a tenth as many that do not count.
 
     Returns:
-        Median and ninth decile.
+        Their median.
 
     Raises:
         RuntimeError: the other process does not answer.
@@ -95,8 +93,8 @@ def _measure(count: int) -> RoundTrip:
         node.destroy_node()
     finally:
         rclpy.shutdown(context=context)
-    counted = sorted(times[count // 10 :])
-    return RoundTrip(statistics.median(counted), counted[int(0.9 * len(counted))], len(counted))
+    counted = times[count // 10 :]
+    return RoundTrip(statistics.median(counted), len(counted))
 
 
 def _both_matched(subscribers: Callable[[], int], publishers: Callable[[], int]) -> Callable[[], bool]:

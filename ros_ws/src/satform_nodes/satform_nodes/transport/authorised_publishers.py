@@ -106,10 +106,6 @@ class AuthorisedPublishers:
         self._rejections.add(self._topic, reason)
         return None
 
-    def writers(self, name: str) -> set[bytes]:
-        """Identifiers of all writers that a node of this name has here at present, authorised or not."""
-        return {bytes(other.endpoint_gid) for other in self._endpoints() if self._name(other) == name}
-
     def _decide(self, writer: bytes, name: str) -> str | None:
         """Accept a new writer from now on, or remember why it is rejected."""
         if self._open_slots[name] > 0:

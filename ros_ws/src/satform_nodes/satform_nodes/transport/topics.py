@@ -55,11 +55,6 @@ def truth(satellite: str) -> str:
     return topic_table.topic_name("truth", satellite)
 
 
-def propulsion(satellite: str) -> str:
-    """Topic on which the plant publishes a satellite's applied acceleration and propellant."""
-    return topic_table.topic_name("propulsion", satellite)
-
-
 def arc_length(satellite: str) -> str:
     """Topic on which a satellite publishes its phase to its out-neighbours."""
     return topic_table.topic_name("arc_length", satellite)
@@ -78,11 +73,6 @@ def command(satellite: str) -> str:
 def tracking(satellite: str) -> str:
     """Topic on which a satellite publishes its reference and tracking error."""
     return topic_table.topic_name("tracking", satellite)
-
-
-def estimate(satellite: str) -> str:
-    """Topic on which a satellite with a filter publishes its estimate and the covariance."""
-    return topic_table.topic_name("estimate", satellite)
 
 
 def parameter_changes(satellite: str) -> str:
