@@ -36,6 +36,7 @@ ROOMS = (
     "scenario",
     "flight",
     "evaluation",
+    "campaign",
     "display",
     "bag",
     "plot",
@@ -43,6 +44,10 @@ ROOMS = (
 """Of the library, from the lowest layer to the highest."""
 
 TAKE_A_SCENARIO = {
+    "satform.campaign.cases",
+    "satform.campaign.model",
+    "satform.campaign.paths",
+    "satform.campaign.scenario_file",
     "satform.evaluation.conclusion",
     "satform.evaluation.evaluate",
     "satform.evaluation.sampled_loops",
@@ -59,9 +64,9 @@ TAKE_A_SCENARIO = {
     "satform_nodes.recorder.node",
     "satform_nodes.runtime.lifecycle",
 }
-"""Modules outside the room of scenarios that take a whole one: what compiles it into plans, flies it, judges
-it, plots it, starts it, or keeps it in a bag. Every other part of a flight takes its own plan. Tools
-check and show scenarios, and are not among them."""
+"""Modules outside the room of scenarios that take a whole one: what varies it case by case, compiles it into
+plans, flies it, judges it, plots it, starts it, or keeps it in a bag. Every other part of a flight takes its
+own plan. Tools check and show scenarios, and are not among them."""
 
 SAYS_WHAT_IT_IMPORTS = ("satform", "satform_nodes", "satform_bringup")
 """Packages whose rooms say in their docstrings which rooms of the package they may import."""

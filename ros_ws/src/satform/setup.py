@@ -44,7 +44,7 @@ setup(
         "numpy>=2.0,<3",
         "pydantic>=2.10,<3",
         "ruamel.yaml>=0.18,<0.20",
-        "scipy>=1.14,<2",
+        "scipy>=1.15,<2",
     ],
     # `colcon test` looks for pytest here; named in tests_require it runs no test and reports success.
     extras_require={
@@ -140,6 +140,25 @@ setup(
             "none = satform.consensus.graph:NoneSpec",
             "matrix = satform.consensus.graph:MatrixSpec",
             "random_regular = satform.consensus.random_graphs:RandomRegularSpec",
+        ],
+        "satform.distributions": [
+            "choice = satform.campaign.distributions:ChoiceSpec",
+            "log_uniform = satform.campaign.distributions:LogUniformSpec",
+            "normal = satform.campaign.distributions:NormalSpec",
+            "truncated_normal = satform.campaign.distributions:TruncatedNormalSpec",
+            "uniform = satform.campaign.distributions:UniformSpec",
+        ],
+        "satform.sampling": [
+            "grid = satform.campaign.sampling:GridSpec",
+            "latin_hypercube = satform.campaign.sampling:LatinHypercubeSpec",
+            "monte_carlo = satform.campaign.sampling:MonteCarloSpec",
+            "one_at_a_time = satform.campaign.sampling:OneAtATimeSpec",
+            "sobol = satform.campaign.sampling:SobolSpec",
+        ],
+        "satform.campaign_expectations": [
+            "mean = satform.campaign.expectations:MeanSpec",
+            "percentile = satform.campaign.expectations:PercentileSpec",
+            "success_rate = satform.campaign.expectations:SuccessRateSpec",
         ],
         "satform.faults": [
             "clock_offset = satform.membership.faults:ClockOffsetSpec",

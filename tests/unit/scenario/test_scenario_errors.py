@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from flights import SCENARIOS, shipped
 from satform.files.named_file import FileSource
 from satform.scenario import Problem, ScenarioError, load_scenario, parse_scenario
-from satform.scenario.error_messages import _nearest
+from satform.scenario.error_messages import nearest
 from satform.scenario.renamed import RENAMED_FIELDS
 
 SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
@@ -515,10 +515,10 @@ def test_a_controller_that_cannot_fly_in_its_setting_is_refused_where_it_stands(
 
 @pytest.mark.parametrize("old", sorted(RENAMED_FIELDS))
 def test_a_renamed_field_is_answered_with_its_new_name_where_that_is_allowed(old: str) -> None:
-    assert _nearest(old, [RENAMED_FIELDS[old], "other"], RENAMED_FIELDS) == (
+    assert nearest(old, [RENAMED_FIELDS[old], "other"], RENAMED_FIELDS) == (
         f"; since version 0.2.0 it is called {RENAMED_FIELDS[old]}"
     )
-    assert "since version" not in _nearest(old, ["other"], RENAMED_FIELDS)
+    assert "since version" not in nearest(old, ["other"], RENAMED_FIELDS)
 
 
 def test_old_names_of_a_whole_file_are_answered_with_the_new_ones() -> None:

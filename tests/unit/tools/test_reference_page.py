@@ -18,16 +18,20 @@ from satform_nodes.runtime.parameters import declare_spec
 from satform_tools.cli import main as cli
 from satform_tools.describe import scenario_reference
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "scenario_reference.md"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+PAGE = DOCS / "scenario_reference.md"
+PAGES = (PAGE, DOCS / "campaign_reference.md")
 NAMES = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
-def test_the_page_is_what_the_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["schema", "--markdown"]) == 0
+@pytest.mark.parametrize(("page", "options"), list(zip(PAGES, ([], ["--campaign"]), strict=True)))
+def test_the_page_is_what_the_command_prints(
+    capsys: pytest.CaptureFixture[str], page: Path, options: list[str]
+) -> None:
+    assert cli.main(["schema", *options, "--markdown"]) == 0
     printed = capsys.readouterr().out
-    assert PAGE.read_text(encoding="utf-8") == printed, (
-        "run ./tools/satform schema --markdown > docs/scenario_reference.md"
-    )
+    command = " ".join(["./tools/satform schema", *options, "--markdown"])
+    assert page.read_text(encoding="utf-8") == printed, f"run {command} > docs/{page.name}"
 
 
 KINDS = {
@@ -37,14 +41,16 @@ KINDS = {
 
 @pytest.mark.parametrize("group", sorted(KINDS))
 def test_every_kind_that_a_scenario_can_choose_has_a_section(group: str) -> None:
-    headings = re.findall(r"^### (.+)$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    headings = re.findall(r"^### (.+)$", text, flags=re.MULTILINE)
     assert [entry.name for entry in KINDS[group] if headings.count(entry.name) < 1] == []
 
 
-def test_every_field_says_what_it_means() -> None:
-    rows = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
+@pytest.mark.parametrize(("page", "least"), list(zip(PAGES, (200, 50), strict=True)))
+def test_every_field_says_what_it_means(page: Path, least: int) -> None:
+    rows = [line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
     silent = [row for row in rows if not re.split(r"(?<!\\)\|", row)[5].strip() and "`kind`" not in row]
-    assert len(rows) > 200
+    assert len(rows) > least
     assert silent == []
 
 

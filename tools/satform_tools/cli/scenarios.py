@@ -53,10 +53,18 @@ def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False
 
 def schema(
     markdown: Annotated[
-        bool, typer.Option("--markdown", help="Print docs/scenario_reference.md instead.")
+        bool, typer.Option("--markdown", help="Print the page of the documentation instead.")
+    ] = False,
+    campaign: Annotated[
+        bool, typer.Option("--campaign", help="Of campaign files instead of scenario files.")
     ] = False,
 ) -> None:
-    """Print the JSON Schema of scenario files, by which editors complete and check them."""
+    """Print the JSON Schema of scenario or campaign files, by which editors complete and check them."""
+    if campaign:
+        from satform_tools.describe import campaign_reference, campaign_schema
+
+        output_streams.write(campaign_reference.text() if markdown else campaign_schema.text())
+        return
     from satform_tools.describe import json_schema, scenario_reference
 
     output_streams.write(scenario_reference.text() if markdown else json_schema.text())

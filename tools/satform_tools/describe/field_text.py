@@ -12,7 +12,8 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
-from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
+from satform.campaign.scenario_file import NamedScenario
+from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND, OR_EITHER_ANGLE
 from satform.common.spec import Plugin, Spec, specs
 from satform.scenario.parts import SatelliteFields, SatelliteSpec
 
@@ -26,7 +27,16 @@ GROUPS = {
     "satform.faults": "Faults",
     "satform.metrics": "Metrics",
 }
-"""Entry point groups by the headings of their sections, in the order of the page."""
+"""Entry point groups by the headings of their sections, in the order of the page of scenarios."""
+
+CAMPAIGN_GROUPS = {
+    "satform.sampling": "Sampling",
+    "satform.distributions": "Distributions",
+    "satform.campaign_expectations": "Campaign expectations",
+}
+"""The same of the page of campaigns."""
+
+_EVERY_GROUP = {**GROUPS, **CAMPAIGN_GROUPS}
 
 _WIDEST = 1e15
 """Magnitude that no number of a scenario exceeds."""
@@ -39,7 +49,11 @@ def type_text(field: FieldInfo) -> str:
     return " or ".join([_type_of(field.annotation, list(field.metadata)), *units])
 
 
-_ANGLES = {OR_DEGREES: '`"45 deg"`', OR_DEGREES_PER_SECOND: '`"0.06 deg/s"`'}
+_ANGLES = {
+    OR_DEGREES: '`"45 deg"`',
+    OR_DEGREES_PER_SECOND: '`"0.06 deg/s"`',
+    OR_EITHER_ANGLE: "an angle or rate as text",
+}
 
 
 def _annotations(*parts: Any) -> list[Any]:
@@ -54,7 +68,7 @@ def _annotations(*parts: Any) -> list[Any]:
 def _type_of(annotation: Any, metadata: list[Any]) -> str:
     group = plugin(metadata)
     if group:
-        return f"one of the {_anchored(GROUPS[group])}"
+        return f"one of the {_anchored(_EVERY_GROUP[group])}"
     origin, parts = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _type_of(parts[0], [*metadata, *parts[1:]])
@@ -62,6 +76,8 @@ def _type_of(annotation: Any, metadata: list[Any]) -> str:
         return " or ".join(_type_of(part, metadata) for part in parts if part is not type(None))
     if origin is Literal:
         return " or ".join(f"`{part}`" for part in parts)
+    if origin is dict:
+        return "mapping of fields"
     if origin is tuple:
         return _tuple_type(annotation, parts, metadata)
     if isinstance(annotation, type) and issubclass(annotation, Spec):
@@ -73,6 +89,7 @@ def _type_of(annotation: Any, metadata: list[Any]) -> str:
         str: "text",
         datetime: "date and time",
         Path: "path of a file",
+        NamedScenario: "path of a file, or name of a scenario",
     }
     return texts.get(annotation) or str(annotation)
 
@@ -97,7 +114,7 @@ def default_text(field: FieldInfo) -> str:
 
 
 def _value(value: Any) -> str:
-    if value is None or value == ():
+    if value is None or value in ((), {}):
         return "none"
     if isinstance(value, Spec):
         kind = getattr(value, "kind", None)
@@ -161,7 +178,9 @@ def title(spec: type[Spec]) -> str:
 
 
 def _link(spec: type[Spec]) -> str:
-    registered = next((kind for group in GROUPS for kind, own in specs(group).items() if own is spec), None)
+    registered = next(
+        (kind for group in _EVERY_GROUP for kind, own in specs(group).items() if own is spec), None
+    )
     if registered:
         return f"`{registered}`"
     if spec is SatelliteFields:
@@ -175,7 +194,7 @@ def _anchored(heading: str) -> str:
 
 def is_registered(spec: type[Spec]) -> bool:
     """Whether a scenario chooses this by name, from an entry point group."""
-    return any(spec in specs(group).values() for group in GROUPS)
+    return any(spec in specs(group).values() for group in _EVERY_GROUP)
 
 
 def choices(annotation: Any) -> list[Any]:

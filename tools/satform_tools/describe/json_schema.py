@@ -16,7 +16,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 def schema() -> dict[str, Any]:
     """The schema as data."""
-    return {"$schema": DIALECT, **Scenario.model_json_schema(schema_generator=_InputSchema)}
+    return {"$schema": DIALECT, **Scenario.model_json_schema(schema_generator=InputSchema)}
 
 
 def text() -> str:
@@ -24,10 +24,11 @@ def text() -> str:
     return json.dumps(schema(), indent=1, ensure_ascii=False) + "\n"
 
 
-class _InputSchema(GenerateJsonSchema):
+class InputSchema(GenerateJsonSchema):
     """Also allows what validators take besides: one number for all axes, text in degrees for an angle."""
 
     def function_before_schema(self, schema: core_schema.BeforeValidatorFunctionSchema) -> JsonSchemaValue:
+        """What a validator takes, and what comes out of it."""
         inner = super().function_before_schema(schema)
         pattern = PATTERNS.get(schema["function"]["function"])
         if pattern is not None:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of everything that a scenario may say, from the one declaration that also checks it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from satform.attitude.tracking import AttitudeTrackingSpec
@@ -54,12 +54,23 @@ _ELSEWHERE = {(SatelliteFields, "phase_offset"): "phase.offset"}
 
 def text() -> str:
     """The text of `docs/scenario_reference.md`."""
-    parts = [_INTRODUCTION, *_section(Scenario, "## Scenario")]
-    seen: set[type[Spec]] = {Scenario}
-    waiting = _within([Scenario])
-    parts += _sections(waiting, seen)
-    for group, heading in GROUPS.items():
-        parts.append(f"## {heading}\n")
+    return page(_INTRODUCTION, Scenario, "Scenario", GROUPS)
+
+
+def page(introduction: str, root: type[Spec], heading: str, groups: Mapping[str, str]) -> str:
+    """A page of all fields of a file.
+
+    Args:
+        introduction: Markdown above the fields.
+        root: specification of the whole file.
+        heading: of its section.
+        groups: entry point groups with a section on this page, and their headings.
+    """
+    parts = [introduction, *_section(root, f"## {heading}")]
+    seen: set[type[Spec]] = {root}
+    parts += _sections(_within([root]), seen)
+    for group, title_of_group in groups.items():
+        parts.append(f"## {title_of_group}\n")
         kinds = specs(group)
         shared = _shared(kinds.values())
         if shared:

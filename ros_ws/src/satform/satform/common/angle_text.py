@@ -17,6 +17,8 @@ DEGREES = rf"^ *{_NUMBER} *deg *$"
 DEGREES_PER_SECOND = rf"^ *{_NUMBER} *deg/s *$"
 """Text that stands for an angular rate."""
 
+_EITHER = rf"^ *{_NUMBER} *deg(/s)? *$"
+
 
 def _radians(value: Any) -> Any:
     """An angle in rad from a text in degrees; what is no text stays as it is."""
@@ -38,13 +40,27 @@ def _converted(value: Any, pattern: str, unit: str, example: str) -> Any:
     raise PydanticCustomError("angle", sentence, {"unit": unit, "example": example})
 
 
+def _radians_of_either(value: Any) -> Any:
+    """Radians from text in degrees, rad/s from text in degrees a second; anything else stays as it is."""
+    if isinstance(value, str) and re.match(_EITHER, value):
+        return math.radians(float(value.partition("deg")[0]))
+    return value
+
+
 OR_DEGREES = BeforeValidator(_radians)
 """Annotation of a field in rad that takes text in degrees, too."""
 
 OR_DEGREES_PER_SECOND = BeforeValidator(_radians_per_second)
 """Annotation of a field in rad/s that takes text in degrees a second, too."""
 
-PATTERNS: dict[Any, str] = {_radians: DEGREES, _radians_per_second: DEGREES_PER_SECOND}
+OR_EITHER_ANGLE = BeforeValidator(_radians_of_either)
+"""Annotation of a number for a field of any unit that takes text in degrees, or degrees a second, too."""
+
+PATTERNS: dict[Any, str] = {
+    _radians: DEGREES,
+    _radians_per_second: DEGREES_PER_SECOND,
+    _radians_of_either: _EITHER,
+}
 """By the function that takes such a text, which text it takes."""
 
 

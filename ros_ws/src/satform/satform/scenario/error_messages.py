@@ -150,16 +150,16 @@ def _sentence(details: ErrorDetails, path: Path, model: type[Spec] | None, data:
     context = details.get("ctx", {})
     if kind == "extra_forbidden":
         names = sorted(_field_names(path[:-1], model, data))
-        return f"there is no such field{_nearest(str(path[-1]), names, RENAMED_FIELDS)}"
+        return f"there is no such field{nearest(str(path[-1]), names, RENAMED_FIELDS)}"
     if kind == "missing":
         return _missing(path, found)
     if kind == "union_tag_not_found" or kind in _NOT_A_MAPPING:
         return _no_mapping(kind, found, _kinds(path, model, data))
     if kind == "union_tag_invalid":
         tag = str(context.get("tag"))
-        return f"there is no kind {tag!r}{_nearest(tag, _kinds(path, model, data))}"
+        return f"there is no kind {tag!r}{nearest(tag, _kinds(path, model, data))}"
     if kind == "literal_error" and isinstance(found, str):
-        return f"found {found!r}{_nearest(found, _options(str(context['expected'])))}"
+        return f"found {found!r}{nearest(found, _options(str(context['expected'])))}"
     if kind == "value_error":
         return details["msg"].removeprefix("Value error, ")
     return f"found {shortened(found)}; it {_rule(details, context)}"
@@ -200,7 +200,14 @@ def _options(expected: str) -> list[str]:
     return [option.strip("' ") for option in expected.replace(" or ", ", ").split(", ")]
 
 
-def _nearest(name: str, candidates: Sequence[str], renamed: Mapping[str, str] = RENAMED_VALUES) -> str:
+def nearest(name: str, candidates: Sequence[str], renamed: Mapping[str, str] = RENAMED_VALUES) -> str:
+    """The end of a sentence about an unknown name: what was meant, and what is allowed.
+
+    Args:
+        name: that was found.
+        candidates: that are allowed.
+        renamed: names of earlier versions, by what each is called now.
+    """
     now = renamed.get(name)
     if now in candidates:
         return f"; since version 0.2.0 it is called {now}"

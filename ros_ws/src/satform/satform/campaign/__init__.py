@@ -1,0 +1,6 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns: many cases of one scenario, which differ in what is dispersed.
+
+Imports `evaluation` and below.
+"""

@@ -1,0 +1,238 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The cases of a campaign: the changes of case N, and the scenario with them."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+from scipy.special import ndtr, ndtri
+
+from satform.campaign.distributions import LARGEST_QUANTILE, LEAST_QUANTILE, Value
+from satform.campaign.model import Campaign, Dispersion
+from satform.campaign.paths import Target
+from satform.campaign.sampling import Coordinate, case_seed
+from satform.common.spec import Spec
+from satform.files.named_file import FileSource, with_copies
+from satform.scenario import Scenario, ScenarioError
+from satform.scenario.error_messages import Path, problems
+from satform.scenario.truncation import beyond_the_end, within_the_end
+
+
+def case_values(campaign: Campaign, number: int) -> dict[str, Any]:
+    """The changes of a case.
+
+    Args:
+        campaign: loaded.
+        number: of the case, from 0 to `campaign.cases - 1`.
+
+    Returns:
+        Values by the path of a field as messages print it, one for each dispersed field in the order of the
+        dispersions, and `seed`. They are numbers, text, or true and false; a pure function of the arguments.
+
+    Raises:
+        IndexError: there is no such case.
+    """
+    return values_at(campaign, case_coordinates(campaign, number)) | _seed(campaign, number)
+
+
+def case_scenario(campaign: Campaign, number: int) -> Scenario:
+    """The scenario of a case: that of the campaign with the changes of the case.
+
+    Args:
+        campaign: loaded.
+        number: of the case.
+
+    Returns:
+        The scenario, complete and consistent.
+
+    Raises:
+        IndexError: there is no such case.
+        ScenarioError: with these values it cannot fly; all problems at once.
+    """
+    return changed_scenario(campaign, case_values(campaign, number), f"case {number}")
+
+
+def case_coordinates(campaign: Campaign, number: int) -> list[Coordinate]:
+    """Where a case lies on each axis, after the correlations.
+
+    Args:
+        campaign: loaded.
+        number: of the case.
+
+    Raises:
+        IndexError: there is no such case.
+    """
+    if not 0 <= number < campaign.cases:
+        raise IndexError(f"there is no case {number}: campaign {campaign.name} has 0 to {campaign.cases - 1}")
+    axes = campaign.axes
+    if not axes:
+        return []
+    found = campaign.sampling.coordinates(axes, campaign.cases, campaign.seed, number)
+    for group, factor in campaign.copulas:
+        quantiles = [found[axis] for axis in group]
+        # One at a time: where a value is the scenario's own, there is nothing to depend on.
+        if all(isinstance(quantile, float) for quantile in quantiles):
+            normals = factor @ ndtri(np.array(quantiles, dtype=np.float64))
+            dependent = np.clip(ndtr(normals), LEAST_QUANTILE, LARGEST_QUANTILE)
+            for axis, quantile in zip(group, dependent.tolist(), strict=True):
+                found[axis] = quantile
+    return found
+
+
+def values_at(campaign: Campaign, coordinates: Sequence[Coordinate]) -> dict[str, Any]:
+    """The values of all dispersed fields at coordinates.
+
+    Args:
+        campaign: loaded.
+        coordinates: one for each axis.
+
+    Returns:
+        Values by path.
+    """
+    values: dict[str, Any] = {}
+    axis = 0
+    for dispersion, found in zip(campaign.dispersions, campaign.targets, strict=True):
+        drawn: Value | None = None
+        for place, target in enumerate(found):
+            if place == 0 or not dispersion.shared:
+                drawn = _drawn(dispersion, coordinates[axis])
+                axis += 1
+            value = target.value if drawn is None else _applied(dispersion, target, drawn)
+            # A field that the scenario leaves out stays left out in the case of the scenario's own values.
+            if value is not None:
+                values[target.text] = value
+    return values
+
+
+def changed_scenario(campaign: Campaign, values: Mapping[str, Any], source: str) -> Scenario:
+    """The scenario of a campaign with values of dispersed fields.
+
+    Args:
+        campaign: loaded.
+        values: by path, of `case_values`.
+        source: name for messages.
+
+    Raises:
+        ScenarioError: with these values it cannot fly; all problems at once.
+    """
+    template = campaign_template(campaign)
+    data = json.loads(template.text)
+    for path, value in values.items():
+        node, parts = data, template.paths[path]
+        for part in parts[:-1]:
+            node = node[part]
+        node[parts[-1]] = value
+    if "timing.duration" in values or "timing.step" in values:
+        written = json.loads(template.text)
+        data = within_the_end(data, beyond_the_end(written, data, [template.paths[path] for path in values]))
+    try:
+        return Scenario.model_validate(data, context=template.files)
+    except ScenarioError:
+        raise
+    except ValidationError as error:
+        changed = {
+            template.paths[path]: f"{source}, {path} = {_shown(value)}" for path, value in values.items()
+        }
+        found = [
+            problem
+            for details in error.errors(include_url=False)
+            for problem in problems(details, Scenario, data, None, source, changed)
+        ]
+        raise ScenarioError(found) from None
+
+
+class _Template:
+    """The data of a campaign's scenario, in which every dispersed field has a place.
+
+    Attributes:
+        text: JSON.
+        files: that the scenario names.
+        paths: of the dispersed fields by the text of the path.
+    """
+
+    def __init__(self, campaign: Campaign) -> None:
+        base = campaign.base
+        data, attached = json.loads(base.to_json()), base.files()
+        every = [target for found in campaign.targets for target in found]
+        for target in every:
+            attached |= _make_place(data, base, target.path)
+        self.text = json.dumps(data)
+        self.files = FileSource(FilePath(), attached, recorded=True)
+        self.paths: dict[str, Path] = {target.text: target.path for target in every} | {"seed": ("seed",)}
+
+
+def campaign_template(campaign: Campaign) -> _Template:
+    """The template of a campaign's cases, made once."""
+    found = campaign.__dict__.get("_template")
+    if not isinstance(found, _Template):
+        found = campaign.__dict__["_template"] = _Template(campaign)
+    return found
+
+
+def _make_place(data: Any, base: Scenario, path: Path) -> dict[str, bytes]:
+    """Write out all parts on the way to a field that the data leaves out; gives the files that they name."""
+    files: dict[str, bytes] = {}
+    node, own = data, base
+    model: Any = own
+    for place, part in enumerate(path[:-1]):
+        model = getattr(model, part) if isinstance(part, str) else model[part]
+        if path[0] == "satellites" and place == 1:
+            # With what it takes from `satellite_defaults`.
+            model = base.satellite(int(path[1]))
+        held = node[part] if isinstance(part, int) else node.get(part)
+        if held is None or (isinstance(model, tuple) and not isinstance(held, list)):
+            held, found = _plain(model)
+            files |= found
+            node[part] = held
+        node = held
+    return files
+
+
+def _plain(model: Any) -> tuple[Any, dict[str, bytes]]:
+    """A part of a scenario as plain data, and the files that it names."""
+    if isinstance(model, Spec):
+        text, files = with_copies(model, exclude_unset=True)
+        return json.loads(text), files
+    plain, files = [], {}
+    for entry in model:
+        held, found = _plain(entry) if isinstance(entry, Spec | tuple) else (entry, {})
+        plain.append(held)
+        files |= found
+    return plain, files
+
+
+def _seed(campaign: Campaign, number: int) -> dict[str, int]:
+    if any(target.path == ("seed",) for found in campaign.targets for target in found):
+        return {}
+    return {"seed": campaign.base.seed if campaign.same_noise else case_seed(campaign.seed, number)}
+
+
+def _drawn(dispersion: Dispersion, coordinate: Coordinate) -> Value | None:
+    """What is drawn at a coordinate; None for the scenario's own value."""
+    if coordinate is None:
+        return None
+    if dispersion.grid is not None:
+        return dispersion.grid.points[int(coordinate)]
+    assert dispersion.distribution is not None  # noqa: S101 - the validator has seen to it
+    return dispersion.distribution.value(float(coordinate))
+
+
+def _applied(dispersion: Dispersion, target: Target, drawn: Value) -> Value:
+    """The value of a field after a draw."""
+    value = drawn
+    if dispersion.applied != "replace":
+        assert isinstance(drawn, int | float)  # noqa: S101 - the campaign's validator has seen to it
+        assert isinstance(target.value, int | float)  # noqa: S101 - likewise
+        value = target.value + drawn if dispersion.applied == "add" else target.value * drawn
+    if isinstance(value, float) and target.is_whole and math.isfinite(value):
+        return round(value)
+    return value
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,123 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From a YAML file to a `Campaign`, or to all that is wrong with it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from satform.campaign.model import Campaign
+from satform.campaign.scenario_file import CampaignSource
+from satform.files.bounded_file import read_bounded
+from satform.files.durable_file import write_durably
+from satform.scenario import Problem, ScenarioError, save_scenario
+from satform.scenario.error_messages import coerced, problems
+from satform.scenario.yaml_reader import found as shown
+from satform.scenario.yaml_reader import plain, read_tree
+
+MAXIMUM_FILE_BYTES = 2_000_000
+"""A larger campaign file is refused unread."""
+
+MAXIMUM_PROBLEMS = 200
+"""Said at once; nobody reads more before mending these."""
+
+
+def load_campaign(path: str | Path, library: Path | None = None) -> Campaign:
+    """Read and check a campaign file.
+
+    Args:
+        path: the YAML file; the scenario that it names counts from its folder.
+        library: folder of the shipped scenarios, in which a name is looked for that is in neither the folder
+            of the file nor the folder above.
+
+    Returns:
+        The campaign, complete and consistent.
+
+    Raises:
+        ScenarioError: the file or its scenario cannot be read or cannot fly; all problems at once.
+    """
+    file = str(path)
+    try:
+        text = read_bounded(Path(path), MAXIMUM_FILE_BYTES, "a campaign").decode()
+    except OSError as error:
+        raise ScenarioError([Problem(file, None, "", f"cannot be read: {error.strerror}")]) from None
+    except UnicodeDecodeError as error:
+        sentence = f"is not UTF-8 text: byte {error.object[error.start]:#04x} at offset {error.start}"
+        raise ScenarioError([Problem(file, None, "", sentence)]) from None
+    except ValueError as error:
+        raise ScenarioError([Problem(file, None, "", str(error))]) from None
+    return parse_campaign(text, file, CampaignSource(Path(path).parent, library=library))
+
+
+def parse_campaign(text: str, file: str = "<text>", source: CampaignSource | None = None) -> Campaign:
+    """Check the text of a campaign.
+
+    Args:
+        text: YAML 1.2.
+        file: the name to use in messages.
+        source: where its scenario is looked for; the working directory when left out.
+
+    Returns:
+        The campaign, complete and consistent.
+
+    Raises:
+        ScenarioError: the text is no campaign that can be flown; all problems at once.
+    """
+    tree = read_tree(text, file)
+    if not isinstance(tree, Mapping):
+        what = "nothing" if tree is None else "a list" if isinstance(tree, list) else shown(tree)
+        sentence = f"a campaign is a mapping of fields such as scenario, runs, dispersions; found {what}"
+        raise ScenarioError([Problem(file, 1, "", sentence)])
+    data = plain(tree)
+    try:
+        campaign = Campaign.model_validate(data, context=source or CampaignSource())
+    except ValidationError as error:
+        found: list[Problem] = []
+        for details in error.errors(include_url=False):
+            if details["type"] == "scenario":
+                found += details["ctx"]["problems"]
+            else:
+                found += problems(details, Campaign, data, tree, file, {})
+    else:
+        found = coerced(data, campaign.model_dump(exclude_unset=True), tree, file, {})
+        if not found:
+            return campaign
+    found.sort(key=lambda problem: (problem.file != file, problem.line or 0))
+    more = len(found) - MAXIMUM_PROBLEMS
+    rest = [Problem(file, None, "", f"and {more} more; mend these first")] if more > 0 else []
+    raise ScenarioError([*found[:MAXIMUM_PROBLEMS], *rest])
+
+
+def save_campaign(campaign: Campaign, folder: Path) -> Path:
+    """Write a campaign and its scenario, with copies of the files that it names, into a folder.
+
+    Args:
+        campaign: to be written.
+        folder: that exists.
+
+    Returns:
+        The campaign's file, from which a campaign with the same cases and digest is loaded.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    save_scenario(campaign.scenario.scenario, folder / "scenario.json")
+    path = folder / "campaign.json"
+    renamed = campaign.model_copy(update={"scenario": campaign.scenario.renamed("scenario.json")})
+    write_durably(path, renamed.model_dump_json(indent=1, exclude_unset=True).encode())
+    return path
+
+
+def is_campaign(text: str, file: str = "<text>") -> bool:
+    """Whether a YAML text is a campaign and no scenario: it names a scenario and has no satellites.
+
+    Args:
+        text: YAML 1.2.
+        file: the name to use in messages.
+
+    Raises:
+        ScenarioError: it is not YAML.
+    """
+    tree = read_tree(text, file)
+    return isinstance(tree, Mapping) and "satellites" not in tree and ("scenario" in tree or "runs" in tree)

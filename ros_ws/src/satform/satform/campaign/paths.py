@@ -1,0 +1,180 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""From the path of a dispersion to the fields of a scenario that it means."""
+
+import re
+import types
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+
+from satform.common.angle_text import PATTERNS
+from satform.common.name_list import listed
+from satform.common.spec import Spec, validators
+from satform.scenario import Scenario
+from satform.scenario.error_messages import Path, dotted, nearest
+
+_IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]")
+
+Scalar = bool | int | float | str
+
+
+class PathError(ValueError):
+    """A path that leads to no field that can be dispersed; its text says why."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """One field of a scenario, or one entry of a vector.
+
+    Attributes:
+        path: names of fields and indices in lists.
+        value: of the scenario itself; None where the field is optional and not given.
+        types: what the field holds: `float`, `int`, `bool`, `str`, one or several.
+        angle: pattern of the text that it takes for an angle or a rate; empty where it takes none.
+    """
+
+    path: Path
+    value: Scalar | None
+    types: frozenset[type]
+    angle: str
+
+    @property
+    def text(self) -> str:
+        """The path as messages print it."""
+        return dotted(self.path)
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the field holds numbers."""
+        return bool(self.types & {float, int})
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the field holds whole numbers and no others."""
+        return int in self.types and float not in self.types
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a walk along a path is.
+
+    Attributes:
+        path: so far.
+        node: what is there, of the validated scenario.
+        annotation: declared type of it.
+        field: the nearest field on the way; None at the top.
+    """
+
+    path: Path
+    node: Any
+    annotation: Any
+    field: FieldInfo | None
+
+
+def targets(scenario: Scenario, path: str) -> list[Target]:
+    """The fields that a path means.
+
+    Args:
+        scenario: validated; what a satellite leaves out is that of `satellite_defaults`.
+        path: of a field as messages print it. An entry of a list is given by its index, its name, or `*` for
+            all entries: `satellites[*].position_error[0]`.
+
+    Returns:
+        In order of the entries; at least one.
+
+    Raises:
+        PathError: there is no such field, it is not given in the scenario, or holds no single value.
+    """
+    places = [_Place((), scenario, type(scenario), None)]
+    for part in _IN_BRACKETS.sub(r".\1", path).split("."):
+        places = [inner for place in places for inner in _step(place, part, scenario)]
+    if not places:
+        raise PathError("means no field: the list is empty")
+    return [_target(place) for place in places]
+
+
+def _step(place: _Place, part: str, scenario: Scenario) -> list[_Place]:
+    node = place.node
+    if isinstance(node, Spec):
+        known = type(node).model_fields
+        if part not in known:
+            raise PathError(f"there is no {_joined(place.path, part)}{nearest(part, sorted(known))}")
+        return [_Place((*place.path, part), getattr(node, part), known[part].annotation, known[part])]
+    if isinstance(node, tuple):
+        return [
+            _Place((*place.path, index), _entry(place.path, node, index, scenario), inner, place.field)
+            for index in _indices(place.path, node, part)
+            for inner in [_entry_annotation(place.annotation, index)]
+        ]
+    if node is None:
+        raise PathError(
+            f"the scenario has no {dotted(place.path)}: give it one, for example with set, whose {part} can "
+            "then be dispersed"
+        )
+    raise PathError(f"{dotted(place.path)} is a single value; it has no {part}")
+
+
+def _indices(path: Path, node: tuple[Any, ...], part: str) -> Sequence[int]:
+    if part == "*":
+        return range(len(node))
+    # Digits of other scripts are digits too, and the longest numbers are refused by Python.
+    if part.isascii() and part.isdigit() and len(part) < 9 and int(part) < len(node):
+        return [int(part)]
+    names = [str(getattr(entry, "name", "")) for entry in node]
+    if part and part in names:
+        return [names.index(part)]
+    known = [name for name in names if name]
+    by_name = f", or by name: {listed(known)}" if known else ""
+    entries = f"entries are counted from 0 to {len(node) - 1}" if node else "it has no entries"
+    raise PathError(f"there is no {_joined(path, part)} in the scenario; {entries}{by_name}")
+
+
+def _entry(path: Path, node: tuple[Any, ...], index: int, scenario: Scenario) -> Any:
+    """An entry; a satellite with what it takes from `satellite_defaults`."""
+    return scenario.satellite(index) if path == ("satellites",) else node[index]
+
+
+def _joined(path: Path, part: str) -> str:
+    inside = f"[{part}]" if part.isdigit() else f".{part}"
+    return f"{dotted(path)}{inside}" if path else part
+
+
+def _choices(annotation: Any) -> list[Any]:
+    """The types that an annotation allows, without None."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return _choices(get_args(annotation)[0])
+    if origin in (Union, types.UnionType):
+        return [choice for part in get_args(annotation) for choice in _choices(part)]
+    return [] if annotation is type(None) else [annotation]
+
+
+def _entry_annotation(annotation: Any, index: int) -> Any:
+    """Declared type of an entry of a tuple."""
+    for choice in _choices(annotation):
+        if get_origin(choice) is tuple:
+            parts = get_args(choice)
+            return parts[0] if parts[-1] is ... else parts[min(index, len(parts) - 1)]
+    return None
+
+
+def _target(place: _Place) -> Target:
+    found: set[type] = set()
+    for choice in _choices(place.annotation):
+        if get_origin(choice) is Literal:
+            found |= {type(value) for value in get_args(choice)}
+        elif choice in (float, int, bool, str):
+            found.add(choice)
+    if not found or isinstance(place.node, tuple | Spec):
+        entries = (
+            f"; name one of its entries, such as {dotted(place.path)}[0], or [*] for all"
+            if isinstance(place.node, tuple)
+            else ""
+        )
+        raise PathError(f"{dotted(place.path)} holds no single number, text or true and false{entries}")
+    taken = () if place.field is None else validators(place.field)
+    angle = next((PATTERNS[function] for function in taken if function in PATTERNS), "")
+    return Target(place.path, place.node, frozenset(found), angle)
