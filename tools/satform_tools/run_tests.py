@@ -5,8 +5,10 @@
 import os
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 
 from satform_tools import console
@@ -18,11 +20,15 @@ _TYPED = (
     "tools/satform_setup",
 )
 
-_PYTEST = ("-m", "pytest", "--dist", "worksteal", "--durations", "20", "-n")
-"""Tests run side by side, in as many processes as the next argument says."""
+_PYTEST = ("-m", "pytest", "--durations", "20")
 
-_MEASURED = ("-m", "coverage", "run", "--rcfile", "pyproject.toml")
+_MEASURED = ("-m", "coverage", "run", "--rcfile", "pyproject.toml", *_PYTEST)
 """Measures the tests and their child processes, among them every node."""
+
+_AT_ONCE = 2
+"""Parts that run at the same time: each leaves the flights over DDS of the other a core."""
+
+_BACKGROUND_NICENESS = 10
 
 
 @dataclass(frozen=True)
@@ -32,27 +38,50 @@ class Part:
     Attributes:
         name: of the part.
         command: arguments of Python.
+        background: whether it runs at low priority beside the others, in the time in which they wait; for
+            parts that only compute.
     """
 
     name: str
     command: tuple[str, ...]
+    background: bool = False
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a part came to.
+
+    Attributes:
+        code: exit code.
+        output: what it printed.
+        seconds: how long it ran.
+    """
+
+    code: int
+    output: str
+    seconds: float
 
 
 PARTS = (
+    Part("nodes", (*_MEASURED, "-m", "not unmeasured", "tests/dds")),
+    # Long or repeated flights, of code that is measured above: coverage would double their time.
+    Part("long flights of nodes", (*_PYTEST, "-m", "unmeasured", "tests/dds")),
+    Part("unit tests", (*_MEASURED, "tests/unit")),
+    Part("set-up", (*_PYTEST, "-m", "setup_from_scratch", "tests/tools")),
+    Part("commands", (*_PYTEST, "-m", "not setup_from_scratch", "tests/tools")),
+    Part("damaged input", (*_PYTEST, "tests/fuzz")),
     Part("ruff check", ("-m", "ruff", "check", ".")),
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
     Part("licence headers", ("tools/lint/licence_headers.py",)),
     Part("words of names and docs", ("tools/lint/words.py",)),
-    Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED)),
-    Part("unit tests", (*_MEASURED, *_PYTEST, "2", "tests/unit")),
-    # Each flight over DDS has a domain of its own; two at a time leave each test a core.
-    Part("figures, nodes", (*_MEASURED, *_PYTEST, "2", "-m", "not unmeasured", "tests/numbers", "tests/dds")),
-    # Long or repeated flights, of code that is measured above: coverage would double their time.
-    Part("long flights", (*_PYTEST, "2", "-m", "unmeasured", "tests/numbers", "tests/dds")),
-    Part("commands, damaged input", (*_PYTEST, "2", "tests/tools", "tests/fuzz")),
-    Part("coverage", ("tools/lint/coverage_figures.py",)),
+    Part("figures", (*_MEASURED, "-m", "not unmeasured", "tests/numbers"), background=True),
+    Part("long figures", (*_PYTEST, "-m", "unmeasured", "tests/numbers"), background=True),
+    Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED), background=True),
 )
-"""In the order in which they run."""
+"""In the order in which they start, the longest first, so that the last to end are short."""
+
+COVERAGE = Part("coverage", ("tools/lint/coverage_figures.py",))
+"""Runs after all others."""
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -70,21 +99,66 @@ def run(arguments: Sequence[str]) -> int:
     for data in ROOT.glob(".coverage*"):
         data.unlink()
     codes: dict[str, int] = {}
-    for part in PARTS:
-        console.note(f"== {part.name}")
-        codes[part.name] = _call(part.command)
-    for name, code in codes.items():
-        console.line(f"{name}: {'failed' if code else 'passed'}", "red" if code else "green")
+    for part, outcome in _side_by_side(PARTS):
+        console.note(f"== {part.name} ({outcome.seconds:.0f} s)")
+        console.line(outcome.output)
+        codes[part.name] = outcome.code
+    console.note(f"== {COVERAGE.name}")
+    codes[COVERAGE.name] = _call(COVERAGE.command)
+    for name in [part.name for part in (*PARTS, COVERAGE)]:
+        console.line(f"{name}: {'failed' if codes[name] else 'passed'}", "red" if codes[name] else "green")
     console.line(f"{time.perf_counter() - begun:.0f} s")
     return int(any(codes.values()))
 
 
-def _call(arguments: Sequence[str]) -> int:
-    """Run Python with some arguments.
+def _side_by_side(parts: Sequence[Part]) -> Iterator[tuple[Part, Outcome]]:
+    """Run parts, some at a time; yields each as soon as it has ended, with all of its output."""
+    foreground = ThreadPoolExecutor(_AT_ONCE)
+    # Linux lowers the priority of the thread alone, and of what it starts.
+    background = ThreadPoolExecutor(1, initializer=os.nice, initargs=(_BACKGROUND_NICENESS,))
+    try:
+        started: dict[Future[Outcome], Part] = {
+            (background if part.background else foreground).submit(_outcome, part): part for part in parts
+        }
+        for ended in as_completed(started):
+            yield started[ended], ended.result()
+    finally:
+        # After Ctrl-C, which the running parts get too, no other part starts.
+        for pool in (foreground, background):
+            pool.shutdown(cancel_futures=True)
 
-    Its output is unbuffered, so that the lines of the parts and what they print stay in order; coverage data
-    of child processes go to the project's folder wherever they run.
-    """
+
+def _outcome(part: Part) -> Outcome:
+    """Run a part to its end."""
+    console.note(f"== {part.name}: started")
+    begun = time.perf_counter()
+    # A file, not a pipe: a process that a failed test left behind would hold the pipe open.
+    with tempfile.TemporaryFile() as output:
+        process = subprocess.Popen(
+            [sys.executable, *part.command],
+            cwd=ROOT,
+            env=_environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+        )
+        code = process.wait()
+        output.seek(0)
+        text = output.read().decode("utf-8", "replace")
+    return Outcome(code, text, time.perf_counter() - begun)
+
+
+def _call(arguments: Sequence[str]) -> int:
+    """Run Python with some arguments, its output being that of this process."""
     sys.stdout.flush()
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "COVERAGE_FILE": str(ROOT / ".coverage")}
-    return subprocess.run([sys.executable, *arguments], cwd=ROOT, env=environment, check=False).returncode
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, cwd=ROOT, env=_environment(), check=False).returncode
+
+
+def _environment() -> dict[str, str]:
+    """Variables of the parts.
+
+    Output is unbuffered, so that the lines of a part and of what it starts stay in order; coverage data of
+    child processes go to the project's folder wherever they run.
+    """
+    return {**os.environ, "PYTHONUNBUFFERED": "1", "COVERAGE_FILE": str(ROOT / ".coverage")}

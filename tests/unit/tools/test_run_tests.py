@@ -3,7 +3,9 @@
 """The test command: which parts it runs, what it reports, and its checks of licence lines and coverage."""
 
 import importlib.util
+import os
 import re
+import signal
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import PurePath
@@ -26,7 +28,11 @@ def called(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
         commands.append(list(command))
         return int("mypy" in command)
 
+    def outcome(part: run_tests.Part) -> run_tests.Outcome:
+        return run_tests.Outcome(call(part.command), f"output of {part.name}", 0.0)
+
     monkeypatch.setattr(run_tests, "_call", call)
+    monkeypatch.setattr(run_tests, "_outcome", outcome)
     return commands
 
 
@@ -48,10 +54,72 @@ def test_test_runs_every_part_and_fails_when_one_does(
 ) -> None:
     monkeypatch.setattr(run_tests, "ROOT", tmp_path)
     assert cli.main(["test"]) == 1
-    assert called == [list(part.command) for part in run_tests.PARTS]
+    assert sorted(called[:-1]) == sorted(list(part.command) for part in run_tests.PARTS)
+    assert called[-1] == list(run_tests.COVERAGE.command)
     printed = capsys.readouterr().out
+    assert all(f"output of {part.name}\n" in printed for part in run_tests.PARTS)
     assert "mypy --strict: failed" in printed
     assert "unit tests: passed" in printed
+
+
+MEETS = """
+import os, pathlib, sys, time
+own, others = pathlib.Path(sys.argv[1]), [pathlib.Path(name) for name in sys.argv[2:]]
+own.touch()
+end = time.monotonic() + 60.0
+while not all(other.exists() for other in others):
+    assert time.monotonic() < end, "the others have not started"
+    time.sleep(0.01)
+print("met at", os.getpriority(os.PRIO_PROCESS, 0))
+"""
+
+
+def test_two_parts_run_beside_one_another_and_beside_one_at_low_priority(tmp_path: PurePath) -> None:
+    names = ["first", "second", "background"]
+    files = {name: str(tmp_path / name) for name in names}
+    parts = [
+        run_tests.Part(
+            name,
+            ("-c", MEETS, files[name], *(files[other] for other in names if other != name)),
+            background=name == "background",
+        )
+        for name in names
+    ]
+    outcomes = {part.name: outcome for part, outcome in run_tests._side_by_side(parts)}
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    assert {name: outcome.code for name, outcome in outcomes.items()} == dict.fromkeys(names, 0), outcomes
+    assert outcomes["first"].output == outcomes["second"].output == f"met at {own}\n"
+    assert outcomes["background"].output == f"met at {min(own + 10, 19)}\n"
+
+
+def test_a_part_s_output_is_whole_and_its_exit_code_is_kept() -> None:
+    code = "import os, sys; print('one'); print('two', file=sys.stderr); os.system('echo three'); sys.exit(7)"
+    ((_, outcome),) = run_tests._side_by_side([run_tests.Part("part", ("-c", code))])
+    assert (outcome.code, outcome.output) == (7, "one\ntwo\nthree\n")
+
+
+def test_a_process_that_a_part_has_left_behind_does_not_hold_the_command_up() -> None:
+    code = "import subprocess; print(subprocess.Popen(['sleep', '3600']).pid)"
+    ((_, outcome),) = run_tests._side_by_side([run_tests.Part("part", ("-c", code))])
+    os.kill(int(outcome.output), signal.SIGKILL)
+    assert outcome.code == 0
+
+
+def test_parts_of_one_folder_share_its_tests_by_a_marker_and_leave_none_out() -> None:
+    chosen: dict[str, list[str]] = {}
+    for part in run_tests.PARTS:
+        if "pytest" in part.command:
+            words = part.command[part.command.index("pytest") :]
+            marker = words[words.index("-m") + 1] if "-m" in words else ""
+            for word in words:
+                if word.startswith("tests/"):
+                    chosen.setdefault(word, []).append(marker)
+    assert chosen["tests/unit"] == [""]
+    assert chosen["tests/dds"] == ["not unmeasured", "unmeasured"]
+    for folder, markers in chosen.items():
+        (first, *others) = sorted(markers, key=len)
+        # All of it, or those with a marker and those without.
+        assert others == ([f"not {first}"] if first else []), (folder, markers)
 
 
 def test_the_parts_run_every_folder_of_tests() -> None:
