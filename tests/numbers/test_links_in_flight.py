@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from satform.evaluation.tracking import settled
+from satform.evaluation.event_reducers import LastOutside
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
@@ -80,8 +80,9 @@ def formations(record: FlightRecord) -> Flown:
 
 def settling(places: np.ndarray) -> np.ndarray:
     """Time from which the spread of each formation stays within 1 % of that at the start, s."""
-    spreads = np.ptp(places, axis=-1).T
-    return np.array([settled(spread, 0.01 * spread[0], 1.0) for spread in spreads])
+    spreads, outside = np.ptp(places, axis=-1), LastOutside()
+    outside.add(~(spreads <= 0.01 * spreads[0]))
+    return outside.settled()
 
 
 def flown(duration: float, neighbour_values: str, links: list[dict[str, float]], *others: Any) -> Flown:

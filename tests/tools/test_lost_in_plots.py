@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from formations import formation
-from satform.evaluation.tracking import arc_length_spread
+from satform.evaluation.arc_lengths import arc_length_spread
 from satform.flight.simulate import simulate
 from satform.plot import prediction
 from satform.plot.style import thinned

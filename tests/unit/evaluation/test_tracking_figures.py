@@ -13,12 +13,16 @@ from pydantic import ValidationError
 
 from flights import shortened
 from satform.common.spec import specs
-from satform.evaluation.evaluate import judge
-from satform.evaluation.tracking import (
+from satform.evaluation.arc_lengths import (
     ArcLengthMean,
     ArcLengthRate,
     ArcLengthSettling,
     ArcLengthSpread,
+    arc_length_spread,
+)
+from satform.evaluation.evaluate import judge
+from satform.evaluation.event_reducers import LastOutside
+from satform.evaluation.tracking import (
     Control,
     DeltaV,
     Distance,
@@ -27,8 +31,6 @@ from satform.evaluation.tracking import (
     SlidingVariable,
     TrackingError,
     TrackingErrorAt,
-    arc_length_spread,
-    settled,
 )
 from satform.flight.simulate import simulate
 from satform.record.flight_record import QUANTITIES, FlightRecord
@@ -135,9 +137,8 @@ def test_a_figure_is_the_one_worked_out_by_hand(expectation: Expectation, figure
 
 def test_every_figure_of_the_module_is_worked_out_by_hand() -> None:
     tested = {type(expectation) for expectation, _ in CASES} | {Distance}
-    assert {
-        spec for spec in specs("satform.metrics").values() if spec.__module__ == "satform.evaluation.tracking"
-    } == tested
+    modules = ("satform.evaluation.tracking", "satform.evaluation.arc_lengths")
+    assert {spec for spec in specs("satform.metrics").values() if spec.__module__ in modules} == tested
 
 
 def pair(statistic: str, **other: Any) -> Distance:
@@ -343,8 +344,10 @@ def test_a_satellite_that_does_not_fly_has_no_part_in_a_mean() -> None:
 
 
 def test_a_series_settles_only_where_it_has_numbers() -> None:
-    assert settled(np.array([9.0, 1.0, math.nan, 1.0, 1.0]), 2.0, 1.0) == 3.0
-    assert math.isnan(settled(np.array([9.0, 1.0, math.nan]), 2.0, 1.0))
+    series = np.array([[9.0, 9.0, 1.0], [1.0, 1.0, 1.0], [math.nan, 1.0, 1.0], [1.0, 1.0, math.nan]])
+    outside = LastOutside()
+    outside.add(~(series <= 2.0))
+    assert outside.settled().tolist() == pytest.approx([3.0, 1.0, math.nan], nan_ok=True)
 
 
 def test_a_verdict_says_what_was_measured_in_which_unit_and_what_is_allowed() -> None:

@@ -9,8 +9,9 @@ import pytest
 
 from flights import SCENARIOS, satellite_of, shipped, shortened
 from formations import RATE, formation
+from satform.evaluation.arc_lengths import ArcLengthRate, ArcLengthSpread
 from satform.evaluation.presence import RejoinTime, StepsAbsent
-from satform.evaluation.tracking import ArcLengthRate, ArcLengthSpread, SettlingTime, TrackingError
+from satform.evaluation.tracking import SettlingTime, TrackingError
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.membership.state import ParameterChanged, Plan, SatelliteLost, SatelliteRejoined

@@ -10,7 +10,7 @@ from satform.control.protocol import ControllerSpec
 from satform.membership.faults import step_at
 from satform.planning.impulsive_guidance import ImpulsiveGuidanceSpec, TimedBurnsSpec
 from satform.scenario import Scenario
-from satform.scenario.expectation import AtTime
+from satform.scenario.windowed_expectation import AtTime
 
 _SLACK = 1e-6
 """Fraction of a step by which a time may differ from it and still counts as on it."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from satform.evaluation.arc_lengths import arc_length_spread
 from satform.evaluation.findings import findings, mean_after_settling
-from satform.evaluation.tracking import arc_length_spread
 from satform.numeric.elementwise import Array
 from satform.record.flight_record import FlightRecord
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from satform.evaluation.tracking import arc_length_spread
+from satform.evaluation.arc_lengths import arc_length_spread
 from satform.numeric.elementwise import Array
 from satform.plot import prediction
 from satform.plot.panels import agrees

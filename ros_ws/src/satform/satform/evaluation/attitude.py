@@ -6,18 +6,20 @@ Of a satellite without attitude every figure is not a number, and what is expect
 which a satellite does not fly, or in which the one that it points at does not, are left out.
 """
 
-import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from satform.common.spec import Positive
+from satform.evaluation.event_reducers import SettlingOf
+from satform.evaluation.reducers import ExtremeOf, LargestChange
 from satform.evaluation.tracking import LargestOfSteps
-from satform.numeric.elementwise import Array
-from satform.record.flight_record import FlightRecord
-from satform.scenario.expectation import AtTime, Event, OfSatellites, OverWindow, largest
+from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import Stretch
 from satform.scenario.parts import SatelliteSpec
+from satform.scenario.windowed_expectation import AtTime, Event, OfSatellites, OverWindow
 
 
 class PointingError(LargestOfSteps):
@@ -27,8 +29,8 @@ class PointingError(LargestOfSteps):
     of_equipment = "attitude"
     kind: Literal["pointing_error"] = "pointing_error"
 
-    def measure(self, record: FlightRecord) -> float:
-        return _largest_known(self, record.pointing_error, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), "pointing_error")
 
     def describe(self) -> str:
         return self.label or f"largest pointing error{self.when()}{self.whose()}"
@@ -40,8 +42,8 @@ class PanelToSun(LargestOfSteps):
     of_equipment = "attitude"
     kind: Literal["panel_to_sun"] = "panel_to_sun"
 
-    def measure(self, record: FlightRecord) -> float:
-        return _largest_known(self, record.panel_to_sun, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), "panel_to_sun")
 
     def describe(self) -> str:
         return self.label or f"largest cosine of panel axis to sun{self.when()}{self.whose()}"
@@ -58,16 +60,9 @@ class AttitudeSettling(Event):
     level: Positive
     """What counts as settled, rad for the pointing error, without unit for the panels."""
 
-    def measure(self, record: FlightRecord) -> float:
-        series: Array = getattr(record, self.quantity)
-        if not series.size:
-            return math.nan
-        columns = self.columns(record)
-        excused = record.excluded(series, of_others=True)[:, columns]
-        within = np.all((series[:, columns] <= self.level) | excused, axis=1) & ~excused.all(axis=1)
-        outside = np.flatnonzero(~within)
-        first = int(outside[-1]) + 1 if outside.size else 0
-        return first * record.step if first < len(series) else math.nan
+    def reducer(self, flight: FlightShape) -> Reducer:
+        whole = self.whole(flight, flight.steps, of_others=True)
+        return SettlingOf(whole, self.quantity, self.level, flight.step)
 
     def describe(self) -> str:
         words = self.quantity.replace("_", " ")
@@ -81,8 +76,9 @@ class AttitudeErrorAt(AtTime, OfSatellites):
     of_equipment = "attitude"
     kind: Literal["attitude_error_at"] = "attitude_error_at"
 
-    def measure(self, record: FlightRecord) -> float:
-        return _known_at(self, record.attitude_error, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        instant = self.instant(flight, flight.steps, self.satellites)
+        return ExtremeOf(replace(instant, of_others=True), "attitude_error")
 
     def describe(self) -> str:
         return self.label or f"attitude error (MRP){self.moment()}{self.whose()}"
@@ -96,8 +92,9 @@ class AttitudeRateErrorAt(AtTime, OfSatellites):
     of_equipment = "attitude"
     kind: Literal["attitude_rate_error_at"] = "attitude_rate_error_at"
 
-    def measure(self, record: FlightRecord) -> float:
-        return _known_at(self, record.attitude_rate_error, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        instant = self.instant(flight, flight.steps, self.satellites)
+        return ExtremeOf(replace(instant, of_others=True), "attitude_rate_error")
 
     def describe(self) -> str:
         return self.label or f"angular velocity error{self.moment()}{self.whose()}"
@@ -111,12 +108,10 @@ class _OfWheels(OverWindow):
     axis: Literal["x", "y", "z"] | None = None
     """Body axis of the wheel; all three when left out."""
 
-    def peak(self, series: Array, record: FlightRecord) -> float:
+    def peak(self, stretch: Stretch, series: str) -> Reducer:
         """Largest magnitude of the wheels that are meant."""
-        if not series.size:
-            return math.nan
-        chosen = np.abs(self.window(series, record))
-        return largest(chosen if self.axis is None else chosen[..., "xyz".index(self.axis)])
+        wheels = slice(None) if self.axis is None else "xyz".index(self.axis)
+        return ExtremeOf(stretch, series, transform=lambda values: np.abs(values[..., wheels]))
 
     def wheel(self) -> str:
         """The wheel, as part of a label."""
@@ -129,8 +124,8 @@ class WheelTorque(_OfWheels, LargestOfSteps):
     unit = "N m"
     kind: Literal["wheel_torque"] = "wheel_torque"
 
-    def measure(self, record: FlightRecord) -> float:
-        return self.peak(record.wheel_torque, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.peak(self.stretch(flight, flight.steps), "wheel_torque")
 
     def describe(self) -> str:
         return self.label or f"largest torque {self.wheel()}{self.when()}{self.whose()}"
@@ -145,8 +140,8 @@ class WheelMomentum(_OfWheels):
     def holds_in_part(self) -> bool:
         return self.smallest_allowed <= 0.0
 
-    def measure(self, record: FlightRecord) -> float:
-        return self.peak(record.wheel_momentum, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.peak(self.stretch(flight, flight.states), "wheel_momentum")
 
     def describe(self) -> str:
         return self.label or f"largest momentum {self.wheel()}{self.when()}{self.whose()}"
@@ -180,23 +175,9 @@ class WheelSaturation(OverWindow):
         # A part of a flight counts less: it is judged where nothing at all is allowed.
         return self.largest_allowed <= 0.0
 
-    def measure(self, record: FlightRecord) -> float:
-        series: Array = getattr(record, f"{self.limit}_saturated_steps")
-        chosen = self.window(series, record) if series.size else series
-        return largest(chosen[-1] - chosen[0]) if len(chosen) > 1 else math.nan
+    def reducer(self, flight: FlightShape) -> Reducer:
+        stretch = self.stretch(flight, flight.states)
+        return LargestChange(stretch, f"{self.limit}_saturated_steps", magnitude=False)
 
     def describe(self) -> str:
         return self.label or f"steps at the {self.limit} limit of the wheels{self.when()}{self.whose()}"
-
-
-def _largest_known(expectation: OverWindow, series: Array, record: FlightRecord) -> float:
-    return largest(expectation.window(series, record, of_others=True)) if series.size else math.nan
-
-
-def _known_at(
-    expectation: AttitudeErrorAt | AttitudeRateErrorAt, series: Array, record: FlightRecord
-) -> float:
-    if not series.size:
-        return math.nan
-    columns = expectation.columns(record)
-    return largest(expectation.sample(series, record, columns, of_others=True))

@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of what a satellite is equipped with: thrusters, sensor and filter."""
 
-import math
 from typing import Literal
 
-import numpy as np
-
+from satform.evaluation.reducers import ExtremeOf, LargestChange, MeanOf
 from satform.evaluation.tracking import LargestOfSteps
-from satform.numeric.elementwise import Array
-from satform.record.flight_record import FlightRecord
-from satform.scenario.expectation import OverWindow, largest
+from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import Stretch
+from satform.scenario.windowed_expectation import OverWindow
 
 
 class _OfThrusters(OverWindow):
@@ -22,10 +20,9 @@ class _OfThrusters(OverWindow):
         # A part of a flight counts less: it is judged where nothing at all is allowed.
         return self.largest_allowed <= 0.0
 
-    def counted(self, series: Array, record: FlightRecord) -> float:
-        """Change of a series over the stretch, the largest of the satellites."""
-        chosen = self.window(series, record)
-        return largest(np.abs(chosen[-1] - chosen[0])) if len(chosen) > 1 else math.nan
+    def counted(self, series: str, flight: FlightShape) -> Reducer:
+        """Change of a quantity over the stretch, the largest of the satellites."""
+        return LargestChange(self.stretch(flight, flight.states), series)
 
 
 class PropellantUsed(_OfThrusters):
@@ -34,8 +31,8 @@ class PropellantUsed(_OfThrusters):
     unit = "kg"
     kind: Literal["propellant_used"] = "propellant_used"
 
-    def measure(self, record: FlightRecord) -> float:
-        return self.counted(record.propellant, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.counted("propellant", flight)
 
     def describe(self) -> str:
         return self.label or f"propellant used{self.when()}{self.whose()}"
@@ -46,8 +43,8 @@ class SaturatedSteps(_OfThrusters):
 
     kind: Literal["saturated_steps"] = "saturated_steps"
 
-    def measure(self, record: FlightRecord) -> float:
-        return self.counted(record.saturated_steps, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.counted("saturated_steps", flight)
 
     def describe(self) -> str:
         return self.label or f"saturated steps{self.when()}{self.whose()}"
@@ -58,8 +55,8 @@ class BelowMinimumImpulseSteps(_OfThrusters):
 
     kind: Literal["below_minimum_impulse_steps"] = "below_minimum_impulse_steps"
 
-    def measure(self, record: FlightRecord) -> float:
-        return self.counted(record.below_minimum_impulse_steps, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.counted("below_minimum_impulse_steps", flight)
 
     def describe(self) -> str:
         return self.label or f"steps below the minimum impulse{self.when()}{self.whose()}"
@@ -70,18 +67,19 @@ class PropellantDepletedSteps(_OfThrusters):
 
     kind: Literal["propellant_depleted_steps"] = "propellant_depleted_steps"
 
-    def measure(self, record: FlightRecord) -> float:
-        return self.counted(record.propellant_depleted_steps, record)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.counted("propellant_depleted_steps", flight)
 
     def describe(self) -> str:
         return self.label or f"steps with an empty tank{self.when()}{self.whose()}"
 
 
-def _largest_or_rms(values: Array, statistic: str) -> float:
-    if statistic == "maximum" or not values.size:
-        return largest(values)
-    numbers = values[~np.isnan(values)]
-    return float(np.sqrt(np.mean(numbers**2))) if numbers.size else math.nan
+def _largest_or_rms(stretch: Stretch, series: str, statistic: Literal["maximum", "rms"]) -> Reducer:
+    return (
+        ExtremeOf(stretch, series)
+        if statistic == "maximum"
+        else MeanOf(stretch, series, root_of_squares=True)
+    )
 
 
 class NavigationError(OverWindow):
@@ -96,8 +94,8 @@ class NavigationError(OverWindow):
     def holds_in_part(self) -> bool:
         return self.statistic == "maximum" and self.smallest_allowed <= 0.0
 
-    def measure(self, record: FlightRecord) -> float:
-        return _largest_or_rms(self.window(record.navigation_error, record), self.statistic)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return _largest_or_rms(self.stretch(flight, flight.states), "navigation_error", self.statistic)
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} navigation error{self.when()}{self.whose()}"
@@ -115,8 +113,8 @@ class EstimationError(LargestOfSteps):
     def holds_in_part(self) -> bool:
         return self.statistic == "maximum" and super().holds_in_part()
 
-    def measure(self, record: FlightRecord) -> float:
-        return _largest_or_rms(self.window(record.estimation_error, record), self.statistic)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return _largest_or_rms(self.stretch(flight, flight.steps), "estimation_error", self.statistic)
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} estimation error{self.when()}{self.whose()}"

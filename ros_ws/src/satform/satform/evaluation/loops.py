@@ -6,7 +6,8 @@ import math
 from typing import Literal
 
 from satform.record.flight_record import FlightRecord
-from satform.scenario.expectation import Loops, OfSatellites
+from satform.scenario.expectation import Loops
+from satform.scenario.windowed_expectation import OfSatellites
 
 
 class SpectralRadius(OfSatellites):
@@ -15,6 +16,7 @@ class SpectralRadius(OfSatellites):
     Below 1 the loop decays. Loops that are not analysed are left out; `show` lists them all.
     """
 
+    of_loops = True
     kind: Literal["spectral_radius"] = "spectral_radius"
     loop: Literal["tracking", "consensus", "attitude", "estimation"] | None = None
     """Which loops are meant; all when left out."""
@@ -23,9 +25,10 @@ class SpectralRadius(OfSatellites):
         return math.nan
 
     def figure(self, record: FlightRecord, loops: Loops | None) -> float:
-        if loops is None:
-            return math.nan
-        chosen = set(self.satellites or record.satellites)
+        return math.nan if loops is None else self.figure_of_loops(record.satellites, loops)
+
+    def figure_of_loops(self, satellites: tuple[str, ...], loops: Loops) -> float:
+        chosen = set(self.satellites or satellites)
         found = [
             loop.radius
             for loop in loops()

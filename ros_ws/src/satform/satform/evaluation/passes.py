@@ -3,35 +3,28 @@
 """Figures of how one satellite passes another: how near, when, and how well lit."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from pydantic import Field
 
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Number
-from satform.numeric.elementwise import Array
+from satform.evaluation.reducers import quantity
+from satform.numeric.elementwise import Array, dot, norm
 from satform.orbits.chief import as_utc
 from satform.orbits.sun import days_at, sun_in_lvlh
-from satform.record.flight_record import FlightRecord
+from satform.record.flight_block import FlightBlock
+from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import Stretch, StretchReader
 from satform.scenario.environment import SAME_DIRECTION, Environment
-from satform.scenario.expectation import OverWindow
 from satform.scenario.parts import Timing
+from satform.scenario.windowed_expectation import OverWindow
 
-
-@dataclass(frozen=True)
-class Pass:
-    """The closest pass of two satellites.
-
-    Attributes:
-        time: s.
-        separation: position of the first less that of the second, LVLH, m, shape (3,).
-    """
-
-    time: float
-    separation: Array
+PassFigure: TypeAlias = Callable[[Array, Array], Array]
+"""Makes the figure of each run from time, s, shape (R,), and separation at the closest pass, m, (R, 3)."""
 
 
 class _OfPair(OverWindow):
@@ -45,22 +38,10 @@ class _OfPair(OverWindow):
         same = f"a pass is of two different satellites; found {first} twice"
         return super().complaints(satellites, timing) + ([same] if first == second else [])
 
-    def closest(self, record: FlightRecord) -> Pass | None:
-        """The closest pass within the stretch; None when the record ends before."""
-        place = self.window(record.position, record, of_bodies=True)
-        motion = self.window(record.velocity, record, of_bodies=True)
-        if not place.size:
-            return None
-        times = np.repeat(record.time[:, None], len(record.satellites), axis=1)
-        time = self.window(times, record, of_bodies=True)[:, 0]
-        apart, closing = place[:, 0] - place[:, 1], motion[:, 0] - motion[:, 1]
-        speed_squared = np.sum(closing**2, axis=1)
-        ahead = -np.sum(apart * closing, axis=1) / np.where(speed_squared > 0.0, speed_squared, 1.0)
-        ahead = np.clip(ahead, -0.5 * record.step, 0.5 * record.step)
-        ahead = np.clip(time + ahead, time[0], time[-1]) - time
-        nearest = apart + ahead[:, None] * closing
-        best = int(np.argmin(np.sum(nearest**2, axis=1)))
-        return Pass(float(time[best] + ahead[best]), nearest[best])
+    def pass_reducer(self, flight: FlightShape, figure: PassFigure) -> Reducer:
+        """What makes a figure of the closest pass within the stretch."""
+        stretch = self.stretch(flight, flight.states, of_bodies=True)
+        return _ClosestPass(stretch, flight.step, figure)
 
 
 class PassDistance(_OfPair):
@@ -69,9 +50,8 @@ class PassDistance(_OfPair):
     unit = "m"
     kind: Literal["pass_distance"] = "pass_distance"
 
-    def measure(self, record: FlightRecord) -> float:
-        found = self.closest(record)
-        return math.nan if found is None else float(np.linalg.norm(found.separation))
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.pass_reducer(flight, lambda time, separation: norm(separation))
 
     def describe(self) -> str:
         return self.label or f"closest pass{self.when()}{self.whose()}"
@@ -83,9 +63,8 @@ class PassTime(_OfPair):
     unit = "s"
     kind: Literal["pass_time"] = "pass_time"
 
-    def measure(self, record: FlightRecord) -> float:
-        found = self.closest(record)
-        return math.nan if found is None else found.time
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.pass_reducer(flight, lambda time, separation: time)
 
     def describe(self) -> str:
         return self.label or f"time of the closest pass{self.when()}{self.whose()}"
@@ -128,17 +107,66 @@ class PassLightAngle(_OfPair):
             )
         return found
 
-    def measure(self, record: FlightRecord) -> float:
-        found = self.closest(record)
-        if found is None:
-            return math.nan
-        sun = sun_in_lvlh(days_at(self.epoch) + found.time / 86400.0, self.chief_longitude)
-        apart = float(np.linalg.norm(found.separation))
-        if apart == 0.0:
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.pass_reducer(flight, self._light_angles)
+
+    def _light_angles(self, times: Array, separations: Array) -> Array:
+        pairs = zip(times.tolist(), separations, strict=True)
+        return np.array([self._light_angle(time, separation) for time, separation in pairs])
+
+    def _light_angle(self, time: float, separation: Array) -> float:
+        apart = float(norm(separation))
+        if apart == 0.0 or math.isnan(apart):
             # At one place there is no direction from one to the other.
             return math.nan
-        cosine = float(found.separation @ sun) / apart
+        sun = sun_in_lvlh(days_at(self.epoch) + time / 86400.0, self.chief_longitude)
+        cosine = float(dot(separation, sun)) / apart
         return math.acos(max(-1.0, min(1.0, cosine)))
 
     def describe(self) -> str:
         return self.label or f"light angle at the closest pass{self.when()}{self.whose()}"
+
+
+class _ClosestPass:
+    """A figure of the closest pass of two satellites, of each run.
+
+    Memory: time, separation and its square of the closest pass so far.
+    """
+
+    needs = frozenset({"position", "velocity"})
+
+    def __init__(self, stretch: Stretch, step: float, figure: PassFigure) -> None:
+        self._positions, self._velocities = StretchReader(stretch), StretchReader(stretch)
+        self._step, self._figure = step, figure
+        self._begins, self._ends = stretch.first * step, (stretch.end - 1) * step
+        self._squared = self._time = self._separation = self._gap = np.zeros(0)
+
+    def update(self, block: FlightBlock) -> None:
+        if not block.first_step:
+            self._squared, self._time = np.full((2, block.runs), np.inf)
+            self._separation = np.full((block.runs, 3), np.nan)
+            self._gap = np.zeros(block.runs)
+        place = self._positions.read(block, quantity("position"))
+        motion = self._velocities.read(block, quantity("velocity"))
+        if place is None or motion is None:
+            return
+        self._gap += place.gaps()
+        self._gap += motion.gaps()
+        time = (np.arange(place.first, place.first + len(place.values)) * self._step)[:, None]
+        apart, closing = (part.values[:, :, 0] - part.values[:, :, 1] for part in (place, motion))
+        speed_squared = dot(closing, closing)
+        ahead = -dot(apart, closing) / np.where(speed_squared > 0.0, speed_squared, 1.0)
+        ahead = np.clip(ahead, -0.5 * self._step, 0.5 * self._step)
+        ahead = np.clip(time + ahead, self._begins, self._ends) - time
+        nearest = apart + ahead[..., None] * closing
+        squared, runs = dot(nearest, nearest), np.arange(block.runs)
+        best = np.argmin(squared, axis=0)
+        nearer = squared[best, runs] < self._squared
+        self._squared = np.where(nearer, squared[best, runs], self._squared)
+        self._time = np.where(nearer, (time + ahead)[best, runs], self._time)
+        self._separation = np.where(nearer[:, None], nearest[best, runs], self._separation)
+
+    def figures(self) -> Array:
+        known = self._positions.rows > 0
+        found = self._figure(self._time, self._separation) if known else np.full(len(self._gap), np.nan)
+        return np.where(self._gap > 0.0, np.nan, found)

@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of satellites that are lost and come back."""
 
-import math
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
 from satform.common.spec import Positive
-from satform.evaluation.tracking import arc_length_spread, settled
-from satform.record.flight_record import FlightRecord
-from satform.scenario.expectation import Expectation, OverWindow, largest
+from satform.evaluation.arc_lengths import SpreadReader
+from satform.evaluation.event_reducers import LastOutside
+from satform.evaluation.reducers import LargestSum
+from satform.numeric.elementwise import Array
+from satform.record.flight_block import FlightBlock, base_quantities
+from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import Stretch
+from satform.scenario.expectation import Expectation
 from satform.scenario.parts import Timing
+from satform.scenario.windowed_expectation import OverWindow
 
 
 class StepsAbsent(OverWindow):
@@ -20,9 +25,9 @@ class StepsAbsent(OverWindow):
 
     kind: Literal["steps_absent"] = "steps_absent"
 
-    def measure(self, record: FlightRecord) -> float:
-        absent = self.window(record.absent.astype(np.float64), record, held=True, of_bodies=True)
-        return largest(absent.sum(axis=0)) if absent.size else math.nan
+    def reducer(self, flight: FlightShape) -> Reducer:
+        stretch = self.stretch(flight, flight.steps, held=True, of_bodies=True)
+        return LargestSum(stretch, lambda block: block.absent.astype(np.float64), ("absent",))
 
     def describe(self) -> str:
         return self.label or f"steps absent{self.when()}{self.whose()}"
@@ -44,11 +49,29 @@ class RejoinTime(Expectation):
             own.append(f"there is no satellite {self.satellite}; there are {', '.join(sorted(satellites))}")
         return super().complaints(satellites, timing) + own
 
-    def measure(self, record: FlightRecord) -> float:
-        absent = np.flatnonzero(record.absent[:, record.satellites.index(self.satellite)])
-        back = int(absent[-1]) + 1 if absent.size else record.steps
-        # A satellite that was never lost, or is not back, does not join again.
-        return settled(arc_length_spread(record)[back:-1], self.within, record.step)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return _Rejoining(flight, self.satellite, self.within)
 
     def describe(self) -> str:
         return self.label or f"{self.satellite} is back among the others to {self.within:g} m"
+
+
+class _Rejoining:
+    """Time from a satellite's last return until the spread of all arc lengths is small for good."""
+
+    needs = base_quantities(("arc_length", "absent"))
+
+    def __init__(self, flight: FlightShape, satellite: str, within: float) -> None:
+        self._column = flight.satellites.index(satellite)
+        self._steps, self._step, self._within = flight.steps, flight.step, within
+        self._spread = SpreadReader(Stretch(0, flight.steps, flight.columns(None)))
+        self._outside, self._absent = LastOutside(), LastOutside()
+
+    def update(self, block: FlightBlock) -> None:
+        self._outside.add(~(self._spread.read(block) <= self._within))
+        self._absent.add(block.absent[:, :, self._column])
+
+    def figures(self) -> Array:
+        # A satellite that was never lost, or is not back, does not join again.
+        back = np.where(self._absent.last < 0, self._steps, self._absent.last + 1)
+        return self._outside.settled(back) * self._step

@@ -3,28 +3,35 @@
 """Figures of how a satellite comes to its reference and stays there: overshoot, times, offset, ripple."""
 
 import math
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Protocol, TypeAlias
 
 import numpy as np
 from pydantic import Field
 
-from satform.evaluation.tracking import LargestOfSteps, settled
-from satform.numeric.elementwise import Array
-from satform.record.flight_record import FlightRecord
-from satform.scenario.expectation import (
-    Event,
-    OfSatellites,
-    OverWindow,
-    by_satellite,
-    largest,
-    without_gaps,
-)
+from satform.evaluation.event_reducers import FirstInside, LastOutside
+from satform.evaluation.reducers import ExtremeOf, OffsetOf, SwingOf, quantity
+from satform.evaluation.tracking import LargestOfSteps
+from satform.numeric.elementwise import Array, norm
+from satform.record.flight_block import FlightBlock, base_quantities
+from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import Mask, Stretch, StretchReader, gaps
 from satform.scenario.parts import Timing
+from satform.scenario.windowed_expectation import Event, OfSatellites, OverWindow
 
 Axis: TypeAlias = Literal["x", "y", "z"]
 Quantity: TypeAlias = Literal["x", "y", "z", "range"]
 
 _WORDS = {"x": "x", "y": "y", "z": "z", "range": "distance to the chief"}
+
+
+class ProgressFigure(Protocol):
+    """A figure of the part of the way that satellites have come, made as it is flown."""
+
+    def add(self, progress: Array) -> None:
+        """Take the next steps: parts of the way from start to reference, shape (rows, R, columns)."""
+
+    def found(self) -> Array:
+        """The figure of each run, shape (R,)."""
 
 
 class _Response(OfSatellites):
@@ -33,24 +40,9 @@ class _Response(OfSatellites):
     quantity: Quantity
     """Coordinate in LVLH, or distance to the chief; its reference has to stay away from the start."""
 
-    def progress(self, record: FlightRecord) -> Array:
-        """Part of the way from the start to the reference of each step, shape (K, satellites)."""
-        columns = self.columns(record)
-        flown = self._values(record.position[:-1, columns])
-        wanted = self._values(record.reference_position[:, columns])
-        start = flown[:1]
-        excused = record.excluded(record.reference_position)[:, columns]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # A reference that comes by the start makes no way there, and then no figure.
-            part: Array = (flown - start) / (wanted - start)
-        return without_gaps(np.where(np.isinf(part), np.nan, part), excused)
-
-    def _values(self, vectors: Array) -> Array:
-        if self.quantity == "range":
-            length: Array = np.linalg.norm(vectors, axis=-1)
-            return length
-        chosen: Array = vectors[..., "xyz".index(self.quantity)]
-        return chosen
+    def progress(self, flight: FlightShape, figure: ProgressFigure) -> Reducer:
+        """What makes a figure of the part of the way from the start to the reference."""
+        return _Progress(self.whole(flight, flight.steps), self.quantity, figure)
 
 
 class Overshoot(_Response):
@@ -59,8 +51,8 @@ class Overshoot(_Response):
     unit = "%"
     kind: Literal["overshoot"] = "overshoot"
 
-    def measure(self, record: FlightRecord) -> float:
-        return 100.0 * (largest(self.progress(record)) - 1.0)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.progress(flight, _FurthestBeyond())
 
     def describe(self) -> str:
         return self.label or f"overshoot of {_WORDS[self.quantity]}{self.whose()}"
@@ -82,19 +74,13 @@ class ResponseTime(_Response, Event):
             own.append("a response_time of event settled needs a band, and no other event has one")
         return super().complaints(satellites, timing) + own
 
-    def measure(self, record: FlightRecord) -> float:
-        progress = self.progress(record)
-        if not progress.size:
-            return math.nan
-        return float(np.max([self._moment(column) for column in progress.T])) * record.step
-
-    def _moment(self, progress: Array) -> float:
-        if self.event == "peak":
-            return math.nan if np.isnan(progress).all() else float(np.nanargmax(progress))
-        if self.event == "crossing":
-            reached = progress >= 1.0
-            return float(np.argmax(reached)) if reached.any() else math.nan
-        return settled(np.abs(progress - 1.0), self.band or 0.0, 1.0)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        figures: dict[str, ProgressFigure] = {
+            "peak": _Peak(flight.step),
+            "crossing": _Crossing(flight.step),
+            "settled": _ComingNear(flight.step, self.band or 0.0),
+        }
+        return self.progress(flight, figures[self.event])
 
     def describe(self) -> str:
         words = {
@@ -114,12 +100,8 @@ class Offset(OverWindow):
     axis: Axis
     """Coordinate in LVLH."""
 
-    def measure(self, record: FlightRecord) -> float:
-        chosen = self.window(record.position_error, record)
-        if not chosen.size:
-            return math.nan
-        means = [float(np.mean(own)) for own in by_satellite(chosen[..., "xyz".index(self.axis)])]
-        return max(means, key=abs, default=math.nan)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return OffsetOf(self.stretch(flight, flight.steps), "position_error", "xyz".index(self.axis))
 
     def describe(self) -> str:
         return self.label or f"mean error in {self.axis}{self.when()}{self.whose()}"
@@ -134,10 +116,8 @@ class Ripple(OverWindow):
     axis: Axis
     """Coordinate in LVLH."""
 
-    def measure(self, record: FlightRecord) -> float:
-        chosen = self.window(record.position_error, record)[..., "xyz".index(self.axis)]
-        swings = [float(np.ptp(own)) for own in by_satellite(chosen) if own.size > 1]
-        return 0.5 * max(swings, default=math.nan)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return SwingOf(self.stretch(flight, flight.steps), "position_error", "xyz".index(self.axis))
 
     def describe(self) -> str:
         return self.label or f"ripple in {self.axis}{self.when()}{self.whose()}"
@@ -156,11 +136,9 @@ class Range(OverWindow):
             return self.smallest_allowed <= 0.0
         return math.isinf(self.largest_allowed)
 
-    def measure(self, record: FlightRecord) -> float:
-        away = np.linalg.norm(self.window(record.position, record, of_bodies=True), axis=-1)
-        if not away.size:
-            return math.nan
-        return float(np.min(away) if self.statistic == "minimum" else np.max(away))
+    def reducer(self, flight: FlightShape) -> Reducer:
+        stretch = self.stretch(flight, flight.states, of_bodies=True)
+        return ExtremeOf(stretch, "position", which=self.statistic, transform=norm)
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} distance to the chief{self.when()}{self.whose()}"
@@ -172,9 +150,119 @@ class VelocityError(LargestOfSteps):
     unit = "m/s"
     kind: Literal["velocity_error"] = "velocity_error"
 
-    def measure(self, record: FlightRecord) -> float:
-        off = np.linalg.norm(record.velocity[:-1] - record.reference_velocity, axis=-1)
-        return largest(self.window(off, record))
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(
+            self.stretch(flight, flight.steps),
+            lambda block: norm(block.velocity_error),
+            ("velocity_error",),
+        )
 
     def describe(self) -> str:
         return self.label or f"largest velocity error{self.when()}{self.whose()}"
+
+
+class _Progress:
+    """A figure of the part of the way that satellites have come, which is made of all steps."""
+
+    needs = base_quantities(("position_error", "absent"))
+
+    def __init__(self, stretch: Stretch, coordinate: Quantity, figure: ProgressFigure) -> None:
+        self._references = StretchReader(stretch)
+        self._coordinate, self._figure = coordinate, figure
+        self._start: Array = np.zeros(0)
+        self._gap: Mask = np.zeros(0, dtype=np.bool_)
+
+    def update(self, block: FlightBlock) -> None:
+        reference = self._references.read(block, quantity("reference_position"))
+        if not block.first_step:
+            self._gap = np.zeros(block.runs, dtype=np.bool_)
+        if reference is None:
+            return
+        flown = self._values(self._references.of_columns(block.position[: block.steps]))
+        if not block.first_step:
+            self._start = flown[0].copy()
+        way = self._values(reference.values) - self._start
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = (flown - self._start) / way
+        # A reference that comes by the start makes no way there, and then no figure.
+        progress = np.where(np.isinf(part), np.nan, part)
+        self._gap |= gaps(progress, reference.excused)
+        self._figure.add(progress)
+
+    def figures(self) -> Array:
+        if not self._references.rows:
+            return np.full(len(self._gap), np.nan)
+        return np.where(self._gap, np.nan, self._figure.found())
+
+    def _values(self, vectors: Array) -> Array:
+        if self._coordinate == "range":
+            return norm(vectors)
+        chosen: Array = vectors[..., "xyz".index(self._coordinate)]
+        return chosen
+
+
+class _FurthestBeyond:
+    """How far the one that goes furthest goes beyond its reference, in percent."""
+
+    def __init__(self) -> None:
+        self._furthest: Array = np.full((), np.nan)
+
+    def add(self, progress: Array) -> None:
+        self._furthest = np.fmax(self._furthest, np.fmax.reduce(progress, axis=0))
+
+    def found(self) -> Array:
+        beyond: Array = 100.0 * (np.fmax.reduce(self._furthest, axis=1) - 1.0)
+        return beyond
+
+
+class _Crossing:
+    """When the last one first reaches its reference."""
+
+    def __init__(self, step: float) -> None:
+        self._step = step
+        self._inside = FirstInside()
+
+    def add(self, progress: Array) -> None:
+        self._inside.add(progress >= 1.0)
+
+    def found(self) -> Array:
+        return _latest(self._inside.first()) * self._step
+
+
+class _ComingNear:
+    """When the last one has come near its reference for good."""
+
+    def __init__(self, step: float, band: float) -> None:
+        self._step, self._band = step, band
+        self._outside = LastOutside()
+
+    def add(self, progress: Array) -> None:
+        self._outside.add(~(np.abs(progress - 1.0) <= self._band))
+
+    def found(self) -> Array:
+        return _latest(self._outside.settled()) * self._step
+
+
+class _Peak:
+    """When the last one is furthest on, each for the first time."""
+
+    def __init__(self, step: float) -> None:
+        self._step, self._rows = step, 0
+        self._furthest: Array = np.full((), np.nan)
+        self._row: Array = np.full((), np.nan)
+
+    def add(self, progress: Array) -> None:
+        furthest = np.fmax.reduce(progress, axis=0)
+        further = (furthest > self._furthest) | (np.isnan(self._furthest) & ~np.isnan(furthest))
+        row = self._rows + np.argmax(progress == furthest, axis=0)
+        self._row = np.where(further, row, self._row)
+        self._furthest = np.fmax(self._furthest, furthest)
+        self._rows += len(progress)
+
+    def found(self) -> Array:
+        return _latest(self._row) * self._step
+
+
+def _latest(rows: Array) -> Array:
+    latest: Array = np.max(rows, axis=1)
+    return latest

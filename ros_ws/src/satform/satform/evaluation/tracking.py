@@ -7,48 +7,18 @@ from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from satform.common.spec import Number, Positive
+from satform.common.spec import Positive
 from satform.control.coast import CoastSpec
-from satform.numeric.elementwise import Array
-from satform.record.flight_record import FlightRecord
-from satform.scenario.expectation import (
-    AtTime,
-    Event,
-    Expectation,
-    OfSatellites,
-    OverWindow,
-    by_satellite,
-    largest,
-)
+from satform.evaluation.event_reducers import FirstInside, SettlingOf, WholeFlight, not_all_within
+from satform.evaluation.reducers import ExtremeOf, LargestSum, MeanOf
+from satform.numeric.elementwise import Array, norm
+from satform.record.flight_block import FlightBlock, StepEnds
+from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import Part, Stretch
 from satform.scenario.parts import SatelliteSpec, Timing
-
-__all__ = [
-    "ArcLengthMean",
-    "ArcLengthRate",
-    "ArcLengthSettling",
-    "ArcLengthSpread",
-    "AtTime",
-    "Control",
-    "DeltaV",
-    "Distance",
-    "Event",
-    "Expectation",
-    "OfSatellites",
-    "OverWindow",
-    "ReachingTime",
-    "SettlingTime",
-    "SlidingVariable",
-    "TrackingError",
-    "TrackingErrorAt",
-    "arc_length_spread",
-    "by_satellite",
-    "largest",
-    "largest_of_each",
-    "settled",
-]
+from satform.scenario.windowed_expectation import AtTime, Event, OfSatellites, OverWindow
 
 
 class LargestOfSteps(OverWindow):
@@ -66,8 +36,8 @@ class TrackingError(LargestOfSteps):
     unit = "m"
     kind: Literal["tracking_error"] = "tracking_error"
 
-    def measure(self, record: FlightRecord) -> float:
-        return largest(self.window(record.tracking_error, record))
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(self.stretch(flight, flight.steps), "tracking_error")
 
     def describe(self) -> str:
         return self.label or f"largest tracking error{self.when()}{self.whose()}"
@@ -81,8 +51,8 @@ class TrackingErrorAt(AtTime, OfSatellites):
     known_before_flight = True
     kind: Literal["tracking_error_at"] = "tracking_error_at"
 
-    def measure(self, record: FlightRecord) -> float:
-        return largest(self.sample(record.tracking_error, record, self.columns(record)))
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(self.instant(flight, flight.steps, self.satellites), "tracking_error")
 
     def describe(self) -> str:
         return self.label or f"tracking error{self.moment()}{self.whose()}"
@@ -94,8 +64,8 @@ class SlidingVariable(LargestOfSteps):
     unit = "m/s"
     kind: Literal["sliding_variable"] = "sliding_variable"
 
-    def measure(self, record: FlightRecord) -> float:
-        return largest(np.abs(self.window(record.sliding_variable, record)))
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(self.stretch(flight, flight.steps), "sliding_variable", transform=np.abs)
 
     def describe(self) -> str:
         return self.label or f"largest sliding variable{self.when()}{self.whose()}"
@@ -111,12 +81,8 @@ class ReachingTime(Event):
     level: Positive
     """Magnitude that counts as reached, m/s."""
 
-    def measure(self, record: FlightRecord) -> float:
-        columns = self.columns(record)
-        surface = np.abs(record.sliding_variable[:, columns, "xyz".index(self.axis)])
-        excused = record.excluded(record.sliding_variable)[:, columns]
-        reached = np.all((surface <= self.level) | excused, axis=1) & ~excused.all(axis=1)
-        return float(np.argmax(reached)) * record.step if reached.any() else math.nan
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return _Reaching(self.whole(flight, flight.steps), self.level, flight.step, "xyz".index(self.axis))
 
     def describe(self) -> str:
         return self.label or f"reaching time, {self.axis}{self.whose()}"
@@ -143,16 +109,11 @@ class Control(OverWindow):
             self.smallest_allowed <= 0.0 if self.statistic == "maximum" else math.isinf(self.largest_allowed)
         )
 
-    def measure(self, record: FlightRecord) -> float:
-        # Who does not fly commands nothing, which is not the same as a command of zero.
-        commanded = np.where(record.absent, np.nan, record.control)
-        chosen = self.window(commanded, record, held=True)
-        if self.statistic == "minimum":
-            return -largest(-chosen)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        stretch = self.stretch(flight, flight.steps, held=True)
         if self.statistic == "mean":
-            known = chosen[~np.isnan(chosen)]
-            return float(np.mean(known)) if known.size else math.nan
-        return largest(chosen)
+            return MeanOf(stretch, _commanded, ("control", "absent"))
+        return ExtremeOf(stretch, _commanded, ("control", "absent"), which=self.statistic)
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} control{self.when()}{self.whose()}"
@@ -174,9 +135,8 @@ class DeltaV(OverWindow):
         # A part of a flight costs less: it is judged where nothing at all may be spent.
         return self.largest_allowed <= 0.0
 
-    def measure(self, record: FlightRecord) -> float:
-        chosen = self.window(record.effort, record, held=True)
-        return largest(np.sum(chosen, axis=0)) if chosen.size else math.nan
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return _SumOfEffort(self.stretch(flight, flight.steps, held=True), "effort")
 
     def describe(self) -> str:
         return self.label or f"delta-v{self.when()}{self.whose()}"
@@ -190,91 +150,11 @@ class SettlingTime(Event):
     level: Positive
     """Tracking error that counts as settled, m."""
 
-    def measure(self, record: FlightRecord) -> float:
-        columns, error = self.columns(record), record.tracking_error
-        furthest = largest_of_each(error[:, columns], record.excluded(error)[:, columns])
-        return settled(furthest, self.level, record.step)
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return SettlingOf(self.whole(flight, flight.steps), "tracking_error", self.level, flight.step)
 
     def describe(self) -> str:
         return self.label or f"tracking error settles to {self.level:g} m{self.whose()}"
-
-
-class ArcLengthSpread(AtTime, OfSatellites):
-    """Largest minus smallest generalised arc length of the satellites that fly, in m."""
-
-    unit = "m"
-    of_phases = True
-    known_before_flight = True
-    kind: Literal["arc_length_spread"] = "arc_length_spread"
-
-    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
-        meant = satellites if self.satellites is None else set(self.satellites)
-        own = [] if len(meant) > 1 else [f"a spread is of two satellites or more; found {', '.join(meant)}"]
-        return super().complaints(satellites, timing) + own
-
-    def measure(self, record: FlightRecord) -> float:
-        columns = self.columns(record)
-        absent = record.absent_rows(record.steps + 1).astype(np.float64)
-        if self.lacks_one(self.sample(absent, record, columns) > 0.0):
-            return math.nan
-        return largest(self.sample(arc_length_spread(record, columns), record))
-
-    def describe(self) -> str:
-        return self.label or f"arc-length spread{self.moment()}{self.whose()}"
-
-
-class ArcLengthSettling(Event):
-    """Time after which the spread of arc lengths stays within a fraction of its first value, in s."""
-
-    unit = "s"
-    of_phases = True
-    kind: Literal["arc_length_settling"] = "arc_length_settling"
-    fraction: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.01
-    """Fraction of the spread at the start."""
-
-    def measure(self, record: FlightRecord) -> float:
-        spread = arc_length_spread(record)
-        return settled(spread, self.fraction * float(spread[0]), record.step)
-
-    def describe(self) -> str:
-        return self.label or f"arc-length spread settles to {100 * self.fraction:g} %"
-
-
-class ArcLengthMean(AtTime):
-    """Mean generalised arc length less the nominal rate times the time, in m."""
-
-    unit = "m"
-    of_phases = True
-    known_before_flight = True
-    kind: Literal["arc_length_mean"] = "arc_length_mean"
-    nominal_rate: Number
-    """Rate that is taken off, m/s."""
-
-    def measure(self, record: FlightRecord) -> float:
-        arc_length, time = self.sample(record.arc_length, record), self.sample(record.time, record)
-        flying = arc_length[~np.isnan(arc_length)]
-        return float(np.mean(flying) - self.nominal_rate * time[0]) if flying.size else math.nan
-
-    def describe(self) -> str:
-        return self.label or f"mean arc length in the nominal motion{self.moment()}"
-
-
-class ArcLengthRate(AtTime, OfSatellites):
-    """Departure of the rate furthest from a nominal one, in m/s."""
-
-    unit = "m/s"
-    of_phases = True
-    known_before_flight = True
-    kind: Literal["arc_length_rate"] = "arc_length_rate"
-    nominal_rate: Number
-    """Rate that is taken off, m/s."""
-
-    def measure(self, record: FlightRecord) -> float:
-        rate = self.sample(record.rate, record, self.columns(record))
-        return largest(np.abs(rate - self.nominal_rate))
-
-    def describe(self) -> str:
-        return self.label or f"arc-length rate off nominal{self.moment()}{self.whose()}"
 
 
 class Distance(OverWindow):
@@ -297,12 +177,13 @@ class Distance(OverWindow):
             return self.smallest_allowed <= 0.0
         return math.isinf(self.largest_allowed)
 
-    def measure(self, record: FlightRecord) -> float:
-        pair = self.window(record.position, record, of_bodies=True)
-        if not pair.size:
-            return math.nan
-        apart = np.linalg.norm(pair[:, 0] - pair[:, 1], axis=-1)
-        return float(np.min(apart) if self.statistic == "minimum" else np.max(apart))
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(
+            self.stretch(flight, flight.states, of_bodies=True),
+            "position",
+            which=self.statistic,
+            transform=lambda pair: norm(pair[:, :, 0] - pair[:, :, 1]),
+        )
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"
@@ -316,33 +197,36 @@ def coasting(expectation: OfSatellites, satellites: Mapping[str, SatelliteSpec])
     return [f"{names} coast{'s' if len(meant) == 1 else ''} and cannot command anything else"] if idle else []
 
 
-def arc_length_spread(record: FlightRecord, columns: list[int] | None = None) -> Array:
-    """Largest minus smallest generalised arc length of those that fly, at every state.
+class _Reaching(WholeFlight):
+    """Time at which a component of the sliding variable first comes within a level."""
 
-    Args:
-        record: of the flight.
-        columns: of the satellites that are meant; all when left out.
+    def __init__(self, stretch: Stretch, level: float, step: float, axis: int) -> None:
+        super().__init__(stretch, "sliding_variable", level, step)
+        self._axis = axis
+        self._inside = FirstInside()
 
-    Returns:
-        m, shape (K + 1,); not a number where fewer than two fly, whose spread is none.
-    """
-    chosen = list(range(len(record.satellites))) if columns is None else columns
-    published, excused = record.arc_length[:, chosen], record.excluded(record.arc_length)[:, chosen]
-    spread: Array = largest_of_each(published, excused) + largest_of_each(-published, excused)
-    return np.where((~excused).sum(axis=1) > 1, spread, np.nan)
+    def _take(self, part: Part) -> None:
+        if not self._inside.all_known:
+            values = np.abs(part.values[..., self._axis])
+            self._inside.add(~not_all_within(values, part.excused, self._level))
 
-
-def largest_of_each(values: Array, excused: NDArray[np.bool_]) -> Array:
-    """The largest value of each row, leaving out what is excused; shapes (K, N), gives (K,)."""
-    row = np.max(np.where(excused, -np.inf, values), axis=1, initial=-np.inf)
-    return np.where(excused.all(axis=1), np.nan, row)
+    def _rows(self) -> Array:
+        return self._inside.first()
 
 
-def settled(series: Array, level: float, step: float) -> float:
-    """Time from which a series stays at or below a level; NaN when it does not end there or is empty.
+class _SumOfEffort(LargestSum):
+    """The largest of the satellites' delta-v; a step of a block may end in the next one."""
 
-    What is not a number is not below anything.
-    """
-    outside = np.flatnonzero(~(series <= level))
-    first = int(outside[-1]) + 1 if outside.size else 0
-    return math.nan if first >= len(series) else first * step
+    def __init__(self, stretch: Stretch, series: str) -> None:
+        super().__init__(stretch, series)
+        self._ends = StepEnds(self.needs)
+
+    def update(self, block: FlightBlock) -> None:
+        ended = self._ends.take(block)
+        if ended is not None:
+            super().update(ended)
+
+
+def _commanded(block: FlightBlock) -> Array:
+    # Who does not fly commands nothing, which is not the same as a command of zero.
+    return np.where(block.absent, np.nan, block.control) if block.any_absent else block.control

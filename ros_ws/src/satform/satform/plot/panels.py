@@ -5,7 +5,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from satform.evaluation import tracking
+from satform.evaluation import arc_lengths
 from satform.numeric.elementwise import Array
 from satform.plot import prediction
 from satform.plot.style import axes_or_new, series, thinned, time_unit
@@ -82,7 +82,7 @@ def arc_length_spread(record: FlightRecord, scenario: Scenario, axes: Axes | Non
     axes = axes_or_new(axes)
     duration = record.steps * record.step
     unit = time_unit(duration)
-    flown = tracking.arc_length_spread(record)[:, None]
+    flown = arc_lengths.arc_length_spread(record)[:, None]
     time, thin = thinned(record.time, flown)
     axes.plot(time / unit.size, _positive(thin[:, 0]), color="#0072B2", label="flown")
     moments = np.linspace(0.0, duration, 601)

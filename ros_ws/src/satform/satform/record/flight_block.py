@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array, norm
 from satform.record import derived
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import QUANTITIES, STATES, FlightRecord
 
 
 @dataclass(frozen=True, repr=False)
@@ -89,6 +89,17 @@ class FlightBlock:
         return norm(self.acceleration)
 
     @cached_property
+    def effort(self) -> Array:
+        """Delta-v of each step, m/s, shape (K, R, N): as the thrusters count it, or of the command.
+
+        It takes the state after each step, so that only a block with K + 1 states has it: the last one, and
+        those of `StepEnds`.
+        """
+        if len(self.delta_v) != self.steps + 1:
+            raise ValueError("the delta-v of a block's last step needs the state after it; see StepEnds")
+        return derived.effort(self.delta_v, self.applied_acceleration, self.step)
+
+    @cached_property
     def navigation_error(self) -> Array:
         """Distance between measured and true position, m, shape (K or K + 1, R, N)."""
         return derived.navigation_error(self.measured_position, self.position)
@@ -122,6 +133,43 @@ class FlightBlock:
     def absent_rows(self, rows: int) -> NDArray[np.bool_]:
         """Where a satellite does not fly, for a quantity of so many rows, K or K + 1; shape (rows, R, N)."""
         return self.absent if rows == self.steps else derived.absent_of_rows(self.absent, rows)
+
+
+class StepEnds:
+    """Turns the blocks of a flight into blocks that hold the state after each of their steps.
+
+    The last step of each block but the last is held back until the next one begins. Memory: one row of the
+    quantities that are asked for.
+    """
+
+    def __init__(self, quantities: Iterable[str]) -> None:
+        """Which quantities the blocks hold.
+
+        Args:
+            quantities: names of a `FlightRecord`.
+        """
+        self._names = tuple(sorted(quantities))
+        self._held: dict[str, Array] = {}
+
+    def take(self, block: FlightBlock) -> FlightBlock | None:
+        """The steps whose ends are known now; None where there are none.
+
+        Args:
+            block: the next one of the flight.
+        """
+        if block.last and not block.first_step:
+            return block
+        held = self._held
+        rows = {name: getattr(block, name) for name in self._names}
+        self._held = {name: values[-1:].copy() for name, values in rows.items()}
+        before = 1 if held else 0
+        steps = before + block.steps - (not block.last)
+        if not steps:
+            return None
+        whole = {name: np.concatenate((held[name], own)) if held else own for name, own in rows.items()}
+        kept = {name: values if name in STATES else values[:steps] for name, values in whole.items()}
+        first = block.first_step - before
+        return FlightBlock(block.satellites, block.step, first, steps, block.runs, block.last, kept)
 
 
 def base_quantities(names: Iterable[str]) -> frozenset[str]:

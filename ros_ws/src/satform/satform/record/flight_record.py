@@ -387,6 +387,13 @@ _HASHED_AS = {
 QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in _NO_ARRAYS)
 """Names of the arrays of a record."""
 
+STATES = (
+    *("position", "velocity", "measured_position", "measured_velocity", "arc_length", "rate"),
+    *("propellant", "delta_v", "saturated_steps", "below_minimum_impulse_steps"),
+    *("propellant_depleted_steps", *ATTITUDE_VECTORS, "torque_saturated_steps", "momentum_saturated_steps"),
+)
+"""Quantities of a record with a row for each state, which are known at the start of a step."""
+
 COLUMNS = (
     *QUANTITIES,
     *("position_error", "velocity_error", "tracking_error", "control", "effort", "navigation_error"),

@@ -5,24 +5,20 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, model_validator
 
-from satform.common.spec import NonNegative, Number, Positive, Spec
+from satform.common.spec import NonNegative, Number, Spec
 from satform.control.sampled_stability import SampledLoop
-from satform.numeric.elementwise import Array
+from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
+from satform.record.reducer import FlightShape, Reducer
 from satform.scenario.environment import Environment
 from satform.scenario.parts import SatelliteSpec, Timing
 
 Loops: TypeAlias = Callable[[], Sequence[SampledLoop]]
 """Gives the sampled loops of a scenario, worked out when they are asked for."""
-
-_TIME_SLACK = 1e-9
-"""Relative slack when a time is looked up on the grid of steps."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +54,8 @@ class Expectation(Spec):
     """Whether the figure is made of what is decided in steps: the flight's last state then has none."""
     of_phases: ClassVar[bool] = False
     """Whether the figure is made of arc lengths."""
+    of_loops: ClassVar[bool] = False
+    """Whether the figure is one of the sampled loops, and no flight is needed for it."""
 
     label: str | None = None
     """What is measured, in words; made from the fields when left out."""
@@ -95,9 +93,31 @@ class Expectation(Spec):
         """Where the figure comes from, in words; empty where nothing says so."""
         return "regression figure of this software" if self.regression else (self.source or "")
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        # Who measures a record in its own way has no use for the way of the kind that it comes from.
+        if {"measure", "figure"} & vars(cls).keys() and "reducer" not in vars(cls):
+            cls.reducer = Expectation.reducer  # type: ignore[method-assign]
+
+    def reducer(self, flight: FlightShape) -> Reducer | None:
+        """What makes the figure while a flight goes on; None for a kind that measures whole records only.
+
+        Args:
+            flight: names, control period and steps of it.
+        """
+        return None
+
     def measure(self, record: FlightRecord) -> float:
-        """The figure in its unit; NaN when the record does not hold it."""
-        raise NotImplementedError
+        """The figure in its unit; NaN when the record does not hold it.
+
+        Raises:
+            NotImplementedError: the kind defines neither this nor `reducer`.
+        """
+        reducer = self.reducer(FlightShape.of(record))
+        if reducer is None:
+            raise NotImplementedError(f"{type(self).__name__} defines neither reducer nor measure")
+        reducer.update(FlightBlock.of(record))
+        return float(reducer.figures()[0])
 
     def figure(self, record: FlightRecord, loops: Loops | None) -> float:
         """The figure in its unit, of the flight or of the loops that are closed in it; NaN for none.
@@ -107,6 +127,15 @@ class Expectation(Spec):
             loops: gives the scenario's sampled loops; None where they are not known.
         """
         return self.measure(record)
+
+    def figure_of_loops(self, satellites: tuple[str, ...], loops: Loops) -> float:
+        """The figure in its unit of those kinds that are `of_loops`; NaN for none.
+
+        Args:
+            satellites: names of all of the scenario.
+            loops: gives its sampled loops.
+        """
+        return math.nan
 
     def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         """What is wrong with this expectation in a scenario with these satellites and times."""
@@ -190,206 +219,3 @@ class Expectation(Spec):
             met = met and figure >= self.above
             allowed.append(f"≥ {self.above:g}")
         return Verdict(self.describe(), self.unit, figure, " and ".join(allowed), met, self.origin)
-
-
-class OfSatellites(Expectation):
-    """An expectation of all satellites or of some of them."""
-
-    of_equipment: ClassVar[Literal["", "thruster", "sensor", "attitude"]] = ""
-    """What each satellite has to have for it; empty for nothing."""
-
-    satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    """Names of the satellites that are meant; all when left out."""
-
-    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
-        unknown = sorted(set(self.satellites or ()) - satellites)
-        own = [f"there is no satellite {name}; there are {', '.join(sorted(satellites))}" for name in unknown]
-        return super().complaints(satellites, timing) + own
-
-    def complaints_about_satellites(
-        self, satellites: Mapping[str, SatelliteSpec], announces: str
-    ) -> list[str]:
-        own = super().complaints_about_satellites(satellites, announces)
-        if not self.of_equipment:
-            return own
-        meant = self.satellites or tuple(satellites)
-        bare = sorted(name for name in meant if getattr(satellites[name], self.of_equipment) is None)
-        have = "has" if len(bare) == 1 else "have"
-        return [*own, f"{', '.join(bare)} {have} no {self.of_equipment}"] if bare else own
-
-    def columns(self, record: FlightRecord) -> list[int]:
-        """Columns of the satellites that are meant."""
-        chosen = self.satellites or record.satellites
-        return [record.satellites.index(name) for name in chosen]
-
-    def lacks_one(self, absent: NDArray[np.bool_]) -> bool:
-        """Whether a satellite that is named does not fly at all.
-
-        Args:
-            absent: a row for each moment, a column for each satellite that is meant.
-        """
-        return self.satellites is not None and bool(absent.size) and bool(absent.all(axis=0).any())
-
-    def whose(self) -> str:
-        """The satellites that are meant, as the end of a label."""
-        return f", {', '.join(self.satellites)}" if self.satellites else ""
-
-
-class OverWindow(OfSatellites):
-    """An expectation over a stretch of the flight."""
-
-    after: NonNegative = 0.0
-    """Start of the stretch, s."""
-    before: Positive | None = None
-    """End of the stretch, s; the end of the flight when left out."""
-
-    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
-        own = []
-        end = timing.duration if self.before is None else self.before
-        if end > timing.duration * (1 + _TIME_SLACK):
-            own.append(f"before {end:g} s is later than the flight's end at {timing.duration:g} s")
-        if self.after >= end:
-            own.append(f"after {self.after:g} s is not earlier than the stretch's end at {end:g} s")
-        return super().complaints(satellites, timing) + own
-
-    def needs(self, duration: float, step: float) -> float:
-        if self.before is not None:
-            return min(duration, self.before + step if self.of_steps else self.before)
-        # Two steps, so that the stretch has one of its own wherever in a step it begins.
-        return min(duration, self.after + 2.0 * step) if self.holds_in_part() else duration
-
-    def ends(self, duration: float) -> float:
-        return duration if self.before is None else self.before
-
-    def holds_in_part(self) -> bool:
-        """Whether what is allowed over a stretch is allowed over every part of it, too."""
-        return False
-
-    def window(
-        self,
-        series: Array,
-        record: FlightRecord,
-        *,
-        held: bool = False,
-        of_others: bool = False,
-        of_bodies: bool = False,
-    ) -> Array:
-        """The rows of a series whose times lie in the stretch, and the columns that are meant.
-
-        No rows when the record ends before the stretch does. What a satellite that does not fly does not
-        give is not a number; nothing is a number when something else is missing, or when a satellite that
-        the expectation names does not fly in any of these rows.
-
-        Args:
-            series: a row for each step or each state, a column for each satellite.
-            record: of the flight.
-            held: whether a row holds for the whole step that begins at its time, such as a command; the
-                step that begins where the stretch ends is not part of it.
-            of_others: whether a satellite cannot give it either while another one does not fly.
-            of_bodies: whether a satellite has it that does not fly, as it has a place.
-        """
-        if self.before is not None and self.before * (1 - _TIME_SLACK) > record.steps * record.step:
-            return series[:0, self.columns(record)]
-        time = np.arange(len(series)) * record.step
-        end = math.inf if self.before is None else self.before * (1 + (-_TIME_SLACK if held else _TIME_SLACK))
-        rows = (time >= self.after * (1 - _TIME_SLACK)) & (time <= end)
-        columns = self.columns(record)
-        chosen = series[rows][:, columns]
-        if not of_bodies and self.lacks_one(record.absent_rows(len(series))[rows][:, columns]):
-            return np.full_like(chosen, np.nan)
-        excused = record.excluded(series, of_others=of_others)[rows][:, columns]
-        return without_gaps(chosen, excused)
-
-    def when(self) -> str:
-        """The stretch, as the end of a label."""
-        words = f" after {self.after:g} s" if self.after else ""
-        return words + (f" before {self.before:g} s" if self.before is not None else "")
-
-
-class AtTime(Expectation):
-    """An expectation at one moment."""
-
-    known_before_flight: ClassVar[bool] = False
-    """Whether the figure at the start is a number of the scenario itself."""
-
-    at: NonNegative | None = None
-    """Simulated time, s; the end of the flight when left out."""
-
-    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
-        own = []
-        if self.at is not None and self.at > timing.duration * (1 + _TIME_SLACK):
-            own.append(f"at {self.at:g} s is later than the flight's end at {timing.duration:g} s")
-        if self.known_before_flight and self.at is not None and self.at < 0.5 * timing.step:
-            own.append(f"at {self.at:g} s the figure is what the scenario itself says: name a later time")
-        return super().complaints(satellites, timing) + own
-
-    def needs(self, duration: float, step: float) -> float:
-        if self.at is None:
-            return duration
-        return min(duration, self.at + step if self.of_steps else self.at)
-
-    def ends(self, duration: float) -> float:
-        return duration if self.at is None else self.at
-
-    def sample(
-        self,
-        series: Array,
-        record: FlightRecord,
-        columns: list[int] | None = None,
-        *,
-        of_others: bool = False,
-    ) -> Array:
-        """The row of a series nearest to the moment, as its only row; none when the record ends before.
-
-        Args:
-            series: a row for each step or each state, a column for each satellite where it has columns.
-            record: of the flight.
-            columns: of the satellites that are meant; all when left out.
-            of_others: whether a satellite cannot give it either while another one does not fly.
-        """
-        row = record.steps if self.at is None else round(self.at / record.step)
-        if row > record.steps:
-            return series[:0]
-        # What is decided in a step has no row for the state after the last step.
-        row = min(row, len(series) - 1)
-        if series.ndim == 1:
-            return series[row : row + 1]
-        chosen = list(range(series.shape[1])) if columns is None else columns
-        excused = record.excluded(series, of_others=of_others)[row : row + 1, chosen]
-        return without_gaps(series[row : row + 1, chosen], excused)
-
-    def moment(self) -> str:
-        """The moment, as the end of a label."""
-        return " at the end" if self.at is None else f" at {self.at:g} s"
-
-
-def largest(values: Array) -> float:
-    """The largest of those values that are numbers; NaN when there are none."""
-    numbers = values[~np.isnan(values)]
-    return float(np.max(numbers)) if numbers.size else math.nan
-
-
-def by_satellite(values: Array) -> list[Array]:
-    """The numbers of each satellite that gives any, from a row for each moment and a column for each."""
-    columns = [values[:, place] for place in range(values.shape[1])]
-    numbers = [column[~np.isnan(column)] for column in columns]
-    return [column for column in numbers if column.size]
-
-
-def without_gaps(chosen: Array, excused: NDArray[np.bool_]) -> Array:
-    """No numbers at all where something is missing without an excuse, so that nothing is judged by the rest.
-
-    Args:
-        chosen: rows and columns that are meant, shape (K, N, ...).
-        excused: where what is missing may be left out, shape (K, N).
-    """
-    missing = np.isnan(chosen).any(axis=tuple(range(2, chosen.ndim)))
-    return np.full_like(chosen, np.nan) if np.any(missing & ~excused) else chosen
-
-
-class Event(OfSatellites):
-    """An expectation of the time at which something happens: known as soon as it has happened."""
-
-    def needs(self, duration: float, step: float) -> float:
-        # What happens in time in the whole flight happens at the same time in one that ends after it.
-        return min(duration, self.largest_allowed + step)
