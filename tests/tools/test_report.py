@@ -19,6 +19,7 @@ from satform.flight.simulate import simulate
 from satform.plot import prediction
 from satform.plot import style as plot_style
 from satform.plot.style import Unit
+from satform.record.archive import save_record
 from satform.record.flight_record import QUANTITIES, FlightRecord
 from satform_tools.cli import main as cli
 from satform_tools.report.page.charts import _envelope, charts
@@ -63,7 +64,7 @@ def exported(flown: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_kept_record_has_the_bits_of_the_flight(tmp_path: Path) -> None:
     record = simulate(shortened("triangle", 10.0))
-    folders.save_record(record, tmp_path / "record.npz")
+    save_record(record, tmp_path / "record.npz")
     assert not record.differences(folders.load_record(tmp_path / "record.npz"))
 
 
@@ -192,7 +193,7 @@ def test_a_part_of_a_flight_is_told_but_not_judged(
     flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "scenario.json").write_text((flown / "scenario.json").read_text())
-    folders.save_record(simulate(shortened("triangle", 10.0)), tmp_path / "record.npz")
+    save_record(simulate(shortened("triangle", 10.0)), tmp_path / "record.npz")
     assert cli.main(["report", str(tmp_path), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert (data["steps"], data["steps_planned"], data["complete"]) == (20, 400, False)
@@ -259,7 +260,7 @@ def test_two_flights_that_differ_are_told_apart_number_by_number(
     (other / "scenario.json").write_text((flown / "scenario.json").read_text())
     record = folders.load_record(flown / "record.npz")
     record.velocity[123, 2, 0] += 0.25
-    folders.save_record(record, other / "record.npz")
+    save_record(record, other / "record.npz")
     assert cli.main(["report", str(flown), str(other), "--out", str(tmp_path), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["same"] is False
@@ -281,7 +282,7 @@ def test_a_flight_that_diverged_is_told_as_far_as_it_can_be_drawn(
     record = folders.load_record(flown / "record.npz")
     record.position[150:, 1] = value
     record.measured_position[150:, 1] = value
-    folders.save_record(record, away / "record.npz")
+    save_record(record, away / "record.npz")
     assert cli.main(["report", str(away), "--out", str(tmp_path)]) in (0, 1)
     page = tmp_path / "report.html"
     assert "From step 150 on there are positions that are not finite" in page.read_text()

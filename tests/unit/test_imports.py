@@ -45,6 +45,7 @@ ROOMS = (
 
 TAKE_A_SCENARIO = {
     "satform.campaign.cases",
+    "satform.campaign.chunk",
     "satform.campaign.model",
     "satform.campaign.paths",
     "satform.campaign.scenario_file",

@@ -8,6 +8,8 @@ from setuptools import find_packages, setup
 
 _FIGURES = ["matplotlib>=3.8,<4"]
 _BAGS = ["lz4>=4.3,<5", "mcap>=1.2,<2", "rosbags>=0.10,<0.12", "zstandard>=0.22,<1"]
+_CAMPAIGNS = ["arro3-core>=0.5,<1", "arro3-io>=0.5,<1"]
+_DASK = [*_CAMPAIGNS, "distributed>=2024.8"]
 _PANDAS = ["pandas>=2.2,<4"]
 _XARRAY = ["xarray>=2024.7"]
 
@@ -50,9 +52,11 @@ setup(
     extras_require={
         "plot": _FIGURES,
         "bags": _BAGS,
+        "campaigns": _CAMPAIGNS,
+        "dask": _DASK,
         "pandas": _PANDAS,
         "xarray": _XARRAY,
-        "all": [*_FIGURES, *_BAGS, *_PANDAS, *_XARRAY],
+        "all": [*_FIGURES, *_BAGS, *_DASK, *_PANDAS, *_XARRAY],
         "test": ["pytest"],
     },
     zip_safe=False,

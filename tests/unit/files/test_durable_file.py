@@ -19,6 +19,7 @@ from satform.files import durable_file
 from satform.files.durable_file import write_durably
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
+from satform.record.archive import RECORD, save_record
 from satform.scenario import Scenario
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_tools.errors import sentence_of
@@ -96,7 +97,7 @@ def test_a_run_whose_record_has_no_room_is_lost_and_leaves_no_part_of_a_file(dis
     assert f"flown to step {scenario.timing.steps}, but the record cannot be stored" in outcome.reason
     assert "the disk is full" in outcome.reason
     assert f"{disk} has" in outcome.reason
-    assert not (disk / "run" / folders.RECORD).exists()
+    assert not (disk / "run" / RECORD).exists()
     result = disk / "run" / folders.RESULT
     assert not result.exists() or json.loads(result.read_text())["exit_code"] == EXIT_LOST
     assert not [file.name for file in (disk / "run").iterdir() if file.name.startswith(".")]
@@ -124,5 +125,5 @@ def test_the_record_is_read_back_as_it_was_written(tmp_path: Path) -> None:
     from satform.flight.simulate import simulate
 
     flight = simulate(shortened("triangle", 10.0))
-    folders.save_record(flight, tmp_path / folders.RECORD)
-    assert np.array_equal(folders.load_record(tmp_path / folders.RECORD).position, flight.position)
+    save_record(flight, tmp_path / RECORD)
+    assert np.array_equal(folders.load_record(tmp_path / RECORD).position, flight.position)

@@ -18,7 +18,7 @@ import typer
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_STOPPED
 from satform_nodes.runtime.signals import interrupting
 from satform_tools import console, output_streams
-from satform_tools.cli import bench, inspect, plan, run, scenarios
+from satform_tools.cli import bench, campaign, inspect, plan, run, scenarios
 from satform_tools.cli.renamed_options import RootGroup
 from satform_tools.cli.shared_options import Json
 from satform_tools.errors import CommandError, error_sentences, sentence_of
@@ -36,6 +36,7 @@ app = typer.Typer(
 run.add_to(app)
 scenarios.add_to(app)
 inspect.add_to(app)
+app.add_typer(campaign.app, name="campaign")
 app.add_typer(plan.app, name="plan")
 app.add_typer(bench.app, name="bench")
 

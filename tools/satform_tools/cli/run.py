@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from satform_tools import console
-from satform_tools.cli.shared_options import Changes, Json, Run, ScenarioArgument
+from satform_tools.cli.shared_options import Changes, Json, Run
 from satform_tools.errors import CommandError
 
 EPILOG = (
@@ -39,7 +39,13 @@ def add_to(app: typer.Typer) -> None:
 
 
 def run(
-    scenario: ScenarioArgument,
+    scenario: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[SCENARIO]",
+            help="Name of a scenario in scenarios/, or path of a YAML file; left out with --campaign.",
+        ),
+    ] = None,
     mode: Annotated[
         RunMode,
         typer.Option(
@@ -109,18 +115,30 @@ def run(
         bool,
         typer.Option("--profile", help="Write what every process did when: trace.json, trace.png."),
     ] = False,
+    campaign: Annotated[
+        str | None,
+        typer.Option(metavar="CAMPAIGN", help="Fly a case of this campaign: its name, file or folder."),
+    ] = None,
+    case: Annotated[
+        int | None, typer.Option(metavar="N", help="With --campaign: number of the case, from 0.")
+    ] = None,
 ) -> None:
     """Fly a scenario, record the flight and evaluate the scenario's expectations."""
     if rate is not None and mode is not RunMode.REALTIME:
         raise CommandError(f"--rate is for --mode realtime; --mode {mode.value} has no wall clock")
+    _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
     if mode is not RunMode.INPROCESS:
         _prepare_dds(secured=secure is not None)
+    from satform_tools.campaign import case as campaign_case
     from satform_tools.cli import names
     from satform_tools.report import tables
     from satform_tools.run import command as run_command
     from satform_tools.run import scenario_library
 
-    flown = scenario_library.load(scenario, changes or (), seed)
+    if campaign is not None and case is not None:
+        flown, out = campaign_case.prepare(campaign, case, out)
+    else:
+        flown = scenario_library.load(scenario or "", changes or (), seed)
     options = run_command.RunOptions(
         measure_round_trip=measure_round_trip,
         satellites_per_process=satellites_per_process,
@@ -134,6 +152,8 @@ def run(
         namespace=names.namespace(namespace),
     )
     result = run_command.run(flown, mode.value, record=record, out=out, options=options)
+    if campaign is not None and case is not None:
+        campaign_case.describe(campaign, case, result.folder)
     if profile:
         from satform_tools.report import profile as flight_profile
 
@@ -143,6 +163,27 @@ def run(
     else:
         tables.print_result(result)
     raise typer.Exit(result.exit_code)
+
+
+def _require_one_subject(
+    scenario: str | None, campaign: str | None, case: int | None, *, varied: bool
+) -> None:
+    """Check that either a scenario or a case of a campaign is named.
+
+    Raises:
+        CommandError: neither is, or both are.
+    """
+    if (campaign is None) != (case is None):
+        raise CommandError("--campaign and --case belong together: --campaign CAMPAIGN --case N")
+    if campaign is None and scenario is None:
+        raise CommandError("name a SCENARIO to fly, or a case: --campaign CAMPAIGN --case N")
+    if campaign is not None and scenario is not None:
+        raise CommandError(f"name either the scenario {scenario} or a case of a campaign, not both")
+    if campaign is not None and varied:
+        raise CommandError(
+            "--set and --seed are for scenarios; the values of a case are those of its campaign. Its flight "
+            "leaves scenario.json in the folder of the run, which satform run takes with --set"
+        )
 
 
 def _prepare_dds(*, secured: bool) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from satform.evaluation.evaluate import evaluate
+from satform.record.archive import RECORD, save_record
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, save_scenario
 from satform.scenario.deployment import HostSpec
@@ -166,7 +167,7 @@ def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> RunResult:
 def _save_record(flight: FlightRecord, folder: Path) -> str:
     """Store a flight; returns a sentence where that fails, since the flight is judged all the same."""
     try:
-        folders.save_record(flight, folder / folders.RECORD)
+        save_record(flight, folder / RECORD)
     except OSError as error:
         return f"flown to step {flight.steps}, but the record cannot be stored: {sentence_of(error)}"
     return ""

@@ -6,17 +6,14 @@ import json
 import os
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from satform.files.durable_file import durable_file
 from satform.files.numpy_archive import read_archive
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import ESTIMATES, QUANTITIES, FlightRecord, no_estimates
 from satform_tools.errors import CommandError, sentence_of
 
-RECORD = "record.npz"
 RESULT = "result.json"
 TRACE = "trace"
 
@@ -83,23 +80,6 @@ def _new_folder(scenario: str) -> Path:
             number += 1
         else:
             return folder
-
-
-def save_record(record: FlightRecord, path: Path) -> None:
-    """Write a flight as a numpy archive.
-
-    Args:
-        record: the flight.
-        path: of the archive.
-
-    Raises:
-        OSError: it cannot be written.
-    """
-    arrays: dict[str, Any] = record.quantities()
-    end = None if record.early_end is None else record.early_end.data()
-    head = json.dumps({"satellites": record.satellites, "step": record.step, "early_end": end})
-    with durable_file(path) as file:
-        np.savez(file, head=np.array(head), **arrays)
 
 
 def load_record(path: Path) -> FlightRecord:

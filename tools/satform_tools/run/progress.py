@@ -13,8 +13,8 @@ from satform_tools.console import is_terminal, note
 Report = Callable[[int, int], None]
 """Takes the steps flown and the steps to fly."""
 
-_BAR_PERIOD = 0.1
-_LINE_PERIOD = 5.0
+BAR_PERIOD = 0.1
+LINE_PERIOD = 5.0
 
 
 @contextmanager
@@ -31,7 +31,7 @@ def displayed(scenario: Scenario) -> Iterator[Report]:
         with _bar(scenario) as report:
             yield report
     else:
-        yield _Throttled(lambda done, total, speed: _print(scenario, done, total, speed), _LINE_PERIOD)
+        yield Throttled(lambda done, total, speed: _print(scenario, done, total, speed), LINE_PERIOD)
 
 
 def pace(scenario: Scenario, steps_per_second: float) -> str:
@@ -40,7 +40,7 @@ def pace(scenario: Scenario, steps_per_second: float) -> str:
     return f"{steps_per_second:,.0f} steps/s, {factor:,.{0 if factor >= 10 else 2}f} x real time"
 
 
-class _Throttled:
+class Throttled:
     """Passes progress on at most once a period, with the speed since the first step."""
 
     def __init__(self, show: Callable[[int, int, float], None], period: float) -> None:
@@ -50,6 +50,7 @@ class _Throttled:
         self._next = 0.0
 
     def __call__(self, done: int, total: int) -> None:
+        """Take the progress; the first call begins the measurement of the speed."""
         now = time.monotonic()
         if self._start is None:
             self._start = (now, done)
@@ -84,4 +85,4 @@ def _bar(scenario: Scenario) -> Iterator[Report]:
         def show(done: int, total: int, speed: float) -> None:
             progress.update(task, completed=done, total=total, speed=pace(scenario, speed))
 
-        yield _Throttled(show, _BAR_PERIOD)
+        yield Throttled(show, BAR_PERIOD)

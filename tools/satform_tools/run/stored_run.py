@@ -8,6 +8,7 @@ from pathlib import Path
 from satform.bag.events import Events
 from satform.evaluation.evaluate import evaluate
 from satform.files.bounded_file import read_json
+from satform.record.archive import RECORD
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario
 from satform.scenario.expectation import Verdict
@@ -42,7 +43,7 @@ class StoredRun:
     def name(self) -> str:
         """Name of the run's folder."""
         path = self.path.resolve()
-        return path.parent.name if path.name in {BAG_FOLDER, folders.RECORD} else path.name
+        return path.parent.name if path.name in {BAG_FOLDER, RECORD} else path.name
 
     @property
     def cut_short(self) -> str:
@@ -104,7 +105,7 @@ def _find(run: Path) -> StoredRun:
         raise CommandError(f"{run}: there is no such run or bag")
     if (run / BAG_FOLDER).is_dir():
         return _from_bag(run / BAG_FOLDER)
-    if (run / folders.RECORD).is_file():
+    if (run / RECORD).is_file():
         return _from_record(run)
     if (run / folders.RESULT).is_file():
         raise CommandError(f"{run}: this run was not recorded, so there is nothing to report")
@@ -113,14 +114,14 @@ def _find(run: Path) -> StoredRun:
 
 def _from_record(folder: Path) -> StoredRun:
     scenario = load_scenario(folder / SCENARIO_FILE, recorded=True)
-    record = folders.load_record(folder / folders.RECORD)
+    record = folders.load_record(folder / RECORD)
     names = tuple(satellite.name for satellite in scenario.satellites)
     if record.satellites != names:
         raise CommandError(
             f"{folder}: the record is of {', '.join(record.satellites)}, the scenario has {', '.join(names)}"
         )
     complete = record.steps == scenario.timing.steps or record.early_end is not None
-    return StoredRun(folder / folders.RECORD, scenario, record, complete, _noted_versions(folder), None)
+    return StoredRun(folder / RECORD, scenario, record, complete, _noted_versions(folder), None)
 
 
 def _from_bag(path: Path) -> StoredRun:

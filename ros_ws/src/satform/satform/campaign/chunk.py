@@ -1,0 +1,165 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Flies some cases of a campaign in this process, and gives each its result."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from satform.campaign.cases import case_scenario, case_values
+from satform.campaign.engine import ChunkObserver
+from satform.campaign.model import Campaign
+from satform.campaign.results import CaseResult, Columns, Kind, failure_text
+from satform.evaluation.evaluate import judge
+from satform.evaluation.sampled_loops import sampled_loops
+from satform.files.durable_file import reason_text
+from satform.flight.simulate import simulate
+from satform.numeric.elementwise import Array
+from satform.record.archive import RECORD, save_record
+from satform.record.flight_record import FlightRecord
+from satform.scenario import Scenario, ScenarioError, save_scenario
+from satform.scenario.expectation import Verdict
+
+SCENARIO_FILE = "scenario.json"
+"""Name of the scenario in the folder of a retained record, as in that of a run."""
+
+
+def fly_chunk(
+    campaign: Campaign,
+    numbers: Sequence[int],
+    observer: ChunkObserver | None = None,
+    records: str | None = None,
+) -> list[CaseResult]:
+    """Fly cases of a campaign. Each result depends on the campaign and the number alone.
+
+    Args:
+        campaign: that they belong to.
+        numbers: of the cases.
+        observer: what to report to meanwhile; None for nothing.
+        records: existing folder for the records that the campaign retains; None to retain none.
+
+    Returns:
+        A result for each case, in the order of the numbers. A case that cannot be flown has the reason in its
+        result.
+    """
+    results = []
+    for number in numbers:
+        if observer is not None:
+            observer.begin([number])
+        result = fly_case(campaign, number, records)
+        if observer is not None:
+            observer.finished([result])
+        results.append(result)
+    return results
+
+
+def fly_case(campaign: Campaign, number: int, records: str | None = None) -> CaseResult:
+    """Fly one case alone; as `fly_chunk`."""
+    changes = case_values(campaign, number)
+    try:
+        scenario = case_scenario(campaign, number)
+        record = simulate(scenario)
+        result = result_of(campaign, number, scenario, record)
+    except ScenarioError as error:
+        sentences = "; ".join(f"{found.field}: {found.sentence}" for found in error.problems[:3])
+        return CaseResult(number, changes, reason=f"the scenario cannot be flown: {sentences}")
+    except MemoryError as error:
+        return CaseResult(number, changes, reason=failure_text(error), lost=True)
+    except Exception as error:  # of a user's own controller, curve, model or figure
+        return CaseResult(number, changes, reason=failure_text(error))
+    if records is None or not is_retained(campaign, result):
+        return result
+    return with_record(result, scenario, record, Path(records))
+
+
+def result_of(campaign: Campaign, number: int, scenario: Scenario, record: FlightRecord) -> CaseResult:
+    """The result of a case by the record of its whole flight.
+
+    Args:
+        campaign: that it belongs to.
+        number: of the case.
+        scenario: of the case.
+        record: of its flight.
+    """
+    own = [figure.measure for figure in campaign.figures]
+    verdicts = judge([*own, *scenario.expect], record, lambda: sampled_loops(scenario))
+    names = campaign.figure_names
+    judged = dict(zip(names[len(own) :], verdicts[len(own) :], strict=True))
+    reason = reason_of(record.early_end.sentence if record.early_end else "", judged)
+    return CaseResult(
+        number=number,
+        changes=case_values(campaign, number),
+        figures={name: verdict.figure for name, verdict in zip(names, verdicts, strict=True)},
+        met={name: verdict.met for name, verdict in judged.items()},
+        success=not reason,
+        reason=reason,
+        state_hash=record.digest() if record.steps else None,
+        series=retained_series(campaign, record),
+    )
+
+
+def reason_of(early_end: str, judged: dict[str, Verdict]) -> str:
+    """Why a case is no success, in a sentence without a full stop; empty when it is one.
+
+    Args:
+        early_end: sentence about an early end; empty when there was none.
+        judged: verdicts of the scenario's expectations by the name of the figure.
+    """
+    missed = [name for name, verdict in judged.items() if not verdict.met]
+    return early_end or (f"not as expected: {'; '.join(missed)}" if missed else "")
+
+
+def retained_series(campaign: Campaign, record: FlightRecord) -> dict[str, Array]:
+    """The series of a flight that the campaign retains, by name of the quantity, shape (T, N, ...)."""
+    found = {}
+    for wanted in campaign.keep.series:
+        stride = 1 if wanted.every is None else max(1, round(wanted.every / record.step))
+        found[wanted.quantity] = np.asarray(getattr(record, wanted.quantity), dtype=np.float64)[::stride]
+    return found
+
+
+def is_retained(campaign: Campaign, result: CaseResult) -> bool:
+    """Whether the campaign retains the record of a case with such a result."""
+    wanted = campaign.keep.record
+    return wanted == "always" or (wanted == "on_failure" and not result.success)
+
+
+def with_record(result: CaseResult, scenario: Scenario, record: FlightRecord, folder: Path) -> CaseResult:
+    """Store the record of a case as the folder of a run, which `satform report` opens.
+
+    Args:
+        result: of the case.
+        scenario: of the case.
+        record: of its flight.
+        folder: for all retained records.
+
+    Returns:
+        The result with the path of the record; without it where the record cannot be stored, which is written
+        to a file beside it.
+    """
+    run = folder / f"case-{result.number:08d}"
+    try:
+        run.mkdir(exist_ok=True)
+        save_scenario(scenario, run / SCENARIO_FILE)
+        save_record(record, run / RECORD)
+    except OSError as error:
+        with suppress(OSError):
+            (folder / "not_stored.txt").write_text(f"{run}: {reason_text(error, run)}\n", encoding="utf-8")
+        return result
+    return replace(result, record_path=f"{folder.name}/{run.name}")
+
+
+def columns_of(campaign: Campaign) -> Columns:
+    """The columns that the results of all cases of a campaign have."""
+    kinds: dict[str, Kind] = {}
+    for dispersion, found in zip(campaign.dispersions, campaign.targets, strict=True):
+        has_text = any(isinstance(value, str) for value in dispersion.values())
+        for target in found:
+            boolean: Kind = "boolean" if target.types == {bool} else "text"
+            kinds[target.text] = "number" if target.is_number and not has_text else boolean
+    kinds["seed"] = "integer"
+    own = len(campaign.figures)
+    return Columns(kinds, campaign.figure_names, campaign.figure_names[own:])

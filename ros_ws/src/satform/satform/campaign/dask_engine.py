@@ -1,0 +1,202 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Flies chunks on the workers of a dask.distributed scheduler, on this machine and others.
+
+A thread of a dask worker flies its chunks in a worker process of its own, as the local engine does, since a
+task of dask can neither be ended by a time limit nor survive what ends its process. A chunk whose dask worker
+is lost is flown by another one. The optional dependencies `satform[dask]` are needed here and on the workers.
+"""
+
+import hashlib
+import pickle
+import platform
+import subprocess
+import threading
+import zlib
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from multiprocessing.connection import wait
+from typing import Any
+
+from satform.campaign.engine import Chunk, EngineError, Job, Outcome
+from satform.campaign.local_engine import WorkerProcess
+from satform.campaign.results import CaseResult
+from satform.campaign.software import software
+
+_CONNECT_LIMIT = 20.0
+"""Wall-clock time in which the scheduler and a first worker have to answer, s."""
+
+_QUEUED_PER_WORKER = 2
+"""Chunks that a thread of a worker has, so that it does not wait for the next."""
+
+_MOST_STARTS = 3
+_PERIOD = 0.5
+"""Wall-clock time after which a time limit is looked at, s."""
+
+
+class DaskEngine:
+    """Flies chunks on the workers of a scheduler."""
+
+    def __init__(self, job: Job, address: str) -> None:
+        """Connect to a scheduler that has a worker at least.
+
+        Args:
+            job: of every worker.
+            address: of the scheduler, such as `tcp://10.0.0.1:8786`.
+
+        Raises:
+            EngineError: dask is not installed, or there is no scheduler or no worker.
+        """
+        try:
+            from distributed import Client  # noqa: PLC0415 - an extra
+        except ImportError as error:
+            raise EngineError(f"the engine dask needs the packages of satform[dask] ({error})") from None
+        self._job = zlib.compress(pickle.dumps(job))
+        self._limit = job.time_limit
+        self._futures: dict[Any, Chunk] = {}
+        try:
+            self._client: Any = Client(address, timeout=_CONNECT_LIMIT, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise EngineError(f"there is no dask scheduler at {address}: {error}") from None
+        try:
+            self._client.wait_for_workers(1, timeout=_CONNECT_LIMIT)
+        except TimeoutError:
+            self._client.close()
+            raise EngineError(
+                f"the dask scheduler at {address} has no worker; start some with: dask worker {address}"
+            ) from None
+        self._threads = self._count()
+
+    def _count(self) -> int:
+        return sum(self._client.nthreads().values())
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers, each of which flies one chunk at a time."""
+        return max(1, self._threads)
+
+    @property
+    def free(self) -> int:
+        """Chunks that can be submitted now."""
+        return _QUEUED_PER_WORKER * self.workers - len(self._futures)
+
+    def submit(self, chunk: Chunk) -> None:
+        """Have a chunk flown."""
+        future = self._client.submit(
+            fly_on_worker, self._job, chunk.numbers, self._limit, software(), pure=False, retries=0
+        )
+        self._futures[future] = chunk
+
+    def wait(self, duration: float) -> list[Outcome]:
+        """What has come of the chunks within some time.
+
+        Raises:
+            EngineError: the scheduler cannot be reached any more, or the workers cannot fly anything.
+        """
+        from distributed import wait as wait_for  # noqa: PLC0415 - an extra
+
+        with suppress(TimeoutError):
+            wait_for(list(self._futures), timeout=duration, return_when="FIRST_COMPLETED")
+        if self._client.status not in {"running", "connecting"}:
+            raise EngineError(f"the dask scheduler is gone ({self._client.status})")
+        done = [future for future in self._futures if future.done()]
+        if done:
+            self._threads = self._count()
+        return [self._outcome(future, self._futures.pop(future)) for future in done]
+
+    def _outcome(self, future: Any, chunk: Chunk) -> Outcome:
+        from distributed import KilledWorker  # noqa: PLC0415 - an extra
+
+        if future.status == "finished":
+            results, failure, suspects, timed_out = future.result()
+            return Outcome(chunk, results, failure=failure, suspects=suspects, timed_out=timed_out)
+        error = future.exception() if future.status == "error" else None
+        if isinstance(error, KilledWorker):
+            return Outcome(chunk, failure="its dask workers ended", suspects=chunk.numbers)
+        if error is None:
+            # Lost with the scheduler's memory of it, not by anything that it did.
+            return Outcome(chunk, failure="its task was cancelled", suspects=chunk.numbers)
+        raise EngineError(f"the dask workers cannot fly the campaign: {type(error).__name__}: {error}")
+
+    def close(self) -> None:
+        """Cancel all chunks, and end the worker processes."""
+        with suppress(Exception):  # a scheduler that is gone has nothing to cancel
+            self._client.cancel(list(self._futures), force=True)
+            self._client.run(end_processes)
+        self._futures = {}
+        with suppress(Exception):
+            self._client.close(timeout=5)
+
+
+_processes: dict[int, tuple[str, WorkerProcess]] = {}
+"""Of a dask worker: by thread, the digest of the job and the process that flies it."""
+
+_ending = threading.Lock()
+
+
+def fly_on_worker(
+    job: bytes, numbers: tuple[int, ...], time_limit: float | None, versions: Mapping[str, str]
+) -> tuple[list[CaseResult], str, tuple[int, ...], bool]:
+    """Fly a chunk in a process of this thread of a dask worker.
+
+    Args:
+        job: pickled and compressed.
+        numbers: of the cases.
+        time_limit: of a case, s; None for no limit.
+        versions: of the software with which the campaign was started.
+
+    Returns:
+        Results; why cases have none; which cases were flown then; whether the time limit was the reason.
+
+    Raises:
+        EngineError: no worker process can be started, or its software is another one.
+    """
+    if software() != versions:
+        raise EngineError(f"{platform.node()} has {software()}, the campaign was started with {versions}")
+    found: list[CaseResult] = []
+    process = _process_of_thread(job, time_limit)
+    for attempt in range(_MOST_STARTS):
+        process.start(Chunk(numbers))
+        outcome = _last_outcome(process, found)
+        if outcome is not None:
+            return found, outcome.failure, outcome.suspects, outcome.timed_out
+        if attempt < _MOST_STARTS - 1:
+            process = _process_of_thread(job, time_limit)
+    raise EngineError(f"{_MOST_STARTS} worker processes ended before they could fly: {process.not_started}")
+
+
+def _last_outcome(process: WorkerProcess, found: list[CaseResult]) -> Outcome | None:
+    """Wait for the end of the chunk of a process; None where the process ended before it could fly."""
+    while process.alive:
+        outcomes: Sequence[Outcome | None] = [process.overdue()]
+        if process.alive and wait([process.connection], _PERIOD):
+            outcomes = [*outcomes, process.receive()]
+        for outcome in outcomes:
+            if outcome is not None:
+                found += outcome.results
+                if outcome.ended:
+                    return outcome
+    return None
+
+
+def _process_of_thread(job: bytes, time_limit: float | None) -> WorkerProcess:
+    digest, thread = hashlib.sha256(job).hexdigest(), threading.get_ident()
+    with _ending:
+        known, process = _processes.pop(thread, ("", None))
+    if process is not None and known == digest and process.alive:
+        _processes[thread] = known, process
+        return process
+    if process is not None:
+        process.close()
+    process = WorkerProcess(zlib.decompress(job), time_limit, subprocess.DEVNULL)
+    _processes[thread] = digest, process
+    return process
+
+
+def end_processes() -> None:
+    """End the worker processes of this dask worker, whatever they do."""
+    with _ending:
+        ended = [process for _, process in _processes.values()]
+        _processes.clear()
+    for process in ended:
+        process.kill()

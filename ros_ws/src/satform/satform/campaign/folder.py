@@ -1,0 +1,360 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The folder of a campaign: what is flown, by which software, and which cases have results.
+
+manifest.json     name, digest, number of cases, columns, versions
+campaign.json     the campaign as it was started, with scenario.json and copies of the files that it names
+results/          Parquet files, see `result_files`
+series/           retained series, likewise
+records/          retained records, a folder for each case
+damaged/          damaged files of results that a repair has put aside
+"""
+
+import fcntl
+import json
+import os
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.campaign.chunk import columns_of
+from satform.campaign.loader import load_campaign, save_campaign
+from satform.campaign.model import Campaign
+from satform.campaign.result_files import (
+    ResultFileError,
+    all_results,
+    read_results,
+    result_files,
+    series_of,
+    verify,
+    write_results,
+)
+from satform.campaign.results import CaseResult, Columns, ResultsHash
+from satform.campaign.software import software
+from satform.files.bounded_file import read_json
+from satform.files.durable_file import write_durably
+from satform.scenario import ScenarioError
+
+MANIFEST = "manifest.json"
+RECORDS = "records"
+DAMAGED = "damaged"
+LOCK = ".lock"
+
+_FORMAT = 1
+_MOST_BYTES = 100_000_000
+_MOST_ROWS = 5000
+_MOST_SERIES_BYTES = 64_000_000
+_PERIOD = 5.0
+"""Wall-clock time after which finished cases are written, s."""
+
+
+class FolderError(ValueError):
+    """A folder that is not that of this campaign, or cannot be used; its text says why."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What the results in a folder are of.
+
+    Attributes:
+        name: of the campaign.
+        file: absolute path of the file from which it was started; empty where there was none.
+        digest: of the campaign and its scenario.
+        cases: number of all cases.
+        columns: of the results.
+        versions: of the software that flies it.
+        started: time of the start, UTC, ISO 8601.
+    """
+
+    name: str
+    file: str
+    digest: str
+    cases: int
+    columns: Columns
+    versions: Mapping[str, str]
+    started: str
+
+    def data(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"format": _FORMAT, **asdict(self), "columns": self.columns.data()}
+
+    @classmethod
+    def read(cls, path: Path) -> "Manifest":
+        """Read a manifest.
+
+        Raises:
+            FolderError: there is none, or it cannot be read.
+        """
+        try:
+            data = read_json(path, _MOST_BYTES)
+            if data["format"] != _FORMAT:
+                raise FolderError(f"{path}: is of format {data['format']}; this version reads {_FORMAT}")
+            return cls(
+                name=str(data["name"]),
+                file=str(data["file"]),
+                digest=str(data["digest"]),
+                cases=int(data["cases"]),
+                columns=Columns.of_data(data["columns"]),
+                versions=dict(data["versions"]),
+                started=str(data["started"]),
+            )
+        except FileNotFoundError:
+            raise FolderError(
+                f"{path.parent}: is not the folder of a campaign: it has no {path.name}"
+            ) from None
+        except OSError as error:
+            raise FolderError(f"{path}: cannot be read: {error.strerror}") from None
+        except (KeyError, TypeError, AttributeError):
+            raise FolderError(f"{path}: is not the manifest of a campaign") from None
+        except FolderError:
+            raise
+        except ValueError as error:
+            raise FolderError(f"{path}: {error}") from None
+
+
+@dataclass(frozen=True)
+class CampaignFolder:
+    """The folder of a campaign.
+
+    Attributes:
+        path: of the folder.
+        manifest: of its results.
+    """
+
+    path: Path
+    manifest: Manifest
+
+    @classmethod
+    def create(cls, path: Path, campaign: Campaign, file: Path | None, started: str) -> "CampaignFolder":
+        """Write what is to be flown into an empty folder.
+
+        Args:
+            path: existing folder.
+            campaign: to be flown.
+            file: from which it was loaded.
+            started: time of the start, UTC, ISO 8601.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        save_campaign(campaign, path)
+        source = "" if file is None else str(file.absolute())
+        manifest = Manifest(
+            campaign.name, source, campaign.digest, campaign.cases, columns_of(campaign), software(), started
+        )
+        # The last one: a folder with a manifest is complete.
+        write_durably(path / MANIFEST, f"{json.dumps(manifest.data(), indent=1)}\n".encode())
+        return cls(path, manifest)
+
+    @classmethod
+    def open(cls, path: Path) -> "CampaignFolder":
+        """Open the folder of a campaign.
+
+        Raises:
+            FolderError: it is not the folder of a campaign.
+        """
+        if not path.is_dir():
+            raise FolderError(f"{path}: there is no such folder")
+        return cls(path, Manifest.read(path / MANIFEST))
+
+    def campaign(self) -> Campaign:
+        """The campaign as it was started.
+
+        Raises:
+            FolderError: its file was changed since.
+            ScenarioError: its file is not a campaign any more.
+        """
+        campaign = load_campaign(self.path / "campaign.json")
+        self.require(campaign, self.path / "campaign.json")
+        return campaign
+
+    def require(self, campaign: Campaign, file: Path) -> None:
+        """Check that a campaign is the one that is flown here.
+
+        Args:
+            campaign: loaded.
+            file: that it was loaded from.
+
+        Raises:
+            FolderError: it is another one, or it or its scenario was changed.
+        """
+        if campaign.digest != self.manifest.digest:
+            raise FolderError(
+                f"{file}: the campaign or its scenario is not the one that was started in {self.path}: its "
+                f"digest is {campaign.digest[:16]}, there it was {self.manifest.digest[:16]}"
+            )
+
+    def require_source(self, library: Path | None = None) -> None:
+        """Check that the file from which the campaign was started still has the same campaign, if it exists.
+
+        Args:
+            library: folder of the shipped scenarios.
+
+        Raises:
+            FolderError: it has changed.
+        """
+        file = Path(self.manifest.file)
+        if not self.manifest.file or not file.is_file():
+            return
+        try:
+            self.require(load_campaign(file, library), file)
+        except ScenarioError as error:
+            raise FolderError(f"{file}: the campaign has changed since it was started: {error}") from None
+
+    def require_software(self) -> None:
+        """Check that results of the software that runs now fit those in the folder.
+
+        Raises:
+            FolderError: they may have other bits.
+        """
+        now, then = software(), self.manifest.versions
+        changed = [name for name in {**then, **now} if now.get(name) != then.get(name)]
+        if changed:
+            differences = ", ".join(f"{name} {then.get(name)} then, {now.get(name)} now" for name in changed)
+            raise FolderError(
+                f"{self.path}: its results are of other software, whose bits may differ ({differences}); "
+                "start the campaign in a new folder"
+            )
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep other processes from flying this campaign.
+
+        Raises:
+            FolderError: another process does so already.
+            OSError: the folder cannot be written.
+        """
+        descriptor = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                owner = os.read(descriptor, 32).decode(errors="replace").strip()
+                raise FolderError(f"{self.path}: process {owner} is flying this campaign") from None
+            os.ftruncate(descriptor, 0)
+            os.write(descriptor, f"{os.getpid()}\n".encode())
+            yield
+        finally:
+            # Closing it releases the lock, and so does the end of the process.
+            os.close(descriptor)
+
+    def damaged(self) -> list[ResultFileError]:
+        """What is wrong with the files of results; each file is read once.
+
+        Raises:
+            OSError: a file cannot be read.
+        """
+        found = []
+        for file in result_files(self.path):
+            try:
+                verify(file)
+            except ResultFileError as error:
+                found.append(error)
+        return found
+
+    def repair(self) -> int:
+        """Put damaged files aside, so that their cases are flown again; how many there were.
+
+        Raises:
+            OSError: a file cannot be read or moved.
+        """
+        damaged = self.damaged()
+        for error in damaged:
+            (self.path / DAMAGED).mkdir(exist_ok=True)
+            error.path.replace(self.path / DAMAGED / error.path.name)
+        return len(damaged)
+
+    def forget_lost(self) -> int:
+        """Remove the results of cases that a time-out or the end of a worker process ended; how many.
+
+        Raises:
+            OSError: a file cannot be read or written.
+            ResultFileError: a file is damaged.
+        """
+        count = 0
+        for file in result_files(self.path):
+            results = list(read_results(file, self.manifest.columns))
+            rest = [result for result in results if not result.lost]
+            if len(rest) < len(results):
+                series = dict(series_of(file))
+                if rest:
+                    retained = [replace(result, series=series.get(result.number, {})) for result in rest]
+                    write_results(self.path, retained, self.manifest.columns)
+                file.path.unlink()
+                count += len(results) - len(rest)
+        return count
+
+    def done(self) -> NDArray[np.bool_]:
+        """Which cases have a result, shape (cases,).
+
+        Raises:
+            OSError: a file cannot be read.
+            ResultFileError: a file is damaged.
+        """
+        done = np.zeros(self.manifest.cases, dtype=np.bool_)
+        for file in result_files(self.path):
+            for result in read_results(file, self.manifest.columns):
+                done[result.number] = True
+        return done
+
+    def results(self) -> Iterator[CaseResult]:
+        """All results in order of their numbers, without series.
+
+        Raises:
+            OSError: a file cannot be read.
+            ResultFileError: a file is damaged.
+        """
+        return all_results(self.path, self.manifest.columns)
+
+    def results_hash(self) -> str:
+        """Hash over all results, equal however and wherever they were flown.
+
+        Raises:
+            OSError: a file cannot be read.
+            ResultFileError: a file is damaged.
+        """
+        found = ResultsHash(self.manifest.columns)
+        for result in self.results():
+            found.add(result)
+        return found.hexdigest()
+
+
+class ResultStore:
+    """Takes results of a campaign under way, and writes them now and then."""
+
+    def __init__(self, folder: CampaignFolder) -> None:
+        self._folder = folder
+        self._waiting: list[CaseResult] = []
+        self._bytes = 0
+        self._next = time.monotonic() + _PERIOD
+
+    def store(self, results: Sequence[CaseResult]) -> None:
+        """Take results.
+
+        Raises:
+            OSError: they cannot be written.
+        """
+        columns = self._folder.manifest.columns
+        self._waiting += [columns.complete(result) for result in results]
+        self._bytes += sum(array.nbytes for result in results for array in result.series.values())
+        is_full = len(self._waiting) >= _MOST_ROWS or self._bytes >= _MOST_SERIES_BYTES
+        if is_full or time.monotonic() >= self._next:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write all that was taken.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        waiting, self._waiting, self._bytes = self._waiting, [], 0
+        self._next = time.monotonic() + _PERIOD
+        if waiting:
+            waiting.sort(key=lambda result: result.number)
+            write_results(self._folder.path, waiting, self._folder.manifest.columns)

@@ -1,0 +1,290 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Flies chunks in processes of this machine. The standard library is all it needs."""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import IO, Any
+
+from satform.campaign.engine import Chunk, EngineError, Job, Outcome
+from satform.campaign.worker import Message
+
+_START_LIMIT = 120.0
+"""Wall-clock time in which a worker has to start, s."""
+
+_END_LIMIT = 5.0
+"""Wall-clock time in which a worker has to end once its pipe is closed, s."""
+
+_PROGRAM = "from satform.campaign.worker import main; main({})"
+
+_MOST_STARTS = 3
+"""Workers in a row that may end before they can fly anything."""
+
+_ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+class WorkerProcess:
+    """A process that flies one chunk after another.
+
+    Attributes:
+        connection: this end of its pipe, for `multiprocessing.connection.wait`.
+        chunk: that it flies; None while it flies none.
+        not_started: how it ended before it could fly anything, in a sentence; empty when it did not.
+    """
+
+    def __init__(self, job: bytes, time_limit: float | None, log: IO[bytes] | int) -> None:
+        """Start a worker.
+
+        Args:
+            job: pickled.
+            time_limit: of a case, s; None for no limit.
+            log: where it writes to standard error, or a constant of `subprocess`.
+
+        Raises:
+            EngineError: it cannot be started.
+        """
+        self.chunk: Chunk | None = None
+        self.not_started = ""
+        self._limit = time_limit
+        self._ready = False
+        self._begun: tuple[int, ...] = ()
+        self._deadline = time.monotonic() + _START_LIMIT
+        self.connection: Connection[Any, Any]
+        self.connection, other = Pipe()
+        # Of this process's path nothing is found anew: the working directory may hold modules of any name.
+        path = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
+        environment = {**os.environ, "PYTHONPATH": path, **dict.fromkeys(_ONE_THREAD, "1")}
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _PROGRAM.format(other.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=log,
+                pass_fds=(other.fileno(),),
+                env=environment,
+                # Ctrl-C is for the process that flies the campaign.
+                start_new_session=True,
+            )
+            other.close()
+            self._send(job)
+        except OSError as error:
+            other.close()
+            self.connection.close()
+            raise EngineError(f"a worker process cannot be started: {error.strerror}") from None
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._process.pid
+
+    def start(self, chunk: Chunk) -> None:
+        """Have it fly a chunk; it flies none at present."""
+        self.chunk = chunk
+        self._begun = chunk.numbers
+        self._set_deadline(_START_LIMIT if not self._ready else 0.0)
+        self._send(pickle.dumps(chunk.numbers))
+
+    def receive(self) -> Outcome | None:
+        """Take in its next message, for which `connection` is ready, or its end.
+
+        Returns:
+            What has come of its chunk; None where nothing is to be known.
+
+        Raises:
+            EngineError: it could not start.
+        """
+        try:
+            message: Message = self.connection.recv()
+        except (EOFError, OSError, pickle.UnpicklingError):
+            return self._lost(f"its worker process ended {self._how_it_ended()}")
+        if message.kind == "ready":
+            self._ready = True
+            self._set_deadline(0.0)
+            return None
+        if not self._ready:
+            raise EngineError(f"a worker process cannot use the campaign: {message.failure}")
+        if message.kind == "begin":
+            self._begun = message.numbers
+            self._set_deadline(0.0)
+            return None
+        return self._outcome(message)
+
+    def _outcome(self, message: Message) -> Outcome | None:
+        chunk, begun = self.chunk, self._begun
+        if chunk is None:
+            return None
+        ended = message.kind != "results"
+        if ended:
+            self.chunk = None
+        return Outcome(chunk, message.results, ended=ended, failure=message.failure, suspects=begun)
+
+    def overdue(self) -> Outcome | None:
+        """End it if its time is over; what has come of its chunk then.
+
+        Raises:
+            EngineError: it has not started in time.
+        """
+        if time.monotonic() < self._deadline:
+            return None
+        if not self._ready:
+            self.kill()
+            raise EngineError(f"a worker process has not started within {_START_LIMIT:g} s")
+        if self.chunk is None or self._limit is None:
+            return None
+        self.kill()
+        chunk, self.chunk = self.chunk, None
+        sentence = f"time-out: not flown within {self._limit:g} s of wall-clock time"
+        return Outcome(chunk, failure=sentence, suspects=self._begun, timed_out=True)
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can take chunks."""
+        return not self.connection.closed
+
+    @property
+    def ready(self) -> bool:
+        """Whether it has started."""
+        return self._ready
+
+    def close(self) -> None:
+        """End it: at once while it flies, in order otherwise."""
+        if self.chunk is not None:
+            self.kill()
+        if self.alive:
+            self.connection.close()
+        try:
+            self._process.wait(_END_LIMIT)
+        except subprocess.TimeoutExpired:
+            self.kill()
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._process.kill()
+        self._process.wait()
+        if self.alive:
+            self.connection.close()
+
+    def _send(self, data: bytes) -> None:
+        # One that has ended is noticed by the end of its pipe.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            self.connection.send_bytes(data)
+
+    def _set_deadline(self, more: float) -> None:
+        limit = float("inf") if self._limit is None else self._limit * max(1, len(self._begun))
+        self._deadline = time.monotonic() + limit + more
+
+    def _lost(self, sentence: str) -> Outcome | None:
+        self.connection.close()
+        if not self._ready:
+            self.not_started = sentence
+            return None
+        chunk, self.chunk = self.chunk, None
+        return None if chunk is None else Outcome(chunk, failure=sentence, suspects=self._begun)
+
+    def _how_it_ended(self) -> str:
+        try:
+            code = self._process.wait(_END_LIMIT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            code = self._process.wait()
+        if code >= 0:
+            return f"with exit code {code}"
+        with suppress(ValueError):
+            return f"by {signal.Signals(-code).name}"
+        return f"by signal {-code}"
+
+
+class LocalEngine:
+    """Flies chunks in some processes of this machine."""
+
+    def __init__(self, job: Job, workers: int, log: Path | None = None) -> None:
+        """Take a job; workers are started when there is something to fly.
+
+        Args:
+            job: of every worker.
+            workers: number of processes.
+            log: file to which they write to standard error; None to drop that.
+        """
+        self._job = pickle.dumps(job)
+        self._limit = job.time_limit
+        self._log: IO[bytes] | None = None if log is None else log.open("ab")
+        self._count = workers
+        self._processes: list[WorkerProcess] = []
+        self._failed_starts = 0
+
+    @property
+    def workers(self) -> int:
+        """Number of processes."""
+        return self._count
+
+    @property
+    def free(self) -> int:
+        """Chunks that can be submitted now."""
+        return self._count - sum(process.chunk is not None for process in self._processes)
+
+    @property
+    def pids(self) -> list[int]:
+        """Numbers of the worker processes."""
+        return [process.pid for process in self._processes]
+
+    def submit(self, chunk: Chunk) -> None:
+        """Have a chunk flown.
+
+        Raises:
+            EngineError: no worker can be started.
+        """
+        idle = (process for process in self._processes if process.chunk is None and process.alive)
+        (next(idle, None) or self._new()).start(chunk)
+
+    def _new(self) -> WorkerProcess:
+        log = subprocess.DEVNULL if self._log is None else self._log
+        self._processes.append(WorkerProcess(self._job, self._limit, log))
+        return self._processes[-1]
+
+    def wait(self, duration: float) -> list[Outcome]:
+        """What has come of the chunks within some time.
+
+        Raises:
+            EngineError: a worker cannot be started.
+        """
+        connections = {process.connection: process for process in self._processes}
+        ready = wait(list(connections), duration)
+        found = [connections[connection].receive() for connection in ready if connection in connections]
+        found += [process.overdue() for process in self._processes if process.alive]
+        ended = [process for process in self._processes if not process.alive]
+        self._processes = [process for process in self._processes if process.alive]
+        if any(process.ready for process in self._processes):
+            self._failed_starts = 0
+        for process in ended:
+            chunk = process.chunk
+            process.close()
+            if process.not_started and chunk is not None:
+                self._start_again(chunk, process.not_started)
+        return [outcome for outcome in found if outcome is not None]
+
+    def _start_again(self, chunk: Chunk, sentence: str) -> None:
+        """Have a chunk flown whose worker has ended before it could fly anything."""
+        self._failed_starts += 1
+        if self._failed_starts >= _MOST_STARTS:
+            raise EngineError(f"{_MOST_STARTS} worker processes ended before they could fly: {sentence}")
+        self._new().start(chunk)
+
+    def close(self) -> None:
+        """End all workers, whatever they do."""
+        for process in self._processes:
+            if process.chunk is not None:
+                process.kill()
+        for process in self._processes:
+            process.close()
+        self._processes = []
+        if self._log is not None:
+            self._log.close()
+            self._log = None

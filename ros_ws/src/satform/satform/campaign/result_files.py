@@ -1,0 +1,341 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Parquet files of a campaign's results: each written whole or not at all, and checked when it is read.
+
+A file holds some cases in order of their numbers. Its name has the first and the last of these and the
+beginning of the SHA-256 of its content: `cases-00000000-00000499-9f86d081884c7d65.parquet`. Retained series
+are in a file of their own, which is written first and which the metadata of the file of results names.
+"""
+
+import hashlib
+import heapq
+import io
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from satform.campaign.results import CaseResult, Columns
+from satform.files.bounded_file import read_bounded
+from satform.files.durable_file import write_durably
+from satform.numeric.elementwise import Array
+
+RESULTS = "results"
+"""Folder of the results in a campaign's folder."""
+
+SERIES = "series"
+"""Folder of the retained series in a campaign's folder."""
+
+_NAME = re.compile(r"cases-(\d{8,})-(\d{8,})-([0-9a-f]{16})\.parquet")
+_SERIES_FILE = "series_file"
+"""Entry of the metadata of a file of results."""
+
+_MOST_BYTES = 2**31
+_BATCH = 1024
+"""Rows that are read at once."""
+
+
+class ResultFileError(ValueError):
+    """A file of results that is damaged; the message names it.
+
+    Attributes:
+        path: of the file.
+    """
+
+    def __init__(self, path: Path, sentence: str) -> None:
+        super().__init__(f"{path}: {sentence}")
+        self.path = path
+
+
+@dataclass(frozen=True, order=True)
+class ResultFile:
+    """A file of results.
+
+    Attributes:
+        first: smallest number of a case in it.
+        last: largest number of a case in it.
+        path: of the file.
+    """
+
+    first: int
+    last: int
+    path: Path
+
+
+def result_files(folder: Path) -> list[ResultFile]:
+    """All files of results of a campaign, in order of their first case.
+
+    Args:
+        folder: of the campaign.
+
+    Raises:
+        ResultFileError: there is a file of another name among them.
+    """
+    found = []
+    for path in (folder / RESULTS).glob("*.parquet"):
+        match = _NAME.fullmatch(path.name)
+        if match is None:
+            raise ResultFileError(path, "is not the name of a file of results")
+        found.append(ResultFile(int(match[1]), int(match[2]), path))
+    return sorted(found)
+
+
+def write_results(folder: Path, results: Sequence[CaseResult], columns: Columns) -> None:
+    """Write some results of a campaign.
+
+    Args:
+        folder: of the campaign.
+        results: at least one, in order of their numbers, with all columns of the campaign.
+        columns: of the campaign.
+
+    Raises:
+        OSError: they cannot be written.
+    """
+    retained = any(result.series for result in results)
+    series = _write(folder / SERIES, results, *_series_columns(results)) if retained else ""
+    _write(folder / RESULTS, results, _result_columns(results, columns), {_SERIES_FILE: series})
+
+
+def read_results(file: ResultFile, columns: Columns) -> Iterator[CaseResult]:
+    """The results in a file, without series.
+
+    Args:
+        file: to be read.
+        columns: of the campaign.
+
+    Raises:
+        OSError: it cannot be read.
+        ResultFileError: it is damaged, or of another campaign.
+    """
+    expected = file.first - 1
+    for rows in _batches(file.path):
+        try:
+            results = _results(rows, columns)
+        except (KeyError, TypeError, ValueError) as error:
+            raise ResultFileError(file.path, f"does not have the columns of this campaign: {error}") from None
+        for result in results:
+            if not expected < result.number <= file.last:
+                raise ResultFileError(file.path, f"case {result.number} is out of order")
+            expected = result.number
+            yield result
+
+
+def all_results(folder: Path, columns: Columns) -> Iterator[CaseResult]:
+    """All results of a campaign in order of their numbers, without series.
+
+    Files are opened when their first case comes up, so that memory does not grow with the number of runs.
+
+    Raises:
+        OSError: a file cannot be read.
+        ResultFileError: a file is damaged, or two hold the same case.
+    """
+    waiting = result_files(folder)[::-1]
+    under_way: list[tuple[int, str, CaseResult, Iterator[CaseResult]]] = []
+    last, last_path = -1, ""
+    while waiting or under_way:
+        while waiting and (not under_way or waiting[-1].first <= under_way[0][0]):
+            file = waiting.pop()
+            _advance(under_way, read_results(file, columns), str(file.path))
+        if not under_way:
+            continue
+        number, path, result, rest = heapq.heappop(under_way)
+        if number == last:
+            raise ResultFileError(Path(path), f"has case {number}, which is in {last_path}, too")
+        last, last_path = number, path
+        yield result
+        _advance(under_way, rest, path)
+
+
+def _advance(
+    under_way: list[tuple[int, str, CaseResult, Iterator[CaseResult]]],
+    results: Iterator[CaseResult],
+    path: str,
+) -> None:
+    following = next(results, None)
+    if following is not None:
+        heapq.heappush(under_way, (following.number, path, following, results))
+
+
+def all_series(folder: Path) -> Iterator[tuple[int, dict[str, Array]]]:
+    """Number and retained series of every case that has any, file by file.
+
+    Args:
+        folder: of the campaign.
+
+    Yields:
+        The number of a case, and its series by name, shape (T, N, ...).
+
+    Raises:
+        OSError: a file cannot be read.
+        ResultFileError: a file is damaged.
+    """
+    for file in result_files(folder):
+        yield from series_of(file)
+
+
+def series_of(file: ResultFile) -> Iterator[tuple[int, dict[str, Array]]]:
+    """As `all_series`, of the cases in one file of results."""
+    series = _series_file(file.path, _content(file.path))
+    if series is not None:
+        yield from _read_series(series)
+
+
+def _read_series(path: Path) -> Iterator[tuple[int, dict[str, Array]]]:
+    from arro3.core import list_flatten, list_offsets  # noqa: PLC0415 - an extra
+
+    for rows in _batches(path):
+        shapes: dict[str, list[int]] = json.loads(rows.schema.metadata[b"shapes"])
+        ends = {name: list_offsets(rows[name]).to_numpy().tolist() for name in shapes}
+        values = {name: list_flatten(rows[name]).to_numpy() for name in shapes}
+        for row, number in enumerate(rows["number"].to_numpy().tolist()):
+            found = {}
+            for name, shape in shapes.items():
+                first = ends[name][0]
+                part = values[name][ends[name][row] - first : ends[name][row + 1] - first]
+                if len(part):
+                    found[name] = part.reshape(-1, *shape)
+            if found:
+                yield number, found
+
+
+def verify(file: ResultFile) -> None:
+    """Check that a file, and that of the series of its cases, are as they were written.
+
+    Args:
+        file: to be read.
+
+    Raises:
+        OSError: it cannot be read.
+        ResultFileError: it is damaged.
+    """
+    series = _series_file(file.path, _content(file.path))
+    if series is not None:
+        try:
+            _content(series)
+        except ResultFileError as error:
+            raise ResultFileError(file.path, f"the series of its cases are damaged: {error}") from None
+
+
+def _series_file(path: Path, content: bytes) -> Path | None:
+    """The file of the series of the cases in a file of results; None where none are retained."""
+    name = _opened(path, content).schema.metadata.get(_SERIES_FILE.encode(), b"").decode()
+    if not name:
+        return None
+    series = path.parent.parent / SERIES / Path(name).name
+    if not series.exists():
+        raise ResultFileError(path, f"the series of its cases are missing: there is no {series}")
+    return series
+
+
+def _content(path: Path) -> bytes:
+    content = read_bounded(path, _MOST_BYTES, "a file of results")
+    match = _NAME.fullmatch(path.name)
+    if match is None or _digest(content) != match[3]:
+        raise ResultFileError(path, "is damaged: its content does not have the digest in its name")
+    return content
+
+
+def _batches(path: Path) -> Iterator[Any]:
+    rows = _opened(path, _content(path))
+    try:
+        yield from rows
+    except (OSError, ResultFileError):
+        raise
+    except Exception as error:  # the parser has no class of its own for its errors
+        raise ResultFileError(path, f"cannot be read: {error}") from None
+
+
+def _opened(path: Path, content: bytes) -> Any:
+    """Reader of a file's rows; only content that has its digest is parsed."""
+    from arro3.io import read_parquet  # noqa: PLC0415 - an extra
+
+    try:
+        return read_parquet(content, batch_size=_BATCH)
+    except Exception as error:  # likewise
+        raise ResultFileError(path, f"cannot be read: {error}") from None
+
+
+def _write(
+    folder: Path, results: Sequence[CaseResult], columns: Mapping[str, Any], metadata: Mapping[str, str]
+) -> str:
+    """Write columns to a file of these cases; returns its name."""
+    from arro3.core import Field, Schema, Table  # noqa: PLC0415 - an extra
+    from arro3.io import write_parquet  # noqa: PLC0415
+
+    schema = Schema([Field(name, column.type) for name, column in columns.items()], metadata=dict(metadata))
+    table = Table.from_arrays(list(columns.values()), schema=schema)
+    content = io.BytesIO()
+    write_parquet(table, content, compression="zstd(3)", key_value_metadata=dict(metadata))
+    first, last = results[0].number, results[-1].number
+    name = f"cases-{first:08d}-{last:08d}-{_digest(content.getvalue())}.parquet"
+    folder.mkdir(exist_ok=True)
+    write_durably(folder / name, content.getvalue())
+    return name
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _result_columns(results: Sequence[CaseResult], columns: Columns) -> dict[str, Any]:
+    from arro3.core import Array as Column  # noqa: PLC0415 - an extra
+    from arro3.core import DataType  # noqa: PLC0415
+
+    text, boolean = DataType.string(), DataType.bool()
+    kinds = {"number": DataType.float64(), "integer": DataType.int64(), "boolean": boolean, "text": text}
+    data = {
+        "number": Column([result.number for result in results], DataType.int64()),
+        "success": Column([result.success for result in results], boolean),
+        "reason": Column([result.reason for result in results], text),
+        "lost": Column([result.lost for result in results], boolean),
+        "stacked": Column([result.stacked for result in results], boolean),
+        "state_hash": Column([result.state_hash for result in results], text),
+        "record_path": Column([result.record_path for result in results], text),
+    }
+    for path, kind in columns.changes.items():
+        data[f"change.{path}"] = Column([result.changes.get(path) for result in results], kinds[kind])
+    for name in columns.figures:
+        data[f"figure.{name}"] = Column([result.figures[name] for result in results], DataType.float64())
+    for name in columns.judged:
+        data[f"met.{name}"] = Column([result.met[name] for result in results], boolean)
+    return data
+
+
+def _results(rows: Any, columns: Columns) -> list[CaseResult]:
+    plain = {name: rows[name].to_pylist() for name in rows.schema.names}
+    count = rows.num_rows
+    changes = _rows({path: plain[f"change.{path}"] for path in columns.changes}, count)
+    figures = _rows({name: plain[f"figure.{name}"] for name in columns.figures}, count)
+    met = _rows({name: plain[f"met.{name}"] for name in columns.judged}, count)
+    names = ("number", "success", "reason", "lost", "stacked", "state_hash", "record_path")
+    return [
+        CaseResult(
+            changes={path: value for path, value in changes[row].items() if value is not None},
+            figures=figures[row],
+            met=met[row],
+            **{name: plain[name][row] for name in names},
+        )
+        for row in range(count)
+    ]
+
+
+def _rows(columns: dict[str, list[Any]], count: int) -> list[dict[str, Any]]:
+    return [{name: values[row] for name, values in columns.items()} for row in range(count)]
+
+
+def _series_columns(results: Sequence[CaseResult]) -> tuple[dict[str, Any], dict[str, str]]:
+    from arro3.core import Array as Column  # noqa: PLC0415 - an extra
+    from arro3.core import list_array  # noqa: PLC0415
+
+    nothing = np.empty(0)
+    shapes = {name: array.shape[1:] for result in results for name, array in result.series.items()}
+    data = {"number": Column.from_numpy(np.asarray([result.number for result in results], dtype=np.int64))}
+    for name in sorted(shapes):
+        rows = [np.ravel(result.series.get(name, nothing)) for result in results]
+        offsets = np.cumsum([0, *map(len, rows)], dtype=np.int32)
+        data[name] = list_array(Column.from_numpy(offsets), Column.from_numpy(np.concatenate(rows)))
+    return data, {"shapes": json.dumps(shapes)}

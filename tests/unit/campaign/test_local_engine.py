@@ -1,0 +1,175 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The local engine: every case has one result, whatever happens to the processes that fly them."""
+
+import os
+import signal
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pytest
+
+import chunks
+from satform.campaign.engine import Chunk, EngineError, Flights, Job, chunk_size
+from satform.campaign.local_engine import LocalEngine
+from satform.campaign.results import CaseResult, ResultsHash
+
+
+def flown(
+    accidents: Mapping[int, str],
+    folder: Path,
+    *,
+    cases: int = 40,
+    workers: int = 2,
+    size: int = 7,
+    time_limit: float | None = None,
+) -> dict[int, CaseResult]:
+    """Results of cases by number; none comes twice."""
+    found: list[CaseResult] = []
+    job = Job(chunks.fly, accidents, str(folder), time_limit)
+    engine = LocalEngine(job, workers, folder / "workers.log")
+    try:
+        assert Flights(chunks.changes, found.extend).fly(range(cases), size, engine)
+        pids = engine.pids
+    finally:
+        engine.close()
+    assert sorted(result.number for result in found) == list(range(cases))
+    # Ended and waited for: there is no such child any more.
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+    return {result.number: result for result in found}
+
+
+def hashed(results: Mapping[int, CaseResult]) -> str:
+    found = ResultsHash(chunks.COLUMNS)
+    for number in sorted(results):
+        found.add(chunks.COLUMNS.complete(results[number]))
+    return found.hexdigest()
+
+
+def test_the_hash_is_the_same_for_any_number_of_workers_and_any_size_of_a_chunk(tmp_path: Path) -> None:
+    wanted = hashed({number: chunks.result(number) for number in range(40)})
+    assert hashed(flown({}, tmp_path, workers=1, size=40)) == wanted
+    assert hashed(flown({}, tmp_path, workers=2, size=7)) == wanted
+    assert hashed(flown({}, tmp_path, workers=7, size=1)) == wanted
+
+
+@pytest.mark.parametrize(
+    ("accident", "reason"),
+    [
+        ("exit", "its worker process ended with exit code 3"),
+        ("kill", "its worker process ended by SIGKILL"),
+        ("memory", "there was not enough memory for it"),
+        ("error", "RuntimeError: no such thing"),
+    ],
+)
+def test_a_case_that_ends_its_worker_is_a_result_with_the_reason_and_costs_no_other(
+    accident: str, reason: str, tmp_path: Path
+) -> None:
+    results = flown({11: accident, 12: accident}, tmp_path)
+    for number in (11, 12):
+        assert (results[number].reason, results[number].lost) == (reason, True)
+        assert results[number].changes == chunks.changes(number)
+    others = {number: result for number, result in results.items() if number not in (11, 12)}
+    assert others == {number: chunks.result(number) for number in others}
+
+
+def test_a_worker_that_dies_once_costs_no_result(tmp_path: Path) -> None:
+    results = flown({3: "kill once", 20: "exit once", 39: "error once"}, tmp_path)
+    assert results == {number: chunks.result(number) for number in range(40)}
+
+
+def test_a_case_that_does_not_end_in_time_is_a_result_and_the_rest_of_its_chunk_is_flown(
+    tmp_path: Path,
+) -> None:
+    results = flown({5: "hang", 6: "hang"}, tmp_path, cases=12, size=12, time_limit=0.5)
+    for number in (5, 6):
+        assert results[number].reason == "time-out: not flown within 0.5 s of wall-clock time"
+        assert results[number].lost
+    assert all(results[number] == chunks.result(number) for number in range(12) if number not in (5, 6))
+
+
+def test_a_campaign_that_no_worker_can_read_is_an_error_and_not_a_loop(tmp_path: Path) -> None:
+    class Unknown:
+        """Pickled by a name that is not there in the worker."""
+
+    Unknown.__qualname__ = "Unknown"
+    Unknown.__module__ = "chunks"
+    chunks.Unknown = Unknown  # type: ignore[attr-defined]
+    engine = LocalEngine(Job(chunks.fly, Unknown()), 2)
+    del chunks.Unknown  # type: ignore[attr-defined]
+    try:
+        with pytest.raises(EngineError, match="cannot use the campaign: AttributeError"):
+            Flights(chunks.changes, lambda _: None).fly(range(4), 2, engine)
+    finally:
+        engine.close()
+
+
+def test_workers_that_end_before_they_start_are_an_error_and_not_a_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "python"
+    program.write_text("#!/bin/sh\nexit 7\n")
+    program.chmod(0o755)
+    monkeypatch.setattr("satform.campaign.local_engine.sys.executable", str(program))
+    engine = LocalEngine(Job(chunks.fly, {}), 2)
+    try:
+        with pytest.raises(EngineError, match=r"3 worker processes ended before .* with exit code 7"):
+            Flights(chunks.changes, lambda _: None).fly(range(4), 2, engine)
+    finally:
+        engine.close()
+
+
+def test_a_stopped_campaign_ends_its_workers_and_has_what_was_finished(tmp_path: Path) -> None:
+    found: list[CaseResult] = []
+    engine = LocalEngine(Job(chunks.fly, {20: "hang"}), 1)
+    flights = Flights(chunks.changes, found.extend, stop=lambda: len(found) >= 20, period=0.05)
+    try:
+        assert not flights.fly(range(40), 10, engine)
+        pids = engine.pids
+    finally:
+        engine.close()
+    assert [result.number for result in found] == list(range(20))
+    with pytest.raises(ProcessLookupError):
+        os.kill(pids[0], signal.SIGTERM)
+
+
+@pytest.mark.parametrize(
+    ("cases", "workers", "satellites", "size"),
+    [(1000, 2, 3, 125), (10, 7, 3, 1), (1_000_000, 2, 3, 512), (1000, 1, 1000, 4), (5, 1, 10_000, 1)],
+)
+def test_a_chunk_has_a_share_of_the_cases_within_the_bounds_of_memory(
+    cases: int, workers: int, satellites: int, size: int
+) -> None:
+    assert chunk_size(cases, workers, satellites) == size
+
+
+def test_cases_of_a_stack_that_ends_its_worker_are_flown_again_one_by_one() -> None:
+    flown_chunks: list[Chunk] = []
+
+    class Stacks:
+        """Flies a chunk as one stack, which ends its worker if case 2 is in it."""
+
+        workers, free = 1, 1
+
+        def submit(self, chunk: Chunk) -> None:
+            flown_chunks.append(chunk)
+            self.free = 0
+
+        def wait(self, _duration: float) -> Sequence[object]:
+            from satform.campaign.engine import Outcome
+
+            chunk = flown_chunks[-1]
+            self.free = 1
+            if 2 in chunk.numbers:
+                return [Outcome(chunk, failure="died", suspects=chunk.numbers)]
+            return [Outcome(chunk, tuple(map(chunks.result, chunk.numbers)))]
+
+        def close(self) -> None:
+            """Nothing to end."""
+
+    found: list[CaseResult] = []
+    assert Flights(chunks.changes, found.extend).fly(range(6), 4, Stacks())  # type: ignore[arg-type]
+    assert [chunk.numbers for chunk in flown_chunks] == [(0, 1, 2, 3), (0,), (1,), (2,), (3,), (4, 5)]
+    assert [result.reason for result in sorted(found, key=lambda result: result.number)][2] == "died"

@@ -1,0 +1,260 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Starts a campaign in a new folder or resumes one, and flies the cases that have no result."""
+
+import os
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.campaign.cases import case_values
+from satform.campaign.chunk import fly_chunk
+from satform.campaign.dask_engine import DaskEngine
+from satform.campaign.engine import Engine, EngineError, Flights, Job, chunk_size
+from satform.campaign.folder import RECORDS, CampaignFolder, FolderError, ResultStore
+from satform.campaign.local_engine import LocalEngine
+from satform.campaign.model import Campaign
+from satform.campaign.result_files import ResultFileError
+from satform.files.durable_file import write_durably
+from satform_nodes.runtime.signals import StopRequest
+from satform_tools import console
+from satform_tools.campaign import junit, library, progress
+from satform_tools.campaign.summary import Speed, Summary, summarise
+from satform_tools.errors import CommandError, sentence_of
+from satform_tools.run import folders
+from satform_tools.run.scenario_library import SCENARIOS
+
+SUMMARY = "summary.json"
+"""What came of the campaign, in its folder."""
+
+LOG = "workers.log"
+"""What the worker processes of this machine wrote to standard error."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How the cases are flown.
+
+    Attributes:
+        workers: processes of this machine; None for as many as it has processors.
+        engine: where cases are flown.
+        scheduler: address of a dask scheduler.
+        timeout: wall-clock time of a case, s; that of the campaign when None.
+        junit: file to write as JUnit XML; None for none.
+    """
+
+    workers: int | None = None
+    engine: Literal["local", "dask"] = "local"
+    scheduler: str | None = None
+    timeout: float | None = None
+    junit: Path | None = None
+
+
+@dataclass(frozen=True)
+class Resumption:
+    """What is done before a campaign is resumed.
+
+    Attributes:
+        repair: whether damaged files of results are put aside and their cases flown again.
+        retry: whether cases that a time-out or the end of a worker process ended are flown again.
+        stored: whether the campaign is flown as it was stored, though its file has changed since.
+    """
+
+    repair: bool = False
+    retry: bool = False
+    stored: bool = False
+
+
+def run(name: str, out: Path | None, options: Options) -> Summary:
+    """Fly a campaign in a new folder.
+
+    Args:
+        name: of a shipped campaign, or path of a file.
+        out: folder, new or empty; None for a new one in `runs`.
+        options: how it is flown.
+
+    Raises:
+        CommandError: it cannot be started.
+        ScenarioError: it cannot be flown.
+    """
+    _require_fitting(options)
+    if library.is_folder(Path(name)):
+        raise CommandError(f"{name} is the folder of a campaign: use satform campaign resume {name}")
+    campaign, file = library.load(name)
+    if out is not None and library.is_folder(out):
+        there = library.opened(out).manifest
+        raise CommandError(
+            f"{out} already holds the campaign {there.name}: go on with satform campaign resume {out}, or "
+            "name another folder with --out"
+        )
+    path = folders.make(out, campaign.name)
+    try:
+        folder = CampaignFolder.create(path, campaign, file, datetime.now(UTC).isoformat(timespec="seconds"))
+    except OSError as error:
+        raise CommandError(f"the campaign cannot be stored: {sentence_of(error)}") from None
+    return _flown(folder, campaign, options, Resumption())
+
+
+def resume(target: Path, options: Options, resumption: Resumption) -> Summary:
+    """Fly the cases of a campaign that have no result.
+
+    Args:
+        target: its folder, or its file, of which the newest folder in `runs` is taken.
+        options: how they are flown.
+        resumption: what is done before.
+
+    Raises:
+        CommandError: it cannot be resumed.
+        ScenarioError: its file is none any more.
+    """
+    _require_fitting(options)
+    if library.is_folder(target) or target.is_dir():
+        folder = library.opened(target)
+    else:
+        folder = library.newest_folder(library.find(str(target)), Path.cwd() / "runs")
+    try:
+        campaign = folder.campaign()
+        if not resumption.stored:
+            folder.require_source(SCENARIOS)
+        folder.require_software()
+    except FolderError as error:
+        changed = "" if resumption.stored else "; --stored goes on with the copy in the folder"
+        is_source = bool(folder.manifest.file) and str(error).startswith(folder.manifest.file)
+        raise CommandError(f"{error}{changed if is_source else ''}") from None
+    return _flown(folder, campaign, options, resumption)
+
+
+def report(path: Path, junit_file: Path | None = None) -> Summary:
+    """What came of a campaign so far.
+
+    Raises:
+        CommandError: the folder holds none, or its results are damaged.
+    """
+    folder = library.opened(path)
+    try:
+        summary = summarise(folder, folder.campaign())
+    except (FolderError, ResultFileError) as error:
+        raise CommandError(f"{error}{_repair_advice(folder, error)}") from None
+    _write_junit(summary, junit_file)
+    return summary
+
+
+def _require_fitting(options: Options) -> None:
+    """Check that the options can be combined.
+
+    Raises:
+        CommandError: they cannot.
+    """
+    if options.engine == "dask" and options.scheduler is None:
+        raise CommandError(
+            "--engine dask needs --scheduler ADDRESS; start one with: dask scheduler, and on each machine: "
+            "dask worker ADDRESS"
+        )
+    if options.engine == "dask" and options.workers is not None:
+        raise CommandError("--workers is for --engine local; dask has the workers that are started for it")
+    if options.engine == "local" and options.scheduler is not None:
+        raise CommandError("--scheduler is for --engine dask")
+
+
+def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumption: Resumption) -> Summary:
+    """Fly what is missing, with the folder locked, and write the summary."""
+    try:
+        with folder.locked():
+            _prepare(folder, resumption)
+            summary = _fly(folder, campaign, options, folder.done())
+            with suppress(OSError):
+                # A full disk is in the summary already.
+                write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
+    except (FolderError, ResultFileError) as error:
+        raise CommandError(f"{error}{_repair_advice(folder, error)}") from None
+    except OSError as error:
+        raise CommandError(f"the campaign cannot be stored: {sentence_of(error)}") from None
+    _write_junit(summary, options.junit)
+    return summary
+
+
+def _prepare(folder: CampaignFolder, resumption: Resumption) -> None:
+    if resumption.repair:
+        count = folder.repair()
+        if count:
+            console.note(f"{count} damaged files of results are put aside; their cases are flown again")
+    damaged = folder.damaged()
+    if damaged:
+        raise damaged[0]
+    if resumption.retry:
+        count = folder.forget_lost()
+        console.note(f"{count} cases that were ended by the machine are flown again")
+
+
+def _repair_advice(folder: CampaignFolder, error: Exception) -> str:
+    if not isinstance(error, ResultFileError):
+        return ""
+    return f"; satform campaign resume {folder.path} --repair puts it aside and flies its cases again"
+
+
+def _fly(
+    folder: CampaignFolder,
+    campaign: Campaign,
+    options: Options,
+    done: NDArray[np.bool_],
+) -> Summary:
+    total, before = len(done), int(np.count_nonzero(done))
+    if before == total:
+        return summarise(folder, campaign)
+    workers = options.workers or len(os.sched_getaffinity(0))
+    store = ResultStore(folder)
+    reason, flown, begun = "", False, time.perf_counter()
+    with StopRequest() as request, progress.displayed(campaign.name) as show:
+        flights = Flights(
+            lambda number: case_values(campaign, number),
+            store.store,
+            lambda count: show(before + count, total),
+            lambda: request.asked,
+        )
+        show(before, total)
+        engine: Engine | None = None
+        try:
+            engine = _engine(folder, campaign, options, workers)
+            workers = engine.workers
+            size = chunk_size(total - before, workers, len(campaign.base.satellites))
+            flown = flights.fly(map(int, np.flatnonzero(~done)), size, engine)
+            store.flush()
+        except EngineError as error:
+            reason = str(error)
+            store.flush()
+        except OSError as error:
+            reason = f"the results cannot be stored: {sentence_of(error)}"
+        finally:
+            if engine is not None:
+                engine.close()
+        stopped = not flown and not reason
+    seconds = time.perf_counter() - begun
+    after = int(np.count_nonzero(folder.done()))
+    speed = Speed(after - before, seconds, workers, options.engine)
+    return summarise(folder, campaign, stopped=stopped, reason=reason, speed=speed)
+
+
+def _engine(folder: CampaignFolder, campaign: Campaign, options: Options, workers: int) -> Engine:
+    records = None
+    if campaign.keep.record != "never":
+        (folder.path / RECORDS).mkdir(exist_ok=True)
+        records = str((folder.path / RECORDS).absolute())
+    job = Job(fly_chunk, campaign, records, options.timeout or campaign.timeout)
+    if options.scheduler is not None:
+        return DaskEngine(job, options.scheduler)
+    return LocalEngine(job, workers, folder.path / LOG)
+
+
+def _write_junit(summary: Summary, file: Path | None) -> None:
+    if file is None:
+        return
+    try:
+        junit.write(summary, file)
+    except OSError as error:
+        raise CommandError(f"the JUnit file cannot be written: {sentence_of(error)}") from None

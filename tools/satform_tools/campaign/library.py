@@ -1,0 +1,146 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Campaigns by name or path: shipped ones, files, and folders of campaigns under way."""
+
+import difflib
+from pathlib import Path
+
+from satform.campaign.cases import case_scenario, case_values
+from satform.campaign.folder import MANIFEST, CampaignFolder, FolderError
+from satform.campaign.loader import load_campaign
+from satform.campaign.model import Campaign
+from satform.scenario import Scenario
+from satform_tools.errors import CommandError
+from satform_tools.run.scenario_library import SCENARIOS
+
+CAMPAIGNS = SCENARIOS / "campaigns"
+"""Folder of the shipped campaigns."""
+
+_SUFFIXES = (".yaml", ".yml", ".json")
+
+
+def names() -> list[str]:
+    """Names of the shipped campaigns."""
+    return sorted(path.stem for path in CAMPAIGNS.glob("*.yaml"))
+
+
+def find(campaign: str) -> Path:
+    """The file of a campaign.
+
+    Args:
+        campaign: name of a shipped one, path of a file, or of the folder of a campaign.
+
+    Returns:
+        The file, whether or not it exists.
+
+    Raises:
+        CommandError: nothing of that name is known.
+    """
+    known = names()
+    if campaign in known:
+        return CAMPAIGNS / f"{campaign}.yaml"
+    path = Path(campaign)
+    if is_folder(path):
+        return path / "campaign.json"
+    if path.suffix in _SUFFIXES or "/" in campaign or path.is_file():
+        return path
+    close = difflib.get_close_matches(campaign, known, n=1)
+    meant = f"; did you mean {close[0]}?" if close else "."
+    raise CommandError(
+        f"there is no campaign {campaign!r}{meant} Name one of {', '.join(known)}, the path of a YAML file, "
+        "or the folder of a campaign"
+    )
+
+
+def load(campaign: str) -> tuple[Campaign, Path]:
+    """Load a campaign.
+
+    Args:
+        campaign: as for `find`.
+
+    Returns:
+        The campaign and its file.
+
+    Raises:
+        CommandError: nothing of that name is known.
+        ScenarioError: it or its scenario cannot be flown.
+    """
+    file = find(campaign)
+    return load_campaign(file, SCENARIOS), file
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path is the folder of a campaign."""
+    try:
+        return (path / MANIFEST).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def case(campaign: Campaign, number: int) -> Scenario:
+    """The scenario of a case.
+
+    Raises:
+        CommandError: there is no such case.
+        ScenarioError: it cannot be flown.
+    """
+    require_case(campaign, number)
+    return case_scenario(campaign, number)
+
+
+def values(campaign: Campaign, number: int) -> dict[str, float | int | str | bool]:
+    """The changes of a case by path of the scenario's field.
+
+    Raises:
+        CommandError: there is no such case.
+    """
+    require_case(campaign, number)
+    return case_values(campaign, number)
+
+
+def require_case(campaign: Campaign, number: int) -> None:
+    """Check that a campaign has a case.
+
+    Raises:
+        CommandError: it has not.
+    """
+    if not 0 <= number < campaign.cases:
+        raise CommandError(f"there is no case {number}: {campaign.name} has cases 0 to {campaign.cases - 1}")
+
+
+def opened(path: Path) -> CampaignFolder:
+    """The folder of a campaign.
+
+    Raises:
+        CommandError: it is none.
+    """
+    try:
+        return CampaignFolder.open(path)
+    except FolderError as error:
+        raise CommandError(str(error)) from None
+
+
+def newest_folder(file: Path, runs: Path) -> CampaignFolder:
+    """The newest folder of a campaign that was started from a file.
+
+    Args:
+        file: of the campaign.
+        runs: folder of the folders.
+
+    Raises:
+        CommandError: there is none.
+    """
+    found = []
+    for manifest in runs.glob(f"*/{MANIFEST}"):
+        try:
+            folder = CampaignFolder.open(manifest.parent)
+        except FolderError:
+            continue
+        if folder.manifest.file == str(file.absolute()):
+            found.append((folder.manifest.started, str(folder.path), folder))
+    if not found:
+        raise CommandError(
+            f"no campaign in {runs} was started from {file}; name its folder, or start it with: "
+            f"satform campaign run {file}"
+        )
+    return max(found)[2]

@@ -1,0 +1,115 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What came of a campaign, printed as text."""
+
+from satform_tools import console
+from satform_tools.campaign.progress import duration_text, rate_text
+from satform_tools.campaign.summary import Summary
+
+_MOST_LISTED = 10
+"""Failed cases and kinds of reasons that are printed."""
+
+
+def print_summary(summary: Summary) -> None:
+    """Print what came of a campaign."""
+    console.heading(f"{summary.campaign.name}: {summary.campaign.title}")
+    _print_cases(summary)
+    if summary.figures:
+        console.line()
+        _print_figures(summary)
+    if summary.verdicts:
+        console.line()
+        _print_verdicts(summary)
+    if summary.failures:
+        console.line()
+        _print_failures(summary)
+    console.line()
+    console.line(f"Results: {summary.folder.path}")
+    if summary.results_hash:
+        console.line(f"Hash over all results: {summary.results_hash}")
+    _print_conclusion(summary)
+
+
+def _print_cases(summary: Summary) -> None:
+    rate, low, high = summary.rate
+    flown = f"{summary.flown} of {summary.cases} cases flown"
+    if summary.speed is not None and summary.speed.cases:
+        speed = summary.speed
+        flown += (
+            f", {speed.cases} of them now in {duration_text(speed.seconds)} by {speed.workers} "
+            f"{'worker' if speed.workers == 1 else 'workers'} ({rate_text(speed.cases / speed.seconds)})"
+        )
+    console.line(flown)
+    if summary.flown:
+        console.line(
+            f"Success: {summary.succeeded} of {summary.flown}, {100 * rate:.4g} % "
+            f"(95 % interval {100 * low:.4g} to {100 * high:.4g} %)"
+        )
+        if summary.lost:
+            console.line(f"Ended by a time-out or with their worker process: {summary.lost}")
+        alone = summary.flown - summary.stacked
+        console.line(f"Flown in stacks: {summary.stacked}, one by one: {alone}")
+
+
+def _print_figures(summary: Summary) -> None:
+    rows = []
+    for figure in summary.figures:
+        low, median, high = figure.percentiles
+        numbers = (figure.minimum, low, median, high, figure.maximum)
+        met = "" if figure.met is None else f"{figure.met} of {summary.flown}"
+        rows.append((figure.name, figure.unit, *(f"{number:.5g}" for number in numbers), met))
+    headings = ("figure", "unit", "minimum", "5 %", "50 %", "95 %", "maximum", "as expected")
+    console.table(console.Table(headings, rows, right=frozenset({2, 3, 4, 5, 6, 7})))
+
+
+def _print_verdicts(summary: Summary) -> None:
+    rows = [
+        (
+            verdict.label,
+            f"{verdict.statistic:.5g} {verdict.unit}".strip(),
+            f"{verdict.low:.5g} to {verdict.high:.5g}",
+            verdict.allowed,
+            "pass" if verdict.met else "MISSED",
+        )
+        for verdict in summary.verdicts
+    ]
+    missed = {row: "red" for row, verdict in enumerate(summary.verdicts) if not verdict.met}
+    headings = ("expectation of the campaign", "found", "interval", "allowed", "")
+    console.table(console.Table(headings, rows, styles=missed))
+
+
+def _print_failures(summary: Summary) -> None:
+    kinds = list(summary.kinds.items())
+    console.table(
+        console.Table(
+            ("cases", "reason"),
+            [(str(count), kind) for kind, count in kinds[:_MOST_LISTED]],
+            right=frozenset({0}),
+        )
+    )
+    if len(kinds) > _MOST_LISTED:
+        console.line(f"and {len(kinds) - _MOST_LISTED} more reasons")
+    console.line()
+    rows = [(str(failure.number), failure.reason) for failure in summary.failures[:_MOST_LISTED]]
+    console.table(console.Table(("case", "reason"), rows, right=frozenset({0})))
+    if summary.failed > _MOST_LISTED:
+        console.line(f"and {summary.failed - _MOST_LISTED} more failed cases: see --json, and the results")
+    console.line(f"Fly one again: {summary.command(summary.failures[0].number)}")
+
+
+def _print_conclusion(summary: Summary) -> None:
+    again = f"go on with: satform campaign resume {summary.folder.path}"
+    missing = summary.cases - summary.flown
+    if summary.stopped:
+        console.line(f"STOPPED: {missing} of {summary.cases} cases are not flown; {again}", "red")
+    elif not summary.complete:
+        why = f": {summary.reason}" if summary.reason else ""
+        console.line(f"NOT COMPLETE: {missing} of {summary.cases} cases are not flown{why}; {again}", "red")
+    elif not summary.verdicts:
+        console.line("Flown to the end and not judged: the campaign expects nothing.")
+    else:
+        count, missed = len(summary.verdicts), sum(not verdict.met for verdict in summary.verdicts)
+        if missed:
+            console.line(f"MISSED: {missed} of {count}.", "red")
+        else:
+            console.line(f"As expected: {count} of {count} met.", "green")

@@ -1,0 +1,174 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The commands of campaigns: run, resume, report, case."""
+
+# ruff: noqa: PLC0415
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from satform_tools import console
+from satform_tools.cli.run import RunMode
+from satform_tools.cli.shared_options import Json
+from satform_tools.errors import CommandError
+
+if TYPE_CHECKING:
+    from satform_tools.campaign.summary import Summary
+
+EPILOG = (
+    "Exit codes: 0 as expected, 1 an expectation of the campaign was missed, 2 bad input, 3 cases have no "
+    "result (the disk is full, no worker can be started), 130 stopped by Ctrl-C or SIGTERM."
+)
+
+app = typer.Typer(
+    help=f"Fly many cases of a scenario, sampled from dispersions, and judge them together. {EPILOG}",
+    no_args_is_help=True,
+)
+
+
+class EngineName(StrEnum):
+    """Where cases are flown."""
+
+    LOCAL = "local"
+    DASK = "dask"
+
+
+CampaignArgument = Annotated[
+    str,
+    typer.Argument(metavar="CAMPAIGN", help="Name of a campaign in scenarios/campaigns/, or path of a file."),
+]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a campaign.")]
+Workers = Annotated[
+    int | None,
+    typer.Option(min=1, max=1024, help="Processes on this machine; by default one for each processor."),
+]
+EngineOption = Annotated[
+    EngineName, typer.Option(help="local: processes of this machine; dask: workers of a dask scheduler.")
+]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Of the dask scheduler, e.g. tcp://10.0.0.1:8786.")
+]
+Timeout = Annotated[
+    float | None,
+    typer.Option(
+        min=0.1,
+        metavar="SECONDS",
+        help="Wall-clock time in which a case flown alone has to end; by default that of the campaign.",
+    ),
+]
+Junit = Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the result as JUnit XML.")]
+
+
+@app.command(epilog=EPILOG)
+def run(
+    campaign: CampaignArgument,
+    workers: Workers = None,
+    engine: EngineOption = EngineName.LOCAL,
+    scheduler: Scheduler = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "--output",
+            metavar="DIR",
+            help="Folder of the campaign, new or empty; by default a new one in ./runs.",
+        ),
+    ] = None,
+    timeout: Timeout = None,
+    json: Json = False,
+    junit: Junit = None,
+) -> None:
+    """Fly all cases of a campaign and judge them; Ctrl-C keeps what is done."""
+    from satform_tools.campaign import command
+
+    options = command.Options(workers, engine.value, scheduler, timeout, junit)
+    _end(command.run(campaign, out, options), as_json=json)
+
+
+@app.command(epilog=EPILOG)
+def resume(
+    campaign: Annotated[
+        Path,
+        typer.Argument(metavar="DIR|FILE", help="Folder of a campaign, or its file: the newest in ./runs."),
+    ],
+    workers: Workers = None,
+    engine: EngineOption = EngineName.LOCAL,
+    scheduler: Scheduler = None,
+    timeout: Timeout = None,
+    repair: Annotated[
+        bool,
+        typer.Option("--repair", help="Put damaged files of results aside, and fly their cases again."),
+    ] = False,
+    retry: Annotated[
+        bool,
+        typer.Option("--retry", help="Also fly cases again that ended by a time-out or with their worker."),
+    ] = False,
+    stored: Annotated[
+        bool,
+        typer.Option(
+            "--stored", help="Fly the copy of the campaign in the folder, though its file has changed since."
+        ),
+    ] = False,
+    json: Json = False,
+    junit: Junit = None,
+) -> None:
+    """Fly the cases of a campaign that have no result yet, and judge all."""
+    from satform_tools.campaign import command
+
+    options = command.Options(workers, engine.value, scheduler, timeout, junit)
+    resumption = command.Resumption(repair=repair, retry=retry, stored=stored)
+    _end(command.resume(campaign, options, resumption), as_json=json)
+
+
+@app.command(epilog=EPILOG)
+def report(folder: Folder, json: Json = False, junit: Junit = None) -> None:
+    """Report a campaign: success rate, figures, failures with the commands that fly them again."""
+    from satform_tools.campaign import command
+
+    _end(command.report(folder, junit), as_json=json)
+
+
+@app.command()
+def case(
+    campaign: CampaignArgument,
+    number: Annotated[int, typer.Argument(metavar="N", help="Number of the case, from 0.")],
+    fly: Annotated[
+        bool, typer.Option("--fly", help="Fly it: the same as satform run --campaign CAMPAIGN --case N.")
+    ] = False,
+    mode: Annotated[RunMode, typer.Option(help="With --fly: as for satform run.")] = RunMode.LOCKSTEP,
+    out: Annotated[
+        Path | None, typer.Option("--out", "--output", metavar="DIR", help="With --fly: folder of the run.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Show what a case of a campaign sets, by path of the scenario's fields."""
+    from satform_tools.campaign import library
+    from satform_tools.cli import run as run_commands
+
+    if fly:
+        run_commands.run(None, mode, out=out, json=json, campaign=campaign, case=number)
+        return
+    if out is not None:
+        raise CommandError("--out is for --fly")
+    loaded, file = library.load(campaign)
+    values = library.values(loaded, number)
+    if json:
+        console.as_json({"campaign": loaded.name, "file": str(file), "case": number, "changes": values})
+        return
+    rows = [
+        (path, f"{value:.9g}" if isinstance(value, float) else str(value)) for path, value in values.items()
+    ]
+    console.table(console.Table(("field", "value"), rows, right=frozenset({1})))
+
+
+def _end(summary: "Summary", *, as_json: bool) -> None:
+    from satform_tools.campaign import tables
+
+    if as_json:
+        console.as_json(summary.data())
+    else:
+        tables.print_summary(summary)
+    raise typer.Exit(summary.exit_code)
