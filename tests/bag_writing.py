@@ -12,11 +12,13 @@ from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import FormationStatus
 
+from satform.communication import topic_table
+from satform.communication.topic_table import topic_name
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.message_definitions import described
 from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
@@ -86,28 +88,28 @@ def write(
     stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
     channels: dict[str, int] = {}
     for kind in ("state", "arc_length", "command", "tracking"):
-        message_type = topics.TYPES[kind]
+        message_type = topic_types.TYPES[kind]
         for satellite in scenario.satellites:
-            topic = getattr(topics, kind)(satellite.name)
+            topic = topic_name(kind, satellite.name)
             channels[topic] = writer.add_topic(topic, described(message_type), PROFILES)
     for kind, name, step, numbers in messages:
-        form = layout(topics.TYPES[kind], topics.FRAME)
+        form = layout(topic_types.TYPES[kind], topic_table.FRAME)
         seconds, nanoseconds = stamps.at(step)
         data = form.pack(seconds, nanoseconds, step, *(numbers[field] for field in form.fields[3:]))
-        topic = getattr(topics, kind)(name)
+        topic = topic_name(kind, name)
         writer.write(channels[topic], seconds * NANOSECONDS + nanoseconds, data, step)
-    for kind, topic in (("clock", topics.CLOCK), ("status", topics.STATUS)) if statuses else ():
-        message_type = topics.TYPES[kind]
+    for kind, topic in (("clock", topic_table.CLOCK), ("status", topic_table.STATUS)) if statuses else ():
+        message_type = topic_types.TYPES[kind]
         channels[topic] = writer.add_topic(topic, described(message_type), PROFILES)
     for step in range(scenario.timing.steps + 1) if statuses else ():
         seconds, nanoseconds = stamps.at(step)
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
         writer.write(
-            channels[topics.CLOCK], seconds * NANOSECONDS + nanoseconds, serialize_message(clock), step
+            channels[topic_table.CLOCK], seconds * NANOSECONDS + nanoseconds, serialize_message(clock), step
         )
     for status in statuses:
-        writer.write(channels[topics.STATUS], 0, serialize_message(status), status.step)
+        writer.write(channels[topic_table.STATUS], 0, serialize_message(status), status.step)
     if close:
         writer.close()
     return writer

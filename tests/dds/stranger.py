@@ -22,8 +22,10 @@ from satform_msgs.msg import (
     Tracking,
 )
 
+from satform.communication import topic_table
+from satform.communication.topic_table import topic_name
 from satform_nodes.runtime.diagnostics import DIAGNOSTICS
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos
 
 NUMBERS = (0.0, 1.0, -1e3, 1e300, float("nan"), float("inf"))
 
@@ -31,7 +33,7 @@ NUMBERS = (0.0, 1.0, -1e3, 1e300, float("nan"), float("inf"))
 def filled(message: object, draw: random.Random, steps: list[int]) -> object:
     """A message with the given steps and some numbers, well-formed for the most part."""
     if hasattr(message, "header"):
-        message.header.frame_id = topics.FRAME
+        message.header.frame_id = topic_table.FRAME
         message.header.stamp.sec = draw.choice(steps) // 2
     for name, kind in message.get_fields_and_field_types().items():
         if kind == "double":
@@ -66,17 +68,21 @@ def main(names: list[str]) -> None:
     rclpy.init()
     node = rclpy.create_node("stranger")
     kinds = {
-        topics.CLOCK: Clock,
-        topics.STATUS: FormationStatus,
-        topics.NODE_READY: NodeReady,
-        topics.RECORDER_PROGRESS: RecorderProgress,
+        topic_table.CLOCK: Clock,
+        topic_table.STATUS: FormationStatus,
+        topic_table.NODE_READY: NodeReady,
+        topic_table.RECORDER_PROGRESS: RecorderProgress,
         DIAGNOSTICS: DiagnosticArray,
     }
     for name in names:
-        kinds |= {topics.state(name): RelativeState, topics.arc_length(name): ArcLength}
-        kinds |= {topics.command(name): Command, topics.tracking(name): Tracking}
-        kinds |= {topics.parameter_changes(name): ParameterChange}
-    latched = (topics.STATUS, topics.NODE_READY, *(topics.parameter_changes(name) for name in names))
+        kinds |= {topic_name("state", name): RelativeState, topic_name("arc_length", name): ArcLength}
+        kinds |= {topic_name("command", name): Command, topic_name("tracking", name): Tracking}
+        kinds |= {topic_name("parameter_changes", name): ParameterChange}
+    latched = (
+        topic_table.STATUS,
+        topic_table.NODE_READY,
+        *(topic_name("parameter_changes", name) for name in names),
+    )
     writers = {
         topic: node.create_publisher(kind, topic, qos.LATCHED if topic in latched else qos.LOCKSTEP)
         for topic, kind in kinds.items()

@@ -20,13 +20,15 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from flights import shortened
 from satform.bag.reader import read_bag
+from satform.communication import topic_table
+from satform.communication.topic_table import topic_name
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor.flight import Flight
 from satform_bringup.supervisor.run import fly
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.sim_time import Stamps
 
 KILOMETRES = 1e-3
@@ -36,7 +38,7 @@ KILOMETRES = 1e-3
 def hear(observer: Node, kind: str, topic: str, profile: QoSProfile = qos.MARKERS) -> list[Any]:
     """What is published on a topic from now on."""
     heard: list[Any] = []
-    observer.create_subscription(topics.TYPES[kind], topic, heard.append, profile)
+    observer.create_subscription(topic_types.TYPES[kind], topic, heard.append, profile)
     return heard
 
 
@@ -96,10 +98,10 @@ def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
     # Long enough for observer and display to discover each other on busy cores.
     scenario = shortened("triangle", 2000.0)
     stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
-    poses = [hear(observer, "pose", topics.pose(spec.name)) for spec in scenario.satellites]
-    paths = [hear(observer, "path", topics.path(spec.name)) for spec in scenario.satellites]
-    markers = hear(observer, "markers", topics.MARKERS)
-    transforms = hear(observer, "tf", topics.TF, qos.TRANSFORMS)
+    poses = [hear(observer, "pose", topic_name("pose", spec.name)) for spec in scenario.satellites]
+    paths = [hear(observer, "path", topic_name("path", spec.name)) for spec in scenario.satellites]
+    markers = hear(observer, "markers", topic_table.MARKERS)
+    transforms = hear(observer, "tf", topic_table.TF, qos.TRANSFORMS)
     flight = fly_before(observer, scenario, tmp_path)
     assert flight.lost == ()
     assert flight.missed == ()
@@ -201,7 +203,7 @@ def test_a_display_without_a_formation_ends_when_it_is_asked_to(
     file.write_text(shortened("triangle", 10.0).to_json())
     (process,) = fleet([NodeProcess("display", "display_node", {"scenario": str(file)})])
     end = time.monotonic() + 60.0
-    while not observer.count_publishers(topics.MARKERS):
+    while not observer.count_publishers(topic_table.MARKERS):
         assert time.monotonic() < end, "the display does not start"
         rclpy.spin_once(observer, timeout_sec=0.05)
     process.send_signal(signal.SIGINT)

@@ -13,10 +13,12 @@ from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
 from flights import shortened
+from satform.communication import topic_table
+from satform.communication.topic_table import topic_name
 from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
 from satform_bringup.deployment.node_processes import processes
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos
 
 DIRECTED = "{kind: matrix, rows: [[0,1,0,0],[0,0,1,0],[0,0,0,1],[1,1,0,0]]}"
 """Row i hears column j; the last satellite hears two, and not everyone is heard back."""
@@ -30,11 +32,12 @@ def four_satellites(graph: str) -> Scenario:
 
 def listeners(observer: Node, scenario: Scenario) -> np.ndarray:
     """Adjacency as seen on the network: entry i, j is 1 when satellite i subscribes to what j announces."""
-    topic_of = getattr(topics, scenario.consensus.announces)
     names = [satellite.name for satellite in scenario.satellites]
     seen = np.zeros((len(names), len(names)), dtype=int)
     for column, name in enumerate(names):
-        for endpoint in observer.get_subscriptions_info_by_topic(topic_of(name)):
+        for endpoint in observer.get_subscriptions_info_by_topic(
+            topic_name(scenario.consensus.announces, name)
+        ):
             if endpoint.node_name in names:
                 seen[names.index(endpoint.node_name), column] += 1
     return seen
@@ -45,7 +48,7 @@ def everyone_is_seen(observer: Node, scenario: Scenario) -> bool:
 
     A node's subscriptions become known in the order in which they were made, the status last.
     """
-    seen = {endpoint.node_name for endpoint in observer.get_subscriptions_info_by_topic(topics.STATUS)}
+    seen = {endpoint.node_name for endpoint in observer.get_subscriptions_info_by_topic(topic_table.STATUS)}
     return {satellite.name for satellite in scenario.satellites} <= seen
 
 
@@ -67,7 +70,11 @@ def test_where_satellites_share_their_motion_each_hears_the_one_that_it_follows_
     for name in names:
         for topic, _ in observer.get_subscriber_names_and_types_by_node(name, "/"):
             speakers = {endpoint.node_name for endpoint in observer.get_publishers_info_by_topic(topic)}
-            assert not speakers & (names - {name}) or topic.endswith("/motion") or topic == topics.NODE_READY
+            assert (
+                not speakers & (names - {name})
+                or topic.endswith("/motion")
+                or topic == topic_table.NODE_READY
+            )
 
 
 def flies_on_its_graph(
@@ -79,7 +86,7 @@ def flies_on_its_graph(
     file.write_text(scenario.to_json())
     flying: list[int] = []
     observer.create_subscription(
-        FormationStatus, topics.STATUS, lambda status: flying.append(status.phase), qos.LATCHED
+        FormationStatus, topic_table.STATUS, lambda status: flying.append(status.phase), qos.LATCHED
     )
     fleet(processes(compile_scenario(scenario), file, None))
     end = time.monotonic() + 60.0

@@ -61,12 +61,12 @@ def test_lies_and_floods_from_a_stranger_change_nothing_and_are_counted(
 def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_path: Path) -> None:
     from satform_msgs.msg import Command
 
-    from satform_nodes.transport import topics
+    from satform.communication import topic_table
     from satform_nodes.transport.cdr_codec import layout
     from satform_nodes.transport.message_validator import MessageValidator, RejectionCounter
     from satform_nodes.transport.sim_time import Stamps
 
-    form, rejections = layout(Command, topics.FRAME), RejectionCounter()
+    form, rejections = layout(Command, topic_table.FRAME), RejectionCounter()
     validator = MessageValidator("/sat1/command", form, rejections, Stamps(0.5, 500_000_000))
     rest = [0.0] * 5, (0, 0, *[0.0] * 8, 0, 0.0)
 

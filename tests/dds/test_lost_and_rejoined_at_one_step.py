@@ -15,9 +15,10 @@ from std_srvs.srv import Trigger
 
 from flights import shortened
 from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of
+from satform.communication import topic_table
 from satform.membership.state import SatelliteLost, SatelliteRejoined
 from satform_nodes.plant import services
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos
 
 pytestmark = pytest.mark.unmeasured
 
@@ -60,7 +61,7 @@ def test_a_loss_and_a_return_within_one_pause_have_the_same_bits_when_flown_agai
         if ready.count("/sat2") == 2:
             again.set()
 
-    observer.create_subscription(NodeReady, topics.NODE_READY, on_ready, qos.LATCHED_READER)
+    observer.create_subscription(NodeReady, topic_table.NODE_READY, on_ready, qos.LATCHED_READER)
     helpers: list[threading.Thread] = []
 
     def resume() -> None:

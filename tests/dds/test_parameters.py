@@ -22,10 +22,11 @@ from flights import shortened
 from flown import assert_flies_again
 from satform.bag.reader import read_bag
 from satform.common.exit_codes import EXIT_BAD_INPUT
+from satform.communication.topic_table import topic_name
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform_bringup.deployment.node_processes import processes
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos
 
 STEPS = 3000
 
@@ -63,7 +64,7 @@ def fly_until_some_steps_are_taken(operator: Node, fleet: Callable[..., list], f
     file.write_text(scenario.to_json())
     steps: list[int] = []
     operator.create_subscription(
-        Command, topics.command("sat1"), lambda command: steps.append(command.step), qos.LOCKSTEP
+        Command, topic_name("command", "sat1"), lambda command: steps.append(command.step), qos.LOCKSTEP
     )
     running = fleet(processes(compile_scenario(scenario), file, bag))
     end = time.monotonic() + 60.0

@@ -18,9 +18,10 @@ from satform_msgs.msg import Command
 from flights import shortened
 from flown import assert_as_in_one_process
 from satform.bag.reader import read_bag
+from satform.communication.topic_table import topic_name
 from satform.flight.simulate import simulate
 from satform_bringup.supervisor.run import fly
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos
 
 pytestmark = pytest.mark.unmeasured
 
@@ -35,7 +36,7 @@ class Listener:
         self._node = rclpy.create_node("listener")
         for index, name in enumerate(NAMES):
             self._node.create_subscription(
-                Command, topics.command(name), self._listen_to(index), qos.LOCKSTEP_READER
+                Command, topic_name("command", name), self._listen_to(index), qos.LOCKSTEP_READER
             )
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)

@@ -55,7 +55,7 @@ TAKE_A_SCENARIO = {
     "satform.flight.compile",
     "satform.flight.simulate",
     "satform.plot.formation",
-    "satform.plot.panels",
+    "satform.plot.time_series",
     "satform.plot.prediction",
     "satform_bringup.deployment.multi_host_discovery",
     "satform_bringup.supervisor.launch_report",

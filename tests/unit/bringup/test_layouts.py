@@ -13,10 +13,13 @@ import pytest
 import yaml
 
 from flights import SCENARIOS, shipped
+from satform.communication import topic_table
+from satform.communication.topic_table import topic_name
 from satform.flight.compile import scene_plan
 from satform.scenario import Scenario
+from satform_nodes.display.markers import MARKER_FRAMES
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 
 LAYOUTS = SCENARIOS.parent / "ros_ws" / "src" / "satform_bringup" / "layouts"
 NAME = "triangle"
@@ -32,11 +35,14 @@ RVIZ_DRAWS = {
 
 def known_topics(scenario: Scenario) -> dict[str, Any]:
     """Every topic of a flight of the scenario that is shown, with its message type."""
-    found = {topics.STATUS: topics.TYPES["status"], topics.MARKERS: topics.TYPES["markers"]}
+    found = {
+        topic_table.STATUS: topic_types.TYPES["status"],
+        topic_table.MARKERS: topic_types.TYPES["markers"],
+    }
     kinds = ("state", scenario.consensus.announces, "command", "tracking", "pose", "path")
     for satellite in scenario.satellites:
         for kind in kinds:
-            found[getattr(topics, kind)(satellite.name)] = topics.TYPES[kind]
+            found[topic_name(kind, satellite.name)] = topic_types.TYPES[kind]
     return found
 
 
@@ -134,14 +140,14 @@ def test_rviz_asks_for_no_more_than_the_display_offers() -> None:
 
 
 def test_rviz_and_foxglove_look_from_the_frame_that_the_markers_are_in() -> None:
-    frame = topics.MARKER_FRAMES[START_PARAMETERS["display_scale"].default]
+    frame = MARKER_FRAMES[START_PARAMETERS["display_scale"].default]
     assert frame == "lvlh_km"
     assert rviz()["Visualization Manager"]["Global Options"]["Fixed Frame"] == frame
     (scene,) = (panel for name, panel in foxglove()["configById"].items() if name.startswith("3D!"))
     assert scene["followTf"] == frame
     assert all(layer["frameId"] == frame for layer in scene["layers"].values())
     # What is in metres cannot be drawn there.
-    assert set(scene["topics"]) == {topics.MARKERS}
+    assert set(scene["topics"]) == {topic_table.MARKERS}
 
 
 def test_foxglove_draws_topics_that_exist_and_shows_each_panel_once() -> None:
@@ -152,7 +158,7 @@ def test_foxglove_draws_topics_that_exist_and_shows_each_panel_once() -> None:
     for name, panel in layout["configById"].items():
         if name.startswith("3D!"):
             assert set(panel["topics"]) <= set(known)
-            assert topics.MARKERS in panel["topics"]
+            assert topic_table.MARKERS in panel["topics"]
         elif name.startswith("RawMessages!"):
             assert panel["topicPath"] in known
 
@@ -168,7 +174,7 @@ def test_rviz_shows_every_group_of_markers() -> None:
             scene.moved(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))
         markers = MarkerMessages(Stamps(0.5, 500_000_000), 1e-3, scene.extent).markers(scene.picture())
     displays = rviz()["Visualization Manager"]["Displays"]
-    (formation,) = (entry for entry in displays if entry.get("Topic", {}).get("Value") == topics.MARKERS)
+    (formation,) = (entry for entry in displays if entry.get("Topic", {}).get("Value") == topic_table.MARKERS)
     assert set(formation["Namespaces"]) == {marker.ns for marker in markers.markers}
 
 

@@ -22,7 +22,7 @@ from satform.communication.topic_table import (
 )
 from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
-from satform_nodes.transport import topics
+from satform_nodes.transport import topic_types
 
 README = Path(__file__).resolve().parents[3] / "ros_ws" / "src" / "satform_nodes" / "README.md"
 
@@ -95,7 +95,7 @@ def test_nobody_speaks_in_another_satellites_name() -> None:
 @pytest.mark.parametrize("name", ["triangle", "noisy_navigation", "formation_pointing"])
 def test_every_topic_has_a_type_and_its_name_ends_with_its_kind(name: str) -> None:
     for channel in channels(topic_plan(shipped(name))):
-        assert channel.kind in topics.TYPES
+        assert channel.kind in topic_types.TYPES
         assert channel.topic.endswith(f"/{channel.kind}")
 
 

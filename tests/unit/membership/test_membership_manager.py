@@ -46,9 +46,9 @@ def next_step(membership: MembershipManager) -> tuple[Change | None, Change | No
 def test_the_flight_waits_for_everyone_who_flies_or_watches() -> None:
     membership = MembershipManager(three().membership_plan(), ["recorder"])
     for name in ("sat3", "recorder", "sat1"):
-        membership.is_ready(name)
+        membership.note_ready(name)
     assert membership.unready == ["sat2"]
-    membership.is_ready("sat2")
+    membership.note_ready("sat2")
     assert membership.unready == []
 
 

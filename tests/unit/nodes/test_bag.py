@@ -28,12 +28,13 @@ from bag_writing import PROFILES, VERSIONS, Messages, first_steps, messages_of, 
 from flights import shortened
 from satform.bag.errors import BagError
 from satform.bag.reader import read_bag
+from satform.communication import topic_table
 from satform.flight.simulate import simulate
 from satform.membership.state import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.transport import topics
+from satform_nodes.transport import topic_types
 from satform_nodes.transport.message_definitions import MessageType, described
 from satform_nodes.transport.sim_time import NANOSECONDS
 from satform_tools.run.replay import compare
@@ -295,7 +296,7 @@ def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
         announced_arc_length=float(flown.arc_length[200, 1]),
         announced_rate=float(flown.rate[200, 1]),
     )
-    last_word.header.frame_id = topics.FRAME
+    last_word.header.frame_id = topic_table.FRAME
     everyone = [satellite.name for satellite in scenario.satellites]
     status = FormationStatus(
         step=200,
@@ -365,7 +366,7 @@ def test_a_bag_of_an_earlier_version_is_rejected_with_the_new_name_of_its_fields
     tmp_path: Path, scenario: Scenario, name: str, old: str, new: str, clause: str
 ) -> None:
     writer = BagWriter(tmp_path / "bag", scenario, VERSIONS)
-    current = described(topics.TYPES[name])
+    current = described(topic_types.TYPES[name])
     text = current.definition.replace(f" {old} ", f" {new} ", 1)
     assert text != current.definition
     writer.add_topic("/x", replace(current, definition=text), PROFILES)

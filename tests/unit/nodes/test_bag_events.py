@@ -12,9 +12,10 @@ from satform_msgs.msg import FormationStatus, ParameterChange
 from flights import shortened
 from satform.bag.events import CHANGE_TYPE, STATUS_TYPE, EventError, Events, read_events
 from satform.bag.message_types import TopicMessages
+from satform.communication import topic_table
+from satform.communication.topic_table import topic_name
 from satform.flight.simulate import simulate
 from satform.plot.style import Unit
-from satform_nodes.transport import topics
 from satform_nodes.transport.message_definitions import definition
 from satform_tools.report.event_log import flight_events, graph_states
 from satform_tools.report.page.charts import graph_charts
@@ -42,7 +43,7 @@ def status(step: int, alive: list[bool], reason: str = "", phase: int = Formatio
 
 
 def told(*messages: bytes) -> TopicMessages:
-    return TopicMessages(topics.STATUS, STATUS_TYPE, STATUS_TEXT, messages)
+    return TopicMessages(topic_table.STATUS, STATUS_TYPE, STATUS_TEXT, messages)
 
 
 @pytest.fixture
@@ -50,7 +51,7 @@ def events() -> Events:
     """A satellite is lost and comes back, a gain is changed, and the flight is broken off."""
     change = ParameterChange(step=15, name="controller.switching_gain", value=[0.1, 0.2, 0.3])
     gains = TopicMessages(
-        topics.parameter_changes("sat3"),
+        topic_name("parameter_changes", "sat3"),
         CHANGE_TYPE,
         definition(ParameterChange),
         (bytes(serialize_message(change)),),
@@ -108,7 +109,7 @@ def test_a_lost_satellite_has_no_edges(kept: StoredRun) -> None:
 def test_a_bag_of_an_older_message_still_tells_what_it_knows() -> None:
     older = STATUS_TEXT.replace("uint8 ABORTED=3", "uint8 BROKEN_OFF=3")
     entry = TopicMessages(
-        topics.STATUS, STATUS_TYPE, older, (status(3, [True] * 3, "", FormationStatus.ABORTED),)
+        topic_table.STATUS, STATUS_TYPE, older, (status(3, [True] * 3, "", FormationStatus.ABORTED),)
     )
     assert read_events([entry]).statuses[0].phase == "broken_off"
 

@@ -14,7 +14,7 @@ import rosbag2_format
 from flights import shortened
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.message_definitions import described
 
 PROFILES = {"status": qos.LATCHED, "state": qos.LOCKSTEP, "diagnostics": qos.OBSERVER}
@@ -25,7 +25,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A bag with a topic of each type, and some messages."""
     folder: Path = tmp_path_factory.mktemp("run") / "bag"
     writer = BagWriter(folder, shortened("triangle", 2), {})
-    for number, (kind, message_type) in enumerate(topics.TYPES.items()):
+    for number, (kind, message_type) in enumerate(topic_types.TYPES.items()):
         profile = PROFILES.get(kind, qos.MARKERS)
         channel = writer.add_topic(f"/sat1/{kind}", described(message_type), [offered(profile)])
         for step in range(number % 3):
@@ -39,7 +39,7 @@ def test_rosbag2_can_decode_every_field(folder: Path) -> None:
     assert found["starting_time"] == {"nanoseconds_since_epoch": 10**9}
     assert found["duration"] == {"nanoseconds": 10**9}
     told = {entry["topic_metadata"]["name"]: entry for entry in found["topics_with_message_count"]}
-    assert set(told) == {f"/sat1/{kind}" for kind in topics.TYPES}
+    assert set(told) == {f"/sat1/{kind}" for kind in topic_types.TYPES}
     (status,) = told["/sat1/status"]["topic_metadata"]["offered_qos_profiles"]
     assert status["durability"] == "transient_local"
     assert status["reliability"] == "reliable"
@@ -62,9 +62,9 @@ def test_these_rules_refuse_what_jazzy_cannot_decode(folder: Path, change: dict[
         rosbag2_format.bag(broken)
 
 
-@pytest.mark.parametrize("kind", sorted(topics.TYPES))
+@pytest.mark.parametrize("kind", sorted(topic_types.TYPES))
 def test_a_types_hash_is_what_rosbags_computes_from_its_definition(kind: str) -> None:
-    message_type = described(topics.TYPES[kind])
+    message_type = described(topic_types.TYPES[kind])
     store = get_typestore(Stores.EMPTY)
     own, *others = message_type.definition.split("=" * 80 + "\n")
     texts = {message_type.name: own}
@@ -82,7 +82,7 @@ def test_a_types_hash_is_what_rosbags_computes_from_its_definition(kind: str) ->
 def test_rosbags_reads_qualities_of_service_and_hashes(folder: Path) -> None:
     with Reader(folder) as reader:
         connections = {connection.topic: connection for connection in reader.connections}
-    for kind, message_type in topics.TYPES.items():
+    for kind, message_type in topic_types.TYPES.items():
         connection = connections[f"/sat1/{kind}"]
         assert connection.digest == described(message_type).type_hash
         (profile,) = connection.ext.offered_qos_profiles

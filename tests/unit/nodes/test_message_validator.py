@@ -8,9 +8,9 @@ import pytest
 from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState
 
 from flights import shortened
+from satform.communication import topic_table
 from satform.flight.compile import compile_scenario
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
@@ -23,7 +23,7 @@ KINDS = {"command": Command, "state": RelativeState, "arc_length": ArcLength}
 
 def admitted(kind: str, step: int, nanoseconds: int) -> tuple[Any, dict[tuple[str, str], int]]:
     """What becomes of a message of a step with a stamp, and what is counted."""
-    form, rejections = layout(KINDS[kind], topics.FRAME), RejectionCounter()
+    form, rejections = layout(KINDS[kind], topic_table.FRAME), RejectionCounter()
     exact = kind not in EARLIER_STAMPS
     validator = MessageValidator(f"/sat1/{kind}", form, rejections, Stamps(0.5, STEP), exact=exact)
     rest = [0] * (len(form.fields) - 3)

@@ -19,7 +19,7 @@ from satform.flight.compile import topic_plan
 from satform_bringup.deployment.domain import own_domain
 from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import exit_code_of
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.missing_endpoints import OPTIONAL, Shortcoming, in_words, shortcomings
 
 SCENARIO = shortened("triangle", 60.0)
@@ -40,8 +40,8 @@ def formation(context: rclpy.Context, *without: tuple[str, str]) -> dict[str, No
     """A node for each of the flight's, with every endpoint but some, given by node and topic."""
     nodes = {name: Node(name, context=context, start_parameter_services=False) for name in NODES}
     for channel in TABLE:
-        profile = qos.BY_RHYTHM[channel.rhythm]
-        kind = topics.TYPES[channel.kind]
+        profile = qos.PUBLISHER_BY_RHYTHM[channel.rhythm]
+        kind = topic_types.TYPES[channel.kind]
         for name in channel.publishers:
             if (name, channel.topic) not in without and channel.kind not in OPTIONAL:
                 nodes[name].create_publisher(kind, channel.topic, profile)
@@ -143,4 +143,4 @@ def test_nodes_that_are_told_of_a_lost_flight_end_with_3(
 
 
 def test_every_topic_of_the_table_is_known() -> None:
-    assert {channel.kind for channel in TABLE if isinstance(channel, Channel)} <= topics.TYPES.keys()
+    assert {channel.kind for channel in TABLE if isinstance(channel, Channel)} <= topic_types.TYPES.keys()

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The README of the nodes names every parameter, topic and service that they make, and no other."""
 
-import inspect
 import re
 from pathlib import Path
 
@@ -12,7 +11,8 @@ from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
 from flights import shipped
-from satform.communication.topic_table import channels
+from satform.communication import topic_table
+from satform.communication.topic_table import channels, topic_name
 from satform.flight.compile import parameter_plan, topic_plan
 from satform.flight.online_parameters import OnlineParameters
 from satform_nodes.plant import services
@@ -20,7 +20,7 @@ from satform_nodes.programs import MODULES
 from satform_nodes.runtime import diagnostics
 from satform_nodes.runtime.start_parameters import PROGRAMS as HELPED
 from satform_nodes.runtime.start_parameters import START_PARAMETERS, STOPPED_EXIT_CODE, help_of
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 
 NODES = Path(__file__).resolve().parents[3] / "ros_ws" / "src" / "satform_nodes"
 README = (NODES / "README.md").read_text(encoding="utf-8")
@@ -121,11 +121,14 @@ def declares(text: str, name: str) -> bool:
 
 def made_topics() -> dict[str, str]:
     """Each topic's name with its type, from the one place where they are."""
-    per_satellite = [function for _, function in inspect.getmembers(topics, inspect.isfunction)]
-    names = [function("<satellite>") for function in per_satellite]
-    names += [value for name, value in vars(topics).items() if name.isupper() and str(value).startswith("/")]
-    names.append(diagnostics.DIAGNOSTICS)
-    return {name: topics.TYPES[name.rpartition("/")[2]].__name__ for name in names}
+    others = [
+        value for name, value in vars(topic_table).items() if name.isupper() and str(value).startswith("/")
+    ]
+    name_of = {name.rpartition("/")[2]: name for name in others}
+    return {
+        name_of.get(kind, topic_name(kind, "<satellite>")): made.__name__
+        for kind, made in topic_types.TYPES.items()
+    }
 
 
 def test_every_topic_is_described_with_its_type_and_nothing_else_is() -> None:
@@ -163,8 +166,8 @@ def test_a_topic_that_is_published_by_its_rhythm_is_described_with_that_profile(
         own = channel.topic.split("/")[1]
         topic = channel.topic.replace(f"/{own}/", "/<satellite>/") if own in names else channel.topic
         # The recorder and the diagnostics have profiles of their own.
-        if topic not in {topics.RECORDER_PROGRESS, diagnostics.DIAGNOSTICS}:
-            assert profiles()[described[topic]] == qos.BY_RHYTHM[channel.rhythm], topic
+        if topic not in {topic_table.RECORDER_PROGRESS, diagnostics.DIAGNOSTICS}:
+            assert profiles()[described[topic]] == qos.PUBLISHER_BY_RHYTHM[channel.rhythm], topic
             checked += 1
     assert checked > 8
 

@@ -10,13 +10,13 @@ import pytest
 from satform_msgs.msg import Command
 
 from flights import shortened
-from satform.communication.topic_table import PLANT, channels, subscribed_by
+from satform.communication import topic_table
+from satform.communication.topic_table import PLANT, channels, subscribed_by, topic_name
 from satform.flight.compile import topic_plan
 from satform.membership.manager import MembershipManager
 from satform.scenario import Scenario
 from satform_nodes.plant import subscriptions as plant_subscriptions
 from satform_nodes.plant.subscriptions import PlantSubscriptions
-from satform_nodes.transport import topics
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.message_validator import RejectionCounter
@@ -41,8 +41,8 @@ class Network:
 
     def command(self, name: str, step: int) -> None:
         nothing = (*[0.0] * 6, 0, 0, *[0.0] * 8, 0, 0.0)
-        data = layout(Command, topics.FRAME).pack(*self._stamps.at(step), step, *nothing)
-        self._callbacks[topics.command(name)](data, name)
+        data = layout(Command, topic_table.FRAME).pack(*self._stamps.at(step), step, *nothing)
+        self._callbacks[topic_name("command", name)](data, name)
 
 
 @pytest.fixture
@@ -94,7 +94,7 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
     ears.begin()
     assert network.next_awaited is not None
     last = f"s{MANY_SUBSCRIPTIONS - 1}"
-    assert network.next_awaited() == topics.command(last)
+    assert network.next_awaited() == topic_name("command", last)
     for name in membership.names:
         network.command(name, 0)
     assert network.next_awaited() is None
@@ -102,12 +102,12 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
     membership.begin(1)
     assert network.next_awaited() is None
     membership.close()
-    assert network.next_awaited() == topics.command(last)
+    assert network.next_awaited() == topic_name("command", last)
     for place in (2, 1, 4):
         network.command(f"s{MANY_SUBSCRIPTIONS - place}", 1)
-    assert network.next_awaited() == topics.command(f"s{MANY_SUBSCRIPTIONS - 3}")
+    assert network.next_awaited() == topic_name("command", f"s{MANY_SUBSCRIPTIONS - 3}")
     membership.lose(MANY_SUBSCRIPTIONS - 3, "gone")
-    assert network.next_awaited() == topics.command(f"s{MANY_SUBSCRIPTIONS - 5}")
+    assert network.next_awaited() == topic_name("command", f"s{MANY_SUBSCRIPTIONS - 5}")
 
 
 def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:

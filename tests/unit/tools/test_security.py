@@ -13,10 +13,10 @@ import pytest
 from cryptography import x509
 
 from flights import shipped
+from satform.communication.topic_table import topic_name
 from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import multi_host_discovery, security
 from satform_bringup.deployment.node_processes import processes
-from satform_nodes.transport import topics
 from satform_tools.cli import main as cli
 from satform_tools.describe.scenario import describe
 from satform_tools.errors import CommandError
@@ -68,7 +68,7 @@ def granted(keystore: Path, node: str, deed: str) -> set[str]:
 
 
 def test_a_satellite_may_hear_those_whom_the_adjacency_matrix_lets_it_hear(keystore: Path) -> None:
-    announcements = {f"rt{topics.arc_length(name)}" for name in ("sat1", "sat2", "sat3")}
+    announcements = {f"rt{topic_name('arc_length', name)}" for name in ("sat1", "sat2", "sat3")}
     heard = {name: granted(keystore, name, "subscribe") & announcements for name in ("sat1", "sat2", "sat3")}
     assert heard == {
         "sat1": {"rt/sat2/arc_length"},

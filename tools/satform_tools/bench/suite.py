@@ -137,12 +137,12 @@ def _written(messages: int) -> float:
     """Processor time of a message, s."""
     from satform_msgs.msg import Command  # noqa: PLC0415 - needs ROS
 
+    from satform.communication import topic_table  # noqa: PLC0415
     from satform_nodes.bag.writer import BagWriter  # noqa: PLC0415
-    from satform_nodes.transport import topics  # noqa: PLC0415
     from satform_nodes.transport.cdr_codec import layout  # noqa: PLC0415
     from satform_nodes.transport.message_definitions import described  # noqa: PLC0415
 
-    form = layout(Command, topics.FRAME)
+    form = layout(Command, topic_table.FRAME)
     data = form.pack(*(0 for _ in form.fields))
     with tempfile.TemporaryDirectory() as folder:
         bag = BagWriter(Path(folder) / "bag", scaling.ring(3, 1), {})

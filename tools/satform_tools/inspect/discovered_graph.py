@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from satform_msgs.msg import FormationStatus
 
+from satform.communication import topic_table
 from satform.communication.topic_table import KINDS_OF_A_SATELLITE, PLANT, RECORDER, topic_name
-from satform_nodes.transport import topics
 from satform_nodes.transport.node_names import UNKNOWN_NODE
 
 
@@ -48,12 +48,12 @@ def is_complete(graph: Graph, status: FormationStatus) -> bool:
     if any(not _is_found(ends, graph, own) for ends in endpoints_of.values()):
         return False
     recorders = [RECORDER] if RECORDER in graph.nodes else []
-    expected = {topics.STATUS: (PLANT, flying)}
+    expected = {topic_table.STATUS: (PLANT, flying)}
     if recorders:
-        expected[topics.CLOCK] = (PLANT, [])
+        expected[topic_table.CLOCK] = (PLANT, [])
     for name in flying:
-        expected[topics.state(name)] = (PLANT, [name])
-        expected[topics.command(name)] = (name, [PLANT])
+        expected[topic_name("state", name)] = (PLANT, [name])
+        expected[topic_name("command", name)] = (name, [PLANT])
     # All other topics of satellites, which depend on the scenario, are recorded once they have a publisher.
     about = {topic_name(kind, name) for kind in KINDS_OF_A_SATELLITE for name in flying}
     expected |= {
@@ -90,4 +90,4 @@ def _is_found(ends: Endpoints, graph: Graph, own: set[str]) -> bool:
 
 def _announcement_topics(satellite: str) -> tuple[str, str]:
     """Topics of which a satellite publishes one for its neighbours."""
-    return topics.arc_length(satellite), topics.motion(satellite)
+    return topic_name("arc_length", satellite), topic_name("motion", satellite)

@@ -12,7 +12,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import Log
 from satform_msgs.msg import ArcLength, Command, FormationStatus, ParameterChange, RelativeState, Tracking
 
-from satform_nodes.transport import topics
+from satform.communication import topic_table
+from satform.communication.topic_table import topic_name
 from satform_tools.inspect import target_domain
 from satform_tools.inspect.observer_node import Observer, best_effort
 from satform_tools.inspect.snapshot import Frame, LinkStatus, SatelliteStatus
@@ -94,7 +95,7 @@ class FormationMonitor:
         self.events: deque[str] = deque(maxlen=100)
         # Subscribed before the present status is read, so that no change falls in between.
         observer.require_formation()
-        self._status = self._latest(FormationStatus, topics.STATUS)
+        self._status = self._latest(FormationStatus, topic_table.STATUS)
         self.status = observer.latest_status()
         alive = zip(self.status.satellites, self.status.alive, strict=True)
         self._satellites = {name: self._subscribe(name, bool(living)) for name, living in alive}
@@ -103,7 +104,7 @@ class FormationMonitor:
             self._queue(Log, "/rosout"),
             self._queue(DiagnosticArray, "/diagnostics"),
             *(
-                self._queue(ParameterChange, observer.full_name(topics.parameter_changes(name)))
+                self._queue(ParameterChange, observer.full_name(topic_name("parameter_changes", name)))
                 for name in self._satellites
             ),
         ]
@@ -189,16 +190,19 @@ class FormationMonitor:
         if alive:
             self._observer.wait(lambda: self._announces(name) is not None, self._observer.timeout)
         announced = self._announces(name) or self._announced_by_others()
-        kind, topic = announced or (ArcLength, topics.arc_length(name))
+        kind, topic = announced or (ArcLength, topic_name("arc_length", name))
         topic = f"/{name}/{topic.rpartition('/')[2]}"
         return _Satellite(
-            self._latest(Tracking, topics.tracking(name)),
-            self._latest(Command, topics.command(name)),
+            self._latest(Tracking, topic_name("tracking", name)),
+            self._latest(Command, topic_name("command", name)),
             self._latest(kind, topic),
         )
 
     def _announces(self, name: str) -> tuple[Any, str] | None:
-        for kind, topic in ((ArcLength, topics.arc_length(name)), (RelativeState, topics.motion(name))):
+        for kind, topic in (
+            (ArcLength, topic_name("arc_length", name)),
+            (RelativeState, topic_name("motion", name)),
+        ):
             if self._observer.node.count_publishers(self._observer.full_name(topic)):
                 return kind, topic
         return None

@@ -21,10 +21,10 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rclpy.signals import SignalHandlerOptions
 from satform_msgs.msg import FormationStatus
 
+from satform.communication import topic_table
 from satform.communication.topic_table import OF_ALL_NAMESPACES, PLANT, in_namespace
 from satform_bringup.deployment.domain import stay_on_this_machine
 from satform_nodes.runtime.signals import interrupting
-from satform_nodes.transport import topics
 from satform_nodes.transport.node_names import local_name
 from satform_tools.errors import CommandError
 from satform_tools.inspect import target_domain
@@ -114,7 +114,7 @@ class Observer:
         """
         self.require_formation()
         received: list[FormationStatus] = []
-        with self.latched_subscription(FormationStatus, self.full_name(topics.STATUS), received.append):
+        with self.latched_subscription(FormationStatus, self.full_name(topic_table.STATUS), received.append):
             self.wait(self._graph_is_settled(received), self.timeout)
 
     def latest_status(self) -> FormationStatus:
@@ -125,7 +125,7 @@ class Observer:
         """
         self.require_formation()
         received: list[FormationStatus] = []
-        with self.latched_subscription(FormationStatus, self.full_name(topics.STATUS), received.append):
+        with self.latched_subscription(FormationStatus, self.full_name(topic_table.STATUS), received.append):
             if not self.wait(lambda: bool(received), self.timeout):
                 raise CommandError(
                     f"the formation on domain {self.domain} has not begun to fly within {self.timeout:g} s"
@@ -162,7 +162,7 @@ class Observer:
         kind = "satform_msgs/msg/FormationStatus"
         found = []
         for topic, kinds in self.node.get_topic_names_and_types():
-            space = topic.removesuffix(topics.STATUS)
+            space = topic.removesuffix(topic_table.STATUS)
             if kind not in kinds or space == topic:
                 continue
             publishers = self.node.get_publishers_info_by_topic(topic)

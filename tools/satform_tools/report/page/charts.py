@@ -11,8 +11,8 @@ import numpy as np
 from satform.evaluation.arc_lengths import arc_length_spread
 from satform.numeric.elementwise import Array
 from satform.plot import prediction
-from satform.plot.panels import agrees
 from satform.plot.style import Unit, length_unit
+from satform.plot.time_series import agrees
 from satform.record.flight_record import FlightRecord
 from satform_tools.report.event_log import GraphState, graph_states
 from satform_tools.report.page.thinning import extremes

@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from satform import plot
-from satform.plot.panels import agrees
 from satform.plot.style import (
     MOST_NAMES,
     STYLE,
     figure,
 )
+from satform.plot.time_series import agrees
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.report.plots.overview import overview

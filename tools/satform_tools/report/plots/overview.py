@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from satform import plot
-from satform.plot.panels import agrees
 from satform.plot.style import (
     INK,
     figure,
 )
+from satform.plot.time_series import agrees
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 

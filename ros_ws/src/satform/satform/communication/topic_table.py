@@ -34,6 +34,7 @@ STATUS = "/formation/status"
 NODE_READY = "/formation/node_ready"
 RECORDER_PROGRESS = "/formation/recorder_progress"
 DIAGNOSTICS = "/diagnostics"
+MARKERS = "/formation/markers"
 
 TF = "/tf"
 
@@ -54,7 +55,7 @@ KINDS_OF_A_SATELLITE = (
 )
 """Kinds of all topics that are about one satellite; the recorder subscribes to each of them."""
 
-Rhythm = Literal["states", "steps", "now and then"]
+Rhythm = Literal["states", "steps", "occasional"]
 """When there is a message: at every state, also at that after the last step; at every step; at times."""
 
 
@@ -168,7 +169,7 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
         found.append(_channel("estimate", own, own, [], "steps"))
     if equipment.thruster:
         found.append(_channel("propulsion", own, PLANT, [], "steps"))
-    return [*found, _channel("parameter_changes", own, own, [], "now and then")]
+    return [*found, _channel("parameter_changes", own, own, [], "occasional")]
 
 
 def formation_channels(plan: TopicPlan) -> list[Channel]:
@@ -176,11 +177,11 @@ def formation_channels(plan: TopicPlan) -> list[Channel]:
     names = tuple(satellite.name for satellite in plan.satellites)
     everyone = (*names, RECORDER)
     return [
-        Channel(STATUS, "status", (PLANT,), everyone, "now and then"),
-        Channel(NODE_READY, "node_ready", everyone, (PLANT,), "now and then"),
-        Channel(RECORDER_PROGRESS, "recorder_progress", (RECORDER,), (PLANT,), "now and then"),
+        Channel(STATUS, "status", (PLANT,), everyone, "occasional"),
+        Channel(NODE_READY, "node_ready", everyone, (PLANT,), "occasional"),
+        Channel(RECORDER_PROGRESS, "recorder_progress", (RECORDER,), (PLANT,), "occasional"),
         Channel(CLOCK, "clock", (PLANT,), (RECORDER,), "states"),
-        Channel(DIAGNOSTICS, "diagnostics", (PLANT, *everyone), (RECORDER,), "now and then"),
+        Channel(DIAGNOSTICS, "diagnostics", (PLANT, *everyone), (RECORDER,), "occasional"),
     ]
 
 

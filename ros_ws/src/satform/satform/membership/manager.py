@@ -95,7 +95,7 @@ class MembershipManager:
 
     # Before the flight
 
-    def is_ready(self, name: str) -> None:
+    def note_ready(self, name: str) -> None:
         """Note that a node is ready."""
         self._ready.add(name)
 

@@ -11,7 +11,7 @@ except ImportError:
     raise ImportError("satform.plot needs matplotlib: pip install 'satform[plot]'") from None
 
 from satform.plot.formation import orbits, orbits_3d
-from satform.plot.panels import (
+from satform.plot.time_series import (
     arc_length_spread,
     control,
     delta_v,

@@ -17,11 +17,17 @@ from std_msgs.msg import ColorRGBA, Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
+from satform.communication import topic_table
 from satform.display.scene import LinkView, Picture, Pose, SatelliteView
 from satform.display.shapes import Colour
 from satform.numeric.elementwise import Array
-from satform_nodes.transport import topics
 from satform_nodes.transport.sim_time import Stamps
+
+MARKER_FRAMES = {1.0: topic_table.FRAME, 1e-3: f"{topic_table.FRAME}_km"}
+"""Frames of the markers by the length in them of one metre."""
+
+_SCALED_FRAME = f"{topic_table.FRAME}_scaled"
+"""Frame of markers of any other scale."""
 
 _DIAMETER, _ARROW, _TEXT, _LINE = 0.04, 0.16, 0.07, 0.006
 """Sizes of a satellite, its heading, its name and of lines, per extent of the formation."""
@@ -41,7 +47,7 @@ class MarkerMessages:
         """
         self._stamps = stamps
         self._scale = scale
-        self._marker_frame = topics.MARKER_FRAMES.get(scale, topics.SCALED_FRAME)
+        self._marker_frame = MARKER_FRAMES.get(scale, _SCALED_FRAME)
         self._prefix = f"{namespace.strip('/')}/" if namespace.strip("/") else ""
         self._size = extent * scale
         # Desired orbits never change, and making their points costs as much as all else.
@@ -136,7 +142,7 @@ class MarkerMessages:
     def _point(self, position: Array) -> Point:
         return _point(position * self._scale)
 
-    def _header(self, step: int, frame: str = topics.FRAME) -> Header:
+    def _header(self, step: int, frame: str = topic_table.FRAME) -> Header:
         seconds, nanoseconds = self._stamps.at(step)
         return Header(stamp=Time(sec=seconds, nanosec=nanoseconds), frame_id=frame)
 

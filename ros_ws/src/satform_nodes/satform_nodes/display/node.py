@@ -20,6 +20,7 @@ from rclpy.node import Node
 from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.communication import topic_table
 from satform.communication.topic_table import relative, topic_name
 from satform.display.scene import Scene
 from satform.flight.compile import FormationPlan
@@ -29,7 +30,7 @@ from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.start_parameters import START_PARAMETERS
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
@@ -78,37 +79,35 @@ class DisplayNode:
         self._newest: dict[int, bytes] = {}
         self._readers: list[Callable[[bytes], None]] = []
 
-        types = topics.TYPES
+        types = topic_types.TYPES
         self._marker_publisher = node.create_publisher(
-            types["markers"], relative(topics.MARKERS), qos.MARKERS
+            types["markers"], relative(topic_table.MARKERS), qos.MARKERS
         )
-        self._transform_publisher = node.create_publisher(types["tf"], topics.TF, qos.TRANSFORMS)
+        self._transform_publisher = node.create_publisher(types["tf"], topic_table.TF, qos.TRANSFORMS)
         self._pose_publishers, self._path_publishers = {}, {}
         for name in self.scene.names:
             self._pose_publishers[name] = node.create_publisher(
-                types["pose"], relative(topics.pose(name)), qos.MARKERS
+                types["pose"], relative(topic_name("pose", name)), qos.MARKERS
             )
             self._path_publishers[name] = node.create_publisher(
-                types["path"], relative(topics.path(name)), qos.MARKERS
+                types["path"], relative(topic_name("path", name)), qos.MARKERS
             )
         for index, name in enumerate(self.scene.names):
             spec = plan.topics.satellites[index]
-            moved = ("truth", topics.truth) if spec.sensor else ("state", topics.state)
-            self._subscribe_newest(executor, moved[0], moved[1](name), self._on_state(index), _MOTION)
+            moved = "truth" if spec.sensor else "state"
+            self._subscribe_newest(executor, moved, name, self._on_state(index), _MOTION)
             if spec.attitude:
-                self._subscribe_newest(
-                    executor, "attitude", topics.attitude(name), self._on_attitude(index), _MRP
-                )
+                self._subscribe_newest(executor, "attitude", name, self._on_attitude(index), _MRP)
             # Decoded last: it is then at least as new as what it is compared with.
             announcement = plan.announces
-            self._subscribe_newest(
-                executor, announcement, topic_name(announcement, name), self._on_announcement(index), ()
-            )
-        node.create_subscription(types["status"], relative(topics.STATUS), self._on_status, qos.BEST_EFFORT)
+            self._subscribe_newest(executor, announcement, name, self._on_announcement(index), ())
+        node.create_subscription(
+            types["status"], relative(topic_table.STATUS), self._on_status, qos.BEST_EFFORT
+        )
         # Only a latched reader receives the status from before this node's start, and the plant waits for it
         # at the end of the flight; so this subscription is destroyed after its first message.
         self._history = node.create_subscription(
-            types["status"], relative(topics.STATUS), self._on_status, qos.LATCHED
+            types["status"], relative(topic_table.STATUS), self._on_status, qos.LATCHED
         )
 
     def begin(self, executor: StepExecutor, stop: StopRequest, longest: float) -> None:
@@ -165,20 +164,20 @@ class DisplayNode:
         self,
         executor: StepExecutor,
         kind: str,
-        topic: str,
+        satellite: str,
         read: Callable[[int, int, int, list[float]], None],
         fields: tuple[str, ...],
     ) -> None:
-        """Subscribe to a topic, and store its newest message until the next frame.
+        """Subscribe to a satellite's topic, and store its newest message until the next frame.
 
         Args:
             executor: hands out the messages.
-            kind: of topic, for its type.
-            topic: name of the topic.
+            kind: of the topic.
+            satellite: that the topic is about.
             read: takes seconds, nanoseconds and step of a message, and the wanted numbers in it.
             fields: names of these numbers.
         """
-        form, reader = layout(topics.TYPES[kind], topics.FRAME), len(self._readers)
+        form, reader = layout(topic_types.TYPES[kind], topic_table.FRAME), len(self._readers)
         step, *wanted = (form.fields.index(name) for name in ("step", *fields))
 
         def take_apart(data: bytes) -> None:
@@ -191,7 +190,8 @@ class DisplayNode:
             self.received_anything = True
 
         self._readers.append(take_apart)
-        executor.subscribe(self.node, topics.TYPES[kind], topic, keep, qos.BEST_EFFORT)
+        topic = topic_name(kind, satellite)
+        executor.subscribe(self.node, topic_types.TYPES[kind], topic, keep, qos.BEST_EFFORT)
 
     def _read_newest(self) -> None:
         newest, self._newest = self._newest, {}

@@ -36,7 +36,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     plan = plan_of(node)
     plant = PlantNode(node, executor, plan, settings, report)
     if not executor.spin_until(
-        lambda: plant.everyone_is_ready() or stop.asked or plant.stop_asked, plant.start_timeout
+        lambda: plant.all_ready() or stop.asked or plant.stop_asked, plant.start_timeout
     ):
         return _abort(plant, *plant.not_ready())
     begin = time.perf_counter()
@@ -94,7 +94,7 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
         lambda: not (plant.over or stop.asked), timeout, plant.retransmit, plant.progress
     ):
         silent = plant.missing()
-        if plant.waits_for_return:
+        if plant.waits_for_rejoin:
             late = f"{listed(silent)} has not come back within {plant.start_timeout:g} s"
             plant.aborted = (silent, late)
         else:

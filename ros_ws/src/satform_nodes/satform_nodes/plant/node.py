@@ -39,7 +39,7 @@ from satform_nodes.transport.sim_time import Stamps
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
 
-_SIGN_PERIOD = 0.5
+_HEARTBEAT_PERIOD = 0.5
 """Wall-clock time between two statuses while no step is taken, s; a fraction of any timeout."""
 
 
@@ -95,7 +95,7 @@ class PlantNode:
         self._paused = False
         self._single_steps = 0
         self._pulse = 0
-        self._next_sign = 0.0
+        self._next_heartbeat = 0.0
         self._next_progress = 0.0
         self._progress = FlightProgress(self.rejections)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
@@ -116,7 +116,7 @@ class PlantNode:
         self._endpoints = MatchedEndpoints(node)
         self.subscriptions.require_publishers(self._endpoints)
         if recorded:
-            self.subscriptions.subscribe_recorder_progress(self._endpoints, self._go_on)
+            self.subscriptions.subscribe_recorder_progress(self._endpoints, self._publish_due_states)
         self._publishers.require_subscribers(self._endpoints, recorded=recorded)
         self._health = Health(node, "plant: formation", "plant", self._condition, self._now)
         if recorded:
@@ -158,7 +158,7 @@ class PlantNode:
             self._pulse,
         )
 
-    def everyone_is_ready(self) -> bool:
+    def all_ready(self) -> bool:
         """Whether all nodes have published that they are ready, and their endpoints are discovered."""
         return not self.membership.unready and self._endpoints.complete()
 
@@ -170,7 +170,7 @@ class PlantNode:
         return who, f"not ready within {self.start_timeout:g} s: {in_words(found, unready or [PLANT])}"
 
     @property
-    def waits_for_return(self) -> bool:
+    def waits_for_rejoin(self) -> bool:
         """Whether a satellite is awaited that the scenario brings back at this step."""
         return bool(self.membership.awaited)
 
@@ -219,7 +219,7 @@ class PlantNode:
         self.recorded = False
         self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
         self.report.send("loss", who=RECORDER, step=self.plant.step, reason=reason)
-        self._go_on()
+        self._publish_due_states()
 
     def _publish_change(self, change: Change | None) -> None:
         """Publish a change of the formation that holds from the present step on."""
@@ -241,10 +241,10 @@ class PlantNode:
         return self.membership.schedule(event)
 
     def _on_ready(self, name: str, checkpoint: int) -> None:
-        self.membership.is_ready(name)
+        self.membership.note_ready(name)
         if self.flying and name in self.names:
             self.membership.request_rejoin(self.names.index(name), checkpoint)
-            self._go_on()
+            self._publish_due_states()
 
     # Steps
 
@@ -252,9 +252,9 @@ class PlantNode:
         """Let happen what is due at this step, and publish its states when nothing stands against it."""
         self._publish_change(self.membership.begin(self.plant.step))
         self._awaited_since = time.monotonic()
-        self._go_on()
+        self._publish_due_states()
 
-    def _go_on(self) -> None:
+    def _publish_due_states(self) -> None:
         """Publish the states that are due, unless someone has to be waited for."""
         if not self.membership.open or self.early_end:
             return
@@ -287,7 +287,7 @@ class PlantNode:
         self.subscriptions.promptness.begin()
         self.publish_status(FormationStatus.FLYING, "resumed")
         step = self.plant.step
-        self._go_on()
+        self._publish_due_states()
         return step
 
     def single_step(self) -> int:
@@ -296,7 +296,7 @@ class PlantNode:
         if not self._paused:
             self.pause()
         self._single_steps += 1
-        self._go_on()
+        self._publish_due_states()
         return step
 
     @property
@@ -320,9 +320,9 @@ class PlantNode:
         if (self._paused and self.membership.open) or waits:
             self._pulse += 1
             now = time.monotonic()
-            if now >= self._next_sign:
+            if now >= self._next_heartbeat:
                 # A node that receives nothing would take the plant for lost.
-                self._next_sign = now + _SIGN_PERIOD
+                self._next_heartbeat = now + _HEARTBEAT_PERIOD
                 self._publishers.republish_status()
 
     def _now(self) -> tuple[int, int]:
@@ -350,7 +350,7 @@ class PlantNode:
         """Whether no step is to be taken at present."""
         return self.membership.open
 
-    def judge_waiting(self) -> None:
+    def check_rejoin_timeout(self) -> None:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
         if self.membership.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
             silent = self.missing()

@@ -11,6 +11,7 @@ from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, RelativeState
 from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
+from satform.communication import topic_table
 from satform.communication.topic_table import Channel, relative, topic_name
 from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
@@ -18,15 +19,15 @@ from satform.membership.manager import Change
 from satform.membership.state import Formation
 from satform.record.early_end import EarlyEnd
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 
-_STATE = layout(RelativeState, topics.FRAME)
-_ATTITUDE = layout(Attitude, topics.FRAME)
-_PROPULSION = layout(Propulsion, topics.FRAME)
+_STATE = layout(RelativeState, topic_table.FRAME)
+_ATTITUDE = layout(Attitude, topic_table.FRAME)
+_PROPULSION = layout(Propulsion, topic_table.FRAME)
 
 _NOTHING = Change((), ())
 """No change of the formation."""
@@ -59,7 +60,9 @@ class PlantPublishers:
         self._channels = [channel for channel in channels if channel.kind != "diagnostics"]
         publishers = self._publishers = {
             channel.topic: node.create_publisher(
-                topics.TYPES[channel.kind], relative(channel.topic), qos.BY_RHYTHM[channel.rhythm]
+                topic_types.TYPES[channel.kind],
+                relative(channel.topic),
+                qos.PUBLISHER_BY_RHYTHM[channel.rhythm],
             )
             for channel in self._channels
         }
@@ -69,7 +72,10 @@ class PlantPublishers:
             named = {index: topic_name(kind, name) for index, name in enumerate(self._names)}
             return {index: publishers[own] for index, own in named.items() if own in publishers}
 
-        self._clock_publisher, self._status_publisher = publishers[topics.CLOCK], publishers[topics.STATUS]
+        self._clock_publisher, self._status_publisher = (
+            publishers[topic_table.CLOCK],
+            publishers[topic_table.STATUS],
+        )
         self._state_publishers = list(of_satellites("state").values())
         self._attitude_publishers = of_satellites("attitude")
         self._truth_publishers = of_satellites("truth")
@@ -213,7 +219,7 @@ class PlantPublishers:
         )
         seconds, nanoseconds = self._stamps.at(self._plant.step)
         self._status.header.stamp.sec, self._status.header.stamp.nanosec = seconds, nanoseconds
-        self._status.header.frame_id = topics.FRAME
+        self._status.header.frame_id = topic_table.FRAME
         self.republish_status()
 
     def republish_status(self) -> None:

@@ -12,11 +12,12 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, NodeReady, RecorderProgress
 
-from satform.communication.topic_table import RECORDER, Channel
+from satform.communication import topic_table
+from satform.communication.topic_table import RECORDER, Channel, topic_name
 from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.manager import Change, MembershipManager
 from satform_nodes.runtime.realtime_loop import Promptness
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers, decoded
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
@@ -24,8 +25,8 @@ from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS, StepExecutor
 from satform_nodes.transport.message_validator import CONTRADICTION, MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 
-_COMMAND = layout(Command, topics.FRAME)
-_RECORDER_PROGRESS = layout(RecorderProgress, topics.FRAME)
+_COMMAND = layout(Command, topic_table.FRAME)
+_RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
@@ -87,12 +88,17 @@ class PlantSubscriptions:
         self._received_at = [time.monotonic()] * len(names)
         authorised = {channel.topic: channel.publishers for channel in channels}
         self._authorised_ready = AuthorisedPublishers(
-            node, topics.NODE_READY, authorised[topics.NODE_READY], rejections
+            node, topic_table.NODE_READY, authorised[topic_table.NODE_READY], rejections
         )
         executor.subscribe(
-            node, NodeReady, topics.NODE_READY, self._on_ready, qos.LATCHED_READER, self._authorised_ready
+            node,
+            NodeReady,
+            topic_table.NODE_READY,
+            self._on_ready,
+            qos.LATCHED_READER,
+            self._authorised_ready,
         )
-        commands = [topics.command(name) for name in names]
+        commands = [topic_name("command", name) for name in names]
         self._authorised = [
             AuthorisedPublishers(node, topic, authorised[topic], rejections) for topic in commands
         ]
@@ -154,17 +160,19 @@ class PlantSubscriptions:
         def note(data: bytes, _name: str) -> None:
             numbers = _RECORDER_PROGRESS.unpack(data)
             if numbers is None:
-                self._rejections.add(topics.RECORDER_PROGRESS, "another form")
+                self._rejections.add(topic_table.RECORDER_PROGRESS, "another form")
                 return
             if stamps.contradict(*numbers[:3], exact=True):
-                self._rejections.add(topics.RECORDER_PROGRESS, CONTRADICTION)
+                self._rejections.add(topic_table.RECORDER_PROGRESS, CONTRADICTION)
                 return
             self.recorded_step = max(self.recorded_step, min(numbers[2], self._membership.step))
             on_recorded()
 
-        authorised = AuthorisedPublishers(self._node, topics.RECORDER_PROGRESS, [RECORDER], self._rejections)
+        authorised = AuthorisedPublishers(
+            self._node, topic_table.RECORDER_PROGRESS, [RECORDER], self._rejections
+        )
         progress = self._executor.subscribe(
-            self._node, RecorderProgress, topics.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, authorised
+            self._node, RecorderProgress, topic_table.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, authorised
         )
         endpoints.require_publishers(progress, authorised)
 
@@ -214,7 +222,7 @@ class PlantSubscriptions:
             return
         if numbers[_VIOLATION] > len(QUANTITIES):
             self._rejections.add(
-                topics.command(membership.names[index]), "a violation of an unknown quantity"
+                topic_name("command", membership.names[index]), "a violation of an unknown quantity"
             )
             return
         if self._clocked:
@@ -228,14 +236,14 @@ class PlantSubscriptions:
         self._on_answer()
 
     def _on_ready(self, data: bytes, name: str) -> None:
-        ready = decoded(data, NodeReady, topics.NODE_READY, self._rejections)
+        ready = decoded(data, NodeReady, topic_table.NODE_READY, self._rejections)
         if ready is None:
             return
         if ready.node.rpartition("/")[2] != name:
-            self._rejections.add(topics.NODE_READY, f"{name} publishes for another node")
+            self._rejections.add(topic_table.NODE_READY, f"{name} publishes for another node")
             return
         stamp = ready.header.stamp
         if self._stamps.contradict(stamp.sec, stamp.nanosec, ready.step, exact=True):
-            self._rejections.add(topics.NODE_READY, CONTRADICTION)
+            self._rejections.add(topic_table.NODE_READY, CONTRADICTION)
             return
         self._on_offer(name, int(ready.checkpoint))

@@ -16,6 +16,7 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 
 from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
+from satform.communication import topic_table
 from satform.communication.topic_table import PLANT, RECORDER, Channel, channels, relative, subscribed_by
 from satform.files.durable_file import reason_text
 from satform.flight.compile import compile_scenario
@@ -29,7 +30,7 @@ from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, pla
 from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers, decoded
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
@@ -40,7 +41,7 @@ from satform_nodes.transport.missing_endpoints import OPTIONAL
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
 
-_RECORDER_PROGRESS = layout(RecorderProgress, topics.FRAME)
+_RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
 _CLOCK_BYTES = 12
 """Length of a serialised clock: encapsulation, seconds, nanoseconds."""
@@ -121,23 +122,25 @@ class RecorderNode:
         except OSError as error:
             raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_BAD_INPUT) from None
 
-        self._ready_publisher = node.create_publisher(NodeReady, relative(topics.NODE_READY), qos.LATCHED)
+        self._ready_publisher = node.create_publisher(
+            NodeReady, relative(topic_table.NODE_READY), qos.LATCHED
+        )
         self._progress_publisher = node.create_publisher(
-            RecorderProgress, relative(topics.RECORDER_PROGRESS), qos.LOCKSTEP
+            RecorderProgress, relative(topic_table.RECORDER_PROGRESS), qos.LOCKSTEP
         )
         self._endpoints = MatchedEndpoints(node)
         self._endpoints.require_subscribers(self._progress_publisher, [PLANT])
         self._endpoints.require_subscribers(self._ready_publisher, [PLANT])
         followed = subscribed_by(RECORDER, channels(plan.topics))
         # First: losses and rejoins have to be known before messages are checked for gaps.
-        self._subscribe_occasional(executor, "status", topics.STATUS, PLANT, self._on_status)
+        self._subscribe_occasional(executor, "status", topic_table.STATUS, PLANT, self._on_status)
         for channel in followed:
             if channel.kind == "parameter_changes":
                 self._subscribe_occasional(
                     executor, channel.kind, channel.topic, channel.publishers[0], self._write_stepped
                 )
         for channel in followed:
-            if channel.rhythm != "now and then":
+            if channel.rhythm != "occasional":
                 self._subscribe_stepped(executor, channel)
         self._now = (0, 0)
         (health,) = [channel for channel in followed if channel.kind == "diagnostics"]
@@ -203,7 +206,7 @@ class RecorderNode:
         )
 
     def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:
-        message_type = topics.TYPES[kind]
+        message_type = topic_types.TYPES[kind]
         # With the name that it really has, which a namespace or a remapping may have changed.
         name = self.node.resolve_topic_name(relative(topic))
         return self.bag.add_topic(name, described(message_type), [offered(profile)], role=topic)
@@ -222,7 +225,7 @@ class RecorderNode:
         if kind != "clock":
             channel.validator = MessageValidator(
                 topic,
-                layout(topics.TYPES[kind], topics.FRAME),
+                layout(topic_types.TYPES[kind], topic_table.FRAME),
                 self.rejections,
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,
@@ -244,7 +247,7 @@ class RecorderNode:
 
         authorised = self._authorise(topic, [publisher])
         subscription = executor.subscribe(
-            self.node, topics.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, authorised
+            self.node, topic_types.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, authorised
         )
         self._endpoints.require_publishers(subscription, authorised)
 
@@ -285,7 +288,7 @@ class RecorderNode:
         callback: Callable[[Any, int], None],
     ) -> None:
         """Write a topic with occasional messages."""
-        message_type = topics.TYPES[kind]
+        message_type = topic_types.TYPES[kind]
         channel = self._add_topic(topic, kind, qos.LATCHED)
 
         def _on_message(data: bytes, _name: str) -> None:
@@ -315,14 +318,14 @@ class RecorderNode:
 
         def _on_message(data: bytes, _name: str) -> None:
             # An unauthorised process may have one of the names; the bag has to be readable all the same.
-            if decoded(data, topics.TYPES[channel.kind], topic, self.rejections) is not None:
+            if decoded(data, topic_types.TYPES[channel.kind], topic, self.rejections) is not None:
                 seconds, nanoseconds = self._now
                 self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
 
         authorised = self._authorise(topic, channel.publishers)
         executor.subscribe(
             self.node,
-            topics.TYPES[channel.kind],
+            topic_types.TYPES[channel.kind],
             topic,
             _on_message,
             qos.LOCKSTEP_READER,

@@ -30,7 +30,7 @@ class RealtimePlant(Protocol):
     def stands_still(self) -> bool:
         """Whether no step is to be taken at present."""
 
-    def judge_waiting(self) -> None:
+    def check_rejoin_timeout(self) -> None:
         """End the flight when it has stood still for too long."""
 
     def tick(self) -> None:
@@ -182,7 +182,7 @@ def run_realtime(
         if len(punctuality.delays) < _MAX_DELAYS:
             punctuality.delays.append(late)
         if plant.stands_still:
-            plant.judge_waiting()
+            plant.check_rejoin_timeout()
         else:
             plant.tick()
         if late > period:

@@ -18,12 +18,13 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from satform_msgs.msg import Command
 
+from satform.communication import topic_table
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
 
-_COMMAND = layout(Command, topics.FRAME)
+_COMMAND = layout(Command, topic_table.FRAME)
 _MESSAGE = _COMMAND.pack(*(0 for _ in _COMMAND.fields))
 _PING, _PONG = "/ping_pong/ping", "/ping_pong/pong"
 _TIMEOUT = 20.0

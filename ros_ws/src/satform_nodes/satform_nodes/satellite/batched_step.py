@@ -15,6 +15,7 @@ import numpy as np
 from satform_msgs.msg import Command, Tracking
 
 from satform.attitude.guidance import Attitude
+from satform.communication import topic_table
 from satform.communication.messages import WIDTH, encode
 from satform.communication.receiver import ReceiverModel
 from satform.control.protocol import Motion
@@ -25,7 +26,7 @@ from satform.membership.state import has_individual_events
 from satform_nodes.satellite.neighbour_messages import Message
 from satform_nodes.satellite.node import SatelliteNode
 from satform_nodes.satellite.publishers import AROUND_NUMBERS, numbers_of, violation_command
-from satform_nodes.transport import topics
+from satform_nodes.transport import topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.sim_time import Stamps
@@ -33,8 +34,8 @@ from satform_nodes.transport.sim_time import Stamps
 _STATES, _ATTITUDES, _NEIGHBOURS = range(3)
 """Kinds of messages that a step needs."""
 
-_COMMAND = layout(Command, topics.FRAME)
-_TRACKING = layout(Tracking, topics.FRAME)
+_COMMAND = layout(Command, topic_table.FRAME)
+_TRACKING = layout(Tracking, topic_table.FRAME)
 
 
 def batch_satellites(satellites: Sequence[SatelliteNode], plan: FormationPlan) -> bool:
@@ -85,7 +86,7 @@ class BatchedStep:
         self._limits = LimitCheck(plan.limits)
         self._steps = plan.timing.steps
         self._announces = plan.announces
-        self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
+        self._announcement = layout(topic_types.TYPES[self._announces], topic_table.FRAME)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._number = satellites[0].view.formation.number
         rows = [node.neighbour_messages.neighbours for node in satellites]

@@ -15,6 +15,7 @@ from satform_msgs.msg import FormationStatus
 from satform.attitude.guidance import Attitude
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.common.name_list import listed
+from satform.communication import topic_table
 from satform.communication.messages import encode
 from satform.communication.topic_table import RECORDER
 from satform.control.protocol import Motion
@@ -33,7 +34,6 @@ from satform_nodes.satellite.parameters import SatelliteParameters
 from satform_nodes.satellite.publishers import SatellitePublishers
 from satform_nodes.satellite.step_batch import StepBatch
 from satform_nodes.satellite.subscriptions import MessageHandlers, SatelliteSubscriptions
-from satform_nodes.transport import topics
 from satform_nodes.transport.authorised_publishers import decoded
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_validator import MessageValidator
@@ -210,13 +210,13 @@ class SatelliteNode:
     # Membership
 
     def _on_status(self, data: bytes, _name: str) -> None:
-        status = decoded(data, FormationStatus, topics.STATUS, self.rejections)
+        status = decoded(data, FormationStatus, topic_table.STATUS, self.rejections)
         if status is None:
             return
         self.pulse += 1
         before = self.view.formation.number
         if not self.view.take(status):
-            self.rejections.add(topics.STATUS, "not about this formation")
+            self.rejections.add(topic_table.STATUS, "not about this formation")
             return
         formation = self.view.formation
         if formation.number == before:

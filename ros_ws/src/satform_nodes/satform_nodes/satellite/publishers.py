@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from satform_msgs.msg import Command, Estimate, NodeReady, ParameterChange, Tracking
 
+from satform.communication import topic_table
 from satform.communication.messages import NeighbourMessage, encode
 from satform.communication.topic_table import (
     PLANT,
@@ -25,15 +26,15 @@ from satform.flight.satellite import Decision
 from satform.numeric.elementwise import Array
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.runtime.parameters import FormationNode
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 
-_COMMAND = layout(Command, topics.FRAME)
-_TRACKING = layout(Tracking, topics.FRAME)
-_ESTIMATE = layout(Estimate, topics.FRAME)
+_COMMAND = layout(Command, topic_table.FRAME)
+_TRACKING = layout(Tracking, topic_table.FRAME)
+_ESTIMATE = layout(Estimate, topic_table.FRAME)
 _NO_TORQUE = (0.0, 0.0, 0.0)
 _NOTHING = (0, 0, *[0.0] * 8)
 """Fields of a command for the next neighbour message if there is none."""
@@ -79,14 +80,14 @@ class SatellitePublishers:
         self._in_phase = announces == "arc_length"
         # Fields of a neighbour message between its step and its numbers, and after them.
         self._before_numbers, self._after_numbers = AROUND_NUMBERS[announces]
-        self._announcement = layout(topics.TYPES[announces], topics.FRAME)
+        self._announcement = layout(topic_types.TYPES[announces], topic_table.FRAME)
         table = [*satellite_channels(plan.topics, index), *formation_channels(plan.topics)]
         self._channels = {channel.kind: channel for channel in published_by(name, table)}
         self._publishers = {
             kind: node.create_publisher(
-                topics.TYPES[kind],
+                topic_types.TYPES[kind],
                 relative(self._channels[kind].topic),
-                qos.BY_RHYTHM[self._channels[kind].rhythm],
+                qos.PUBLISHER_BY_RHYTHM[self._channels[kind].rhythm],
             )
             for kind in (announces, "command", "tracking", "estimate", "parameter_changes", "node_ready")
             if kind in self._channels
@@ -209,7 +210,7 @@ class SatellitePublishers:
         name = self._node.get_fully_qualified_name()
         ready = NodeReady(node=name, step=step, checkpoint=checkpoint)
         ready.header.stamp.sec, ready.header.stamp.nanosec = self._stamps.at(step)
-        ready.header.frame_id = topics.FRAME
+        ready.header.frame_id = topic_table.FRAME
         self._ready_publisher.publish(ready)
 
     def publish_changes(self, step: int, changes: Sequence[tuple[str, list[float]]]) -> None:
@@ -218,7 +219,7 @@ class SatellitePublishers:
         for name, value in changes:
             change = ParameterChange(step=step, name=name, value=value)
             change.header.stamp.sec, change.header.stamp.nanosec = seconds, nanoseconds
-            change.header.frame_id = topics.FRAME
+            change.header.frame_id = topic_table.FRAME
             self._change_publisher.publish(change)
 
     def retransmit(self) -> None:

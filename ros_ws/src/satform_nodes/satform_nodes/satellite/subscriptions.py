@@ -9,10 +9,11 @@ from typing import Any
 
 from satform_msgs.msg import Attitude, FormationStatus, RelativeState
 
+from satform.communication import topic_table
 from satform.communication.topic_table import PLANT, satellite_channels, subscribed_by, topic_name
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.parameters import FormationNode
-from satform_nodes.transport import qos, topics
+from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
@@ -20,8 +21,8 @@ from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_validator import MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 
-_STATE = layout(RelativeState, topics.FRAME)
-_ATTITUDE = layout(Attitude, topics.FRAME)
+_STATE = layout(RelativeState, topic_table.FRAME)
+_ATTITUDE = layout(Attitude, topic_table.FRAME)
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class SatelliteSubscriptions:
         self._profile = qos.REALTIME if clocked else qos.LOCKSTEP_READER
         self._names = list(plan.names)
         self._announces = plan.announces
-        self._announcement = layout(topics.TYPES[self._announces], topics.FRAME)
+        self._announcement = layout(topic_types.TYPES[self._announces], topic_table.FRAME)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self.subscriptions: dict[str | int, Any] = {}
         self._authorised: dict[int, AuthorisedPublishers] = {}
@@ -98,7 +99,9 @@ class SatelliteSubscriptions:
         for neighbour in plan.membership.possible_graph.neighbours(index):
             self.add_neighbour(neighbour)
         # Created last: a node that has matched this subscription has matched all others of this satellite.
-        self._subscribe(FormationStatus, topics.STATUS, handlers.status, PLANT, "status", qos.LATCHED_READER)
+        self._subscribe(
+            FormationStatus, topic_table.STATUS, handlers.status, PLANT, "status", qos.LATCHED_READER
+        )
 
     def add_neighbour(self, neighbour: int) -> None:
         """Subscribe to the messages of a neighbour."""
@@ -106,7 +109,7 @@ class SatelliteSubscriptions:
         topic = topic_name(self._announces, sender)
         validator = MessageValidator(topic, self._announcement, self._rejections, self._stamps, exact=False)
         callback = partial(self._hearer.announcement, neighbour, validator)
-        kind = topics.TYPES[self._announces]
+        kind = topic_types.TYPES[self._announces]
         self._authorised[neighbour] = self._subscribe(kind, topic, callback, sender, neighbour)
 
     def allow_replacement(self, lost: Collection[int]) -> None:

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from satform.common.name_list import listed
 from satform.communication.topic_table import RECORDER, Channel, relative
-from satform_nodes.transport import topics
+from satform_nodes.transport import topic_types
 from satform_nodes.transport.message_definitions import type_name
 from satform_nodes.transport.node_names import local_name
 
@@ -109,20 +109,20 @@ def _subscribers(node: Node, channel: Channel, names: Iterable[str]) -> list[Sho
     for name in names:
         if name not in own:
             found.append(Shortcoming(name, f"{name} does not subscribe to {topic}"))
-        elif _type(own[name]) != type_name(topics.TYPES[channel.kind]):
+        elif _type(own[name]) != type_name(topic_types.TYPES[channel.kind]):
             found += _unfit(name, "subscribes to", topic, channel, own[name])
     return found
 
 
 def _unfit(name: str, verb: str, topic: str, channel: Channel, own: Any) -> list[Shortcoming]:
     """What of an endpoint does not fit the others of its topic: its type, or its quality of service."""
-    wanted = type_name(topics.TYPES[channel.kind])
+    wanted = type_name(topic_types.TYPES[channel.kind])
     if _type(own) != wanted:
         return [Shortcoming(name, f"{name} {verb} {topic} as {_type(own)}, not as {wanted}")]
     profile = own.qos_profile
     if profile.reliability == ReliabilityPolicy.BEST_EFFORT:
         return [Shortcoming(name, f"{name} {verb} {topic} as best effort, and its readers want reliable")]
-    latched = channel.rhythm == "now and then" and channel.kind != "diagnostics"
+    latched = channel.rhythm == "occasional" and channel.kind != "diagnostics"
     if latched and profile.durability == DurabilityPolicy.VOLATILE:
         return [Shortcoming(name, f"{name} {verb} {topic} as volatile, and its readers want transient local")]
     return []

@@ -40,7 +40,7 @@ LATCHED_READER = _TRANSIENT_LOCAL(depth=2048)
 """Subscription to a latched topic: deep enough that a burst from an unauthorised publisher displaces no
 message that has not been taken yet."""
 
-BY_RHYTHM = {"states": LOCKSTEP, "steps": LOCKSTEP, "now and then": LATCHED}
+PUBLISHER_BY_RHYTHM = {"states": LOCKSTEP, "steps": LOCKSTEP, "occasional": LATCHED}
 """Profile of the publishers of plant and satellites, by the rhythm of the topic."""
 
 OBSERVER = QoSProfile(depth=10)

@@ -1,0 +1,46 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Message type of every topic. QoS: `qos`; names, publishers and subscribers: `satform`'s `topic_table`."""
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rosgraph_msgs.msg import Clock
+from satform_msgs.msg import (
+    ArcLength,
+    Attitude,
+    Command,
+    Estimate,
+    FormationStatus,
+    NodeReady,
+    ParameterChange,
+    Propulsion,
+    RecorderProgress,
+    RelativeState,
+    Tracking,
+)
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+TYPES = {
+    "clock": Clock,
+    "status": FormationStatus,
+    "node_ready": NodeReady,
+    "recorder_progress": RecorderProgress,
+    "state": RelativeState,
+    "attitude": Attitude,
+    "truth": RelativeState,
+    "propulsion": Propulsion,
+    "arc_length": ArcLength,
+    "motion": RelativeState,
+    "command": Command,
+    "tracking": Tracking,
+    "estimate": Estimate,
+    "parameter_changes": ParameterChange,
+    "diagnostics": DiagnosticArray,
+    "pose": PoseStamped,
+    "path": Path,
+    "markers": MarkerArray,
+    "tf": TFMessage,
+}
+"""Message type of each topic by the last part of its name."""
