@@ -10,7 +10,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
 from satform_nodes import LEAN
-from satform_nodes.runtime.parameters import FormationNode
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.transport import qos
 from satform_nodes.transport.executor import StepExecutor
 

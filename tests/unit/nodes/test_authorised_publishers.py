@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from satform_nodes.transport import authorised_publishers
-from satform_nodes.transport.authorised_publishers import UNDECIDED, AuthorisedPublishers, decoded
-from satform_nodes.transport.message_validator import RejectionCounter
+from satform_nodes.transport.authorised_publishers import UNDECIDED, AuthorisedPublishers
+from satform_nodes.transport.message_validator import RejectionCounter, deserialize_or_reject
 
 TOPIC = "/sat1/command"
 
@@ -171,7 +171,7 @@ def test_bytes_that_are_no_message_are_counted_and_nothing_comes_of_them(
 ) -> None:
     from satform_msgs.msg import NodeReady
 
-    assert decoded(b"\x00\x01\x00\x00", NodeReady, "/formation/node_ready", rejections) is None
+    assert deserialize_or_reject(b"\x00\x01\x00\x00", NodeReady, "/formation/node_ready", rejections) is None
     assert rejections.counts == {("/formation/node_ready", "another form"): 1}
 
 

@@ -20,8 +20,8 @@ from satform.control.sliding_mode import SlidingModeSpec
 from satform.orbits.curve_specs import FixedPointSpec
 from satform.scenario.yaml_reader import read_value
 from satform_bringup.deployment.domain import own_domain
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.parameters import (
-    FormationNode,
     ParameterError,
     declare_fixed,
     declare_rate,

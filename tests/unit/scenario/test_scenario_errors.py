@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from flights import SCENARIOS, shipped
 from satform.files.named_file import FileSource
 from satform.scenario import Problem, ScenarioError, load_scenario, parse_scenario
-from satform.scenario.error_messages import nearest
+from satform.scenario.field_errors import nearest
 from satform.scenario.renamed import RENAMED_FIELDS
 
 SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."

@@ -33,7 +33,7 @@ _GRAVITATIONAL_PARAMETER = 3.986004415e14
 
 
 @dataclass(frozen=True)
-class Row:
+class ModelError:
     """One satellite left alone beside one chief.
 
     Attributes:
@@ -67,7 +67,7 @@ def rows(
     separation: float = 1000.0,
     revolutions: float = 2.0,
     steps: int = 240,
-) -> list[Row]:
+) -> list[ModelError]:
     """Largest distance of each model from `inertial`, without control.
 
     The chief starts on an osculating circular orbit at its ascending node.
@@ -94,7 +94,7 @@ def rows(
                 kind: np.linalg.norm(flown[kind] - flown["inertial"], axis=-1).max(axis=0) for kind in MODELS
             }
             found += [
-                Row(orbit, inclination, motion, {kind: float(apart[kind][index]) for kind in MODELS})
+                ModelError(orbit, inclination, motion, {kind: float(apart[kind][index]) for kind in MODELS})
                 for index, motion in enumerate(motions)
             ]
     return found
@@ -124,7 +124,7 @@ def _fly(spec: DynamicsSpec, setting: DynamicsSetting, position: Array, velocity
     return flown
 
 
-def markdown(found: list[Row]) -> str:
+def markdown(found: list[ModelError]) -> str:
     """The table as it stands in docs/models.md, the smallest error of each row in bold."""
     lines = [
         "| chief | inclination | satellite | " + " | ".join(f"`{kind}`" for kind in MODELS) + " |",

@@ -42,7 +42,7 @@ _HEADINGS = (
 
 
 @dataclass(frozen=True)
-class Row:
+class FlightRow:
     """One flight of the table.
 
     Attributes:
@@ -78,7 +78,7 @@ class Row:
         )
 
 
-def measure(counts: Sequence[int], steps: int) -> Iterator[Row]:
+def measure(counts: Sequence[int], steps: int) -> Iterator[FlightRow]:
     """Fly formations of each size on each graph, grouped and one process each, and print each result.
 
     Args:
@@ -97,19 +97,19 @@ def measure(counts: Sequence[int], steps: int) -> Iterator[Row]:
                 yield row
 
 
-def _measured(count: int, group: int, label: str, scenario: Scenario) -> Row:
+def _measured(count: int, group: int, label: str, scenario: Scenario) -> FlightRow:
     try:
         flown = over_dds(count, group, 0, record=False, scenario=scenario, round_trips=0)
     except RuntimeError as error:
-        return Row(count, label, group, None, str(error), _load())
-    return Row(count, label, group, flown, "", _load())
+        return FlightRow(count, label, group, None, str(error), _load())
+    return FlightRow(count, label, group, flown, "", _load())
 
 
 def _load() -> float:
     return float(figures.machine()["load_average"][0])
 
 
-def write(rows: Sequence[Row]) -> None:
+def write(rows: Sequence[FlightRow]) -> None:
     """Write the rows into docs/scaling.md, between its marks, and draw the figure beside it.
 
     Raises:
@@ -138,7 +138,7 @@ def write(rows: Sequence[Row]) -> None:
     _draw(rows)
 
 
-def _draw(rows: Sequence[Row]) -> None:
+def _draw(rows: Sequence[FlightRow]) -> None:
     from matplotlib.figure import Figure  # noqa: PLC0415 - slow to import
 
     figure = Figure(figsize=(9.0, 3.6), layout="constrained")

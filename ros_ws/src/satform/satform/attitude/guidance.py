@@ -243,7 +243,7 @@ class AttitudeSpec(Spec):
     maximum_step: Positive = 0.05
     """Longest sub-step of the integration of the true attitude, s."""
 
-    def faults(self, mean_motion: float) -> list[str]:
+    def complaints(self, mean_motion: float) -> list[str]:
         """What of this cannot be flown about a chief of a mean motion in rad/s."""
         try:
             self.controller.build()

@@ -5,7 +5,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path as FilePath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from satform.campaign.sampling import Coordinate, case_seed
 from satform.common.spec import Spec
 from satform.files.named_file import FileSource, with_copies
 from satform.scenario import Scenario, ScenarioError
-from satform.scenario.error_messages import Path, problems
+from satform.scenario.field_errors import problems
 from satform.scenario.truncation import beyond_the_end, within_the_end
 
 
@@ -162,8 +162,10 @@ class _Template:
         for target in every:
             attached |= _make_place(data, base, target.path)
         self.text = json.dumps(data)
-        self.files = FileSource(FilePath(), attached, recorded=True)
-        self.paths: dict[str, Path] = {target.text: target.path for target in every} | {"seed": ("seed",)}
+        self.files = FileSource(Path(), attached, recorded=True)
+        self.paths: dict[str, FieldPath] = {target.text: target.path for target in every} | {
+            "seed": ("seed",)
+        }
 
 
 def campaign_template(campaign: Campaign) -> _Template:
@@ -174,7 +176,7 @@ def campaign_template(campaign: Campaign) -> _Template:
     return found
 
 
-def _make_place(data: Any, base: Scenario, path: Path) -> dict[str, bytes]:
+def _make_place(data: Any, base: Scenario, path: FieldPath) -> dict[str, bytes]:
     """Write out all parts on the way to a field that the data leaves out; gives the files that they name."""
     files: dict[str, bytes] = {}
     node, own = data, base

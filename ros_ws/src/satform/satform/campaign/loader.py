@@ -12,7 +12,7 @@ from satform.campaign.scenario_file import CampaignSource
 from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import write_durably
 from satform.scenario import Problem, ScenarioError, save_scenario
-from satform.scenario.error_messages import coerced, problems
+from satform.scenario.field_errors import coerced, problems
 from satform.scenario.yaml_reader import found as shown
 from satform.scenario.yaml_reader import plain, read_tree
 

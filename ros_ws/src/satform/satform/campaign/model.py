@@ -31,8 +31,8 @@ from satform.common.spec import Plugin, Positive, Spec
 from satform.files.named_file import BY_CONTENT
 from satform.record.flight_record import COLUMNS
 from satform.scenario import Scenario, ScenarioError
-from satform.scenario.error_messages import nearest
 from satform.scenario.expectation import Expectation
+from satform.scenario.field_errors import nearest
 from satform.scenario.parts import Name, Sentence
 
 Complaint: TypeAlias = tuple[tuple[str | int, ...], str]

@@ -12,9 +12,9 @@ from pydantic.fields import FieldInfo
 
 from satform.common.angle_text import PATTERNS
 from satform.common.name_list import listed
-from satform.common.spec import Spec, validators
+from satform.common.spec import FieldPath, Spec, validators
 from satform.scenario import Scenario
-from satform.scenario.error_messages import Path, dotted, nearest
+from satform.scenario.field_errors import dotted, nearest
 
 _IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]")
 
@@ -36,7 +36,7 @@ class Target:
         angle: pattern of the text that it takes for an angle or a rate; empty where it takes none.
     """
 
-    path: Path
+    path: FieldPath
     value: Scalar | None
     types: frozenset[type]
     angle: str
@@ -68,7 +68,7 @@ class _Place:
         field: the nearest field on the way; None at the top.
     """
 
-    path: Path
+    path: FieldPath
     node: Any
     annotation: Any
     field: FieldInfo | None
@@ -117,7 +117,7 @@ def _step(place: _Place, part: str, scenario: Scenario) -> list[_Place]:
     raise PathError(f"{dotted(place.path)} is a single value; it has no {part}")
 
 
-def _indices(path: Path, node: tuple[Any, ...], part: str) -> Sequence[int]:
+def _indices(path: FieldPath, node: tuple[Any, ...], part: str) -> Sequence[int]:
     if part == "*":
         return range(len(node))
     # Digits of other scripts are digits too, and the longest numbers are refused by Python.
@@ -132,12 +132,12 @@ def _indices(path: Path, node: tuple[Any, ...], part: str) -> Sequence[int]:
     raise PathError(f"there is no {_joined(path, part)} in the scenario; {entries}{by_name}")
 
 
-def _entry(path: Path, node: tuple[Any, ...], index: int, scenario: Scenario) -> Any:
+def _entry(path: FieldPath, node: tuple[Any, ...], index: int, scenario: Scenario) -> Any:
     """An entry; a satellite with what it takes from `satellite_defaults`."""
     return scenario.satellite(index) if path == ("satellites",) else node[index]
 
 
-def _joined(path: Path, part: str) -> str:
+def _joined(path: FieldPath, part: str) -> str:
     inside = f"[{part}]" if part.isdigit() else f".{part}"
     return f"{dotted(path)}{inside}" if path else part
 

@@ -17,6 +17,12 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Fiel
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema
 
+FieldPath = tuple[int | str, ...]
+"""Names of fields and indices in lists, from the top of a scenario or of a specification."""
+
+Complaint = tuple[FieldPath, str]
+"""Path of a field and what is wrong with it."""
+
 
 class Spec(BaseModel):
     """Base of all data in a scenario: immutable, nothing unknown accepted, no infinities."""

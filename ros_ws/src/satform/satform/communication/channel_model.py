@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from satform.common.spec import NonNegative, Spec
+from satform.common.spec import Complaint, FieldPath, NonNegative, Spec
 from satform.communication.neighbour_buffer import Received
 from satform.equipment.noise import LINK_STREAM, SeededUniforms
 from satform.numeric.elementwise import Array
@@ -93,11 +93,11 @@ class LinksSpec(Spec):
                 return self.default.model_copy(update=own)
         return self.default
 
-    def complaints(self, satellites: Sequence[str], step: float) -> list[tuple[tuple[str | int, ...], str]]:
+    def complaints(self, satellites: Sequence[str], step: float) -> list[Complaint]:
         """What of this cannot be, in a formation with these satellites and this control period in s."""
-        found: list[tuple[tuple[str | int, ...], str]] = []
+        found: list[Complaint] = []
         seen: set[tuple[str, str]] = set()
-        every: list[tuple[tuple[str | int, ...], LinkSpec]] = [(("default",), self.default)]
+        every: list[tuple[FieldPath, LinkSpec]] = [(("default",), self.default)]
         every += [(("edges", i), self.of(edge.sender, edge.receiver)) for i, edge in enumerate(self.edges)]
         for path, link in every:
             if (link.delay + link.jitter) / step > LONGEST_WAY:

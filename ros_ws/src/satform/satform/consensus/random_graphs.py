@@ -21,7 +21,7 @@ _ATTEMPTS = 200
 _ROUNDS = 500
 """Times what is left of one graph is drawn anew before another graph is begun."""
 
-Links = NDArray[np.bool_]
+_Adjacency = NDArray[np.bool_]
 
 
 class RandomRegularSpec(TopologySpec):
@@ -75,7 +75,7 @@ def _drawn(count: int, degree: int, seed: int) -> Graph:
     )
 
 
-def _links(count: int, degree: int, generator: np.random.Generator) -> Links | None:
+def _links(count: int, degree: int, generator: np.random.Generator) -> _Adjacency | None:
     """Adjacency, shape (count, count); None when the pairing has failed."""
     if degree == 2:
         # The only connected graph of degree 2 is a ring, and a drawn one seldom is one.
@@ -88,7 +88,7 @@ def _links(count: int, degree: int, generator: np.random.Generator) -> Links | N
     return None if apart is None else ~(apart | np.eye(count, dtype=np.bool_))
 
 
-def _paired(count: int, degree: int, generator: np.random.Generator) -> Links | None:
+def _paired(count: int, degree: int, generator: np.random.Generator) -> _Adjacency | None:
     """Pairs the ends of all links at random, again and again those that could not be joined.
 
     Source: Steger & Wormald 1999, Generating random regular graphs quickly.
@@ -112,6 +112,6 @@ def _paired(count: int, degree: int, generator: np.random.Generator) -> Links | 
     return None
 
 
-def _joined(links: Links, one: NDArray[np.int64], other: NDArray[np.int64]) -> Links:
+def _joined(links: _Adjacency, one: NDArray[np.int64], other: NDArray[np.int64]) -> _Adjacency:
     links[one, other] = links[other, one] = True
     return links

@@ -58,7 +58,7 @@ def observer_gain(transition: Array, eigenvalues: tuple[float, ...]) -> Array:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ObserverMemory:
     """Memory of the observer.
 
     Attributes:
@@ -98,7 +98,7 @@ class Observed:
     initial_velocity_error: Array
     decay_rate: Array
 
-    def start(self, motion: Motion) -> Estimate:
+    def start(self, motion: Motion) -> ObserverMemory:
         """First estimate: the state handed over plus the chosen error.
 
         Args:
@@ -110,9 +110,9 @@ class Observed:
         position = motion.position + self.initial_position_error
         velocity = motion.velocity + self.initial_velocity_error
         law = self.law.start(Motion(position, velocity))
-        return Estimate(position, velocity, law, np.zeros_like(position))
+        return ObserverMemory(position, velocity, law, np.zeros_like(position))
 
-    def resume(self, memory: Estimate, gap: Gap) -> Estimate:
+    def resume(self, memory: ObserverMemory, gap: Gap) -> ObserverMemory:
         """The estimate propagated over the gap, and corrected with the gain of a measurement so rare.
 
         The estimate is carried through the gap by the model with what was applied in it. The gains of `act`
@@ -144,14 +144,14 @@ class Observed:
         law = memory.law
         if law is not None:
             law = self.law.resume(law, replace(gap, motion=Motion(position, velocity)))
-        return Estimate(position, velocity, law, gap.applied_acceleration)
+        return ObserverMemory(position, velocity, law, gap.applied_acceleration)
 
     def held_errors(self, duration: float) -> Array:
         """Share of an estimation error that is left after a duration in s, shape (...)."""
         left = [math.exp(-rate * duration) for rate in np.ravel(self.decay_rate).tolist()]
         return np.asarray(left, dtype=np.float64).reshape(np.shape(self.decay_rate))
 
-    def _corrected(self, memory: Estimate, applied: Array | None) -> tuple[Array, Array]:
+    def _corrected(self, memory: ObserverMemory, applied: Array | None) -> tuple[Array, Array]:
         """The estimate for this step, with what was applied over the step before instead of the command."""
         position, velocity = memory.position, memory.velocity
         if applied is None:
@@ -161,7 +161,7 @@ class Observed:
         moved, gained = self.model.advance(rest, rest, missing)
         return position + moved, velocity + gained
 
-    def act(self, motion: Motion, reference: Reference, memory: Estimate, step: ControlStep) -> Action:
+    def act(self, motion: Motion, reference: Reference, memory: ObserverMemory, step: ControlStep) -> Action:
         """Command from the estimate, and the estimate carried to the next step.
 
         Args:
@@ -181,7 +181,7 @@ class Observed:
         position, velocity = self.model.advance(position, velocity, action.acceleration)
         position = position + multiply(self.position_gain, miss)
         velocity = velocity + multiply(self.velocity_gain, miss)
-        estimate = Estimate(position, velocity, action.memory, action.acceleration)
+        estimate = ObserverMemory(position, velocity, action.memory, action.acceleration)
         return Action(action.acceleration, action.sliding_variable, estimate)
 
 

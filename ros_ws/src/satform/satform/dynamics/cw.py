@@ -108,7 +108,7 @@ def acceleration(position: Array, velocity: Array, mean_motion: float | Array) -
 
 
 @dataclass(frozen=True)
-class Coast:
+class FreeMotion:
     """The exact free motion over a fixed duration.
 
     Attributes:
@@ -124,7 +124,7 @@ class Coast:
     velocity_from_velocity: InPlaneCoupling
 
     @classmethod
-    def over(cls, mean_motion: float | Array, duration: float | Array) -> "Coast":
+    def over(cls, mean_motion: float | Array, duration: float | Array) -> "FreeMotion":
         """The motion over `duration` (s, shape (...)) about a chief of `mean_motion` (rad/s).
 
         No digits are lost where the chief turns by a tiny angle, nor at mean motion zero.
@@ -165,7 +165,7 @@ class HeldInputStep:
         velocity_from_input: s.
     """
 
-    coast: Coast
+    coast: FreeMotion
     position_from_input: InPlaneCoupling
     velocity_from_input: InPlaneCoupling
 
@@ -178,7 +178,7 @@ class HeldInputStep:
         versine_over_n2 = 0.5 * t * t * sinc(0.5 * n * t) ** 2
         lag_over_n2 = n * t**3 * sine_remainder(n * t)
         return cls(
-            coast=Coast.over(mean_motion, duration),
+            coast=FreeMotion.over(mean_motion, duration),
             position_from_input=_coupling(
                 (versine_over_n2, 4.0 * versine_over_n2 - 1.5 * t * t, versine_over_n2),
                 (2.0 * lag_over_n2, -2.0 * lag_over_n2),
@@ -231,7 +231,7 @@ class DisturbedStep:
         """The step over `duration` (s) about a chief of `mean_motion` (rad/s)."""
         abscissae, weights = np.polynomial.legendre.leggauss(3)
         nodes = 0.5 * duration * (1.0 + abscissae)
-        response = Coast.over(mean_motion, (duration - nodes)[:, None])
+        response = FreeMotion.over(mean_motion, (duration - nodes)[:, None])
         weight = 0.5 * duration * weights[:, None, None]
         return cls(
             held=HeldInputStep.over(mean_motion, duration),
@@ -310,7 +310,7 @@ def propagate(
 
     Source: Clohessy & Wiltshire 1960; Schaub & Junkins, ch. 14.
     """
-    return Coast.over(mean_motion, duration).advance(position, velocity)
+    return FreeMotion.over(mean_motion, duration).advance(position, velocity)
 
 
 def transition_matrix(mean_motion: float, duration: float) -> Array:
@@ -325,7 +325,7 @@ def transition_matrix(mean_motion: float, duration: float) -> Array:
 
     Source: Clohessy & Wiltshire 1960; Schaub & Junkins, ch. 14.
     """
-    coast = Coast.over(mean_motion, duration)
+    coast = FreeMotion.over(mean_motion, duration)
     return np.block(
         [
             [coast.position_from_position.matrix(), coast.position_from_velocity.matrix()],

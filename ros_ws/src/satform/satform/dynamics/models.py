@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from satform.common.spec import Complaint
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.cw_model import CwDynamics
@@ -56,9 +57,9 @@ class LinearJ2DynamicsSpec(PerturbedDynamicsSpec):
             )
         return self
 
-    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
-        """Why the chief's orbit cannot be flown; as in `DynamicsSpec.faults`."""
-        return self.chief.faults(setting.mean_motion)
+    def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
+        """Why the chief's orbit cannot be flown; as in `DynamicsSpec.complaints`."""
+        return self.chief.complaints(setting.mean_motion)
 
     def build(self, setting: DynamicsSetting) -> LinearJ2Dynamics:
         """The truth model itself."""
@@ -98,9 +99,9 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
             )
         return self
 
-    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
-        """Why the chief's orbit cannot be flown; as in `DynamicsSpec.faults`."""
-        return self.chief.faults(setting.mean_motion)
+    def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
+        """Why the chief's orbit cannot be flown; as in `DynamicsSpec.complaints`."""
+        return self.chief.complaints(setting.mean_motion)
 
     def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics | PropagatedChiefDynamics":
         """The truth model itself."""
@@ -148,9 +149,9 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
     """exact: LVLH velocities are the derivative of LVLH positions; orbit_rate: they are taken in a
     frame that turns at (0, 0, h/r^2)."""
 
-    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
-        """Why chief or bodies cannot be flown; as in `DynamicsSpec.faults`."""
-        found = self.chief.faults(setting.mean_motion)
+    def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
+        """Why chief or bodies cannot be flown; as in `DynamicsSpec.complaints`."""
+        found = self.chief.complaints(setting.mean_motion)
         if self.satellite_bodies and len(self.satellite_bodies) != setting.satellite_count:
             sentence = (
                 f"satellite_bodies has {len(self.satellite_bodies)} entries for {setting.satellite_count} "
@@ -169,9 +170,9 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
         from satform.dynamics.orbital_forces import body_of, forces_of, gravitational_parameter  # noqa: PLC0415
 
         position, velocity = self.chief.state(setting.mean_motion, gravitational_parameter())
-        faults = self.faults(setting)
-        if faults:
-            raise ValueError("; ".join(sentence for _, sentence in faults))
+        complaints = self.complaints(setting)
+        if complaints:
+            raise ValueError("; ".join(sentence for _, sentence in complaints))
         of_satellites = self.satellite_bodies or (self.body,) * setting.satellite_count
         forces = forces_of(
             self.epoch,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from satform.common.spec import Spec
+from satform.common.spec import Complaint, Spec
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.numeric.elementwise import Array
 
@@ -59,7 +59,7 @@ class Dynamics(Protocol):
 class DynamicsSpec(Spec):
     """Base of every truth model's specification; subclasses set a literal `kind`."""
 
-    def faults(self, setting: DynamicsSetting) -> list[tuple[tuple[str | int, ...], str]]:
+    def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why the model cannot be flown in a setting, found without building it.
 
         Returns:

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from satform.common.angle_text import OR_DEGREES
-from satform.common.spec import Spec
+from satform.common.spec import Complaint, Spec
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import LvlhFrame, earth_rotation_angle
@@ -62,7 +62,7 @@ class ChiefOrbitSpec(Spec):
         transverse = np.array([-cn * su - sn * cu * ci, -sn * su + cn * cu * ci, cu * si])
         return radial, transverse, np.array([sn * si, -cn * si, ci])
 
-    def faults(self, mean_motion: float) -> list[tuple[tuple[str | int, ...], str]]:
+    def complaints(self, mean_motion: float) -> list[Complaint]:
         """Why no satellite can fly this orbit of a mean motion in rad/s: field and sentence of each."""
         perigee = semi_major_axis_of(mean_motion, GRAVITATIONAL_PARAMETER) * (1.0 - self.eccentricity)
         if perigee >= EQUATORIAL_RADIUS:

@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from satform.common.spec import Spec
+from satform.common.spec import FieldPath, Spec
 from satform.files.named_file import FileSource
-from satform.scenario.error_messages import Path, coerced, problems
 from satform.scenario.errors import Problem
+from satform.scenario.field_errors import coerced, problems
 
 _Model = TypeVar("_Model", bound=Spec)
 
@@ -20,7 +20,7 @@ def checked(
     data: Any,
     tree: Any,
     file: str,
-    changes: Mapping[Path, str],
+    changes: Mapping[FieldPath, str],
     files: FileSource | None,
 ) -> tuple[_Model | None, list[Problem]]:
     """Check plain data against a model.

@@ -10,10 +10,7 @@ from typing import Annotated
 
 from pydantic import Field, field_validator
 
-from satform.common.spec import Spec
-
-Complaint = tuple[tuple[str | int, ...], str]
-"""Path of a field and what is wrong with it."""
+from satform.common.spec import Complaint, Spec
 
 _SHARED_PARTS = ("plant", "recorder")
 

@@ -16,14 +16,12 @@ import numpy as np
 
 from satform.attitude.ground_pointing import GroundPointingSpec, direction_of
 from satform.attitude.satellite_pointing import SatellitePointingSpec
+from satform.common.spec import Complaint
 from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import earth_angle_at
 from satform.orbits.sun import days_at, sun_direction
-
-Complaint = tuple[tuple[str | int, ...], str]
-"""Path of a field and what is wrong with it."""
 
 Pointing = GroundPointingSpec | SatellitePointingSpec
 

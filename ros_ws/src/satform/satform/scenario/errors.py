@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What is wrong with a scenario, said to the person who can mend it."""
+"""What is wrong with a scenario: `ScenarioError` with a `Problem` for each thing found.
+
+The sentences come from `yaml_reader` (YAML syntax and size), `field_errors` (fields, one by one) and
+`model` (what does not fit together).
+"""
 
 from dataclasses import dataclass
 

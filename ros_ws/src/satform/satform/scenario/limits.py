@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no quantity of a flight may exceed: beyond it a flight has diverged, and ends."""
 
-from satform.common.spec import Number, Positive, Spec
+from satform.common.spec import Complaint, Number, Positive, Spec
 
 
 class LimitsSpec(Spec):
@@ -20,7 +20,7 @@ class LimitsSpec(Spec):
     """Lowest altitude of a satellite above the Earth's equatorial radius, m; the ground when left out. It is
     not looked at where the chief's own orbit lies below the ground, which no real one does."""
 
-    def complaints(self, altitude: float) -> list[tuple[tuple[str | int, ...], str]]:
+    def complaints(self, altitude: float) -> list[Complaint]:
         """What is wrong with these limits, each with the path of its field.
 
         Args:

@@ -7,13 +7,13 @@ import math
 import re
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 from pydantic_core import PydanticCustomError
 
 from satform.attitude.satellite_pointing import SatellitePointingSpec
-from satform.common.spec import Plugin, Positive, Spec
+from satform.common.spec import Complaint, Plugin, Positive, Spec
 from satform.communication.channel_model import LinksSpec
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
@@ -43,9 +43,6 @@ _NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 """Characters that stand in JSON as they are, but not in YAML, which reads it otherwise as its own."""
 
 _RESERVED_NAMES = frozenset({"plant", "recorder", "display", "formation", "clock"})
-
-Complaint: TypeAlias = tuple[tuple[str | int, ...], str]
-"""Path of a field and what is wrong with it."""
 
 
 class _RefusedInSentences(type(Spec)):  # type: ignore[misc]
@@ -192,7 +189,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
 
     def _dynamics_complaints(self) -> list[Complaint]:
         setting = DynamicsSetting(self.orbit.rate, self.timing.step, len(self.satellites), self.seed)
-        return [(("dynamics", *field), sentence) for field, sentence in self.dynamics.faults(setting)]
+        return [(("dynamics", *field), sentence) for field, sentence in self.dynamics.complaints(setting)]
 
     def _expectation_complaints(self, *, recorded: bool) -> list[Complaint]:
         whole = {own.name: self.satellite(index) for index, own in enumerate(self.satellites)}
@@ -259,7 +256,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             spec = self.satellite(index).attitude
             if spec is None:
                 continue
-            found = spec.faults(self.orbit.rate)
+            found = spec.complaints(self.orbit.rate)
             if isinstance(spec.pointing, SatellitePointingSpec):
                 graph = graph or self._graph_or_none()
                 found += self._target_faults(index, spec.pointing.target, names, graph)

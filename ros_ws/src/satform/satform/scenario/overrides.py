@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from typing import Any
 
-from satform.scenario.error_messages import Path as FieldPath
+from satform.common.spec import FieldPath
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.yaml_reader import found, read_value
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from satform.common.spec import specs
-from satform.scenario.error_messages import Path
+from satform.common.spec import FieldPath, specs
 from satform.scenario.expectation import Expectation
 
 _SLACK = 1e-9
@@ -18,7 +17,7 @@ ListIndices = dict[str, set[int]]
 """Indices of entries in lists, by the name of the list."""
 
 
-def beyond_the_end(written: Any, flown: Any, changed: Iterable[Path]) -> ListIndices:
+def beyond_the_end(written: Any, flown: Any, changed: Iterable[FieldPath]) -> ListIndices:
     """Expectations, faults and changes of the graph beyond the end of a flight that settings have shortened.
 
     An expectation is beyond it when the shorter flight does not have its figure: see `Expectation.needs`.

@@ -13,8 +13,8 @@ import numpy as np
 from satform.common.spec import Spec
 from satform.files.named_file import FileSource, with_copies
 from satform.scenario.checking import checked
-from satform.scenario.error_messages import problems
 from satform.scenario.errors import ScenarioError
+from satform.scenario.field_errors import problems
 from satform.scenario.overrides import apply_values
 from satform.scenario.truncation import beyond_the_end, within_the_end
 

@@ -14,6 +14,7 @@ from ruamel.yaml.error import MarkedYAMLError, ReusedAnchorWarning
 from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent, NodeEvent
 from ruamel.yaml.parser import RoundTripParser
 
+from satform.common.spec import FieldPath
 from satform.scenario.errors import Problem, ScenarioError
 
 MAXIMUM_VALUES = 100_000
@@ -164,7 +165,7 @@ class _CheckedParser(RoundTripParser):
         return ""
 
 
-def line_of(path: tuple[int | str, ...], tree: Any) -> int | None:
+def line_of(path: FieldPath, tree: Any) -> int | None:
     """Line of the innermost part of a path that stands in a tree, counted from 1.
 
     Args:

@@ -14,10 +14,11 @@ from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EX
 from satform.common.name_list import listed
 from satform.flight.compile import FormationPlan
 from satform.record.early_end import EarlyEnd
-from satform_nodes.plant.node import PlantNode, Settings
+from satform_nodes.plant.node import PlantNode, PlantSettings
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import plan_of, run
-from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
+from satform_nodes.runtime.parameters import declare_rate, declare_start
 from satform_nodes.runtime.realtime_loop import processor_seconds, run_realtime
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
@@ -28,7 +29,7 @@ from satform_nodes.transport.node_error import NodeError
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
     """Wait for all nodes, fly the scenario to its end, and report the result."""
     declare_start(node, "scenario")
-    settings = Settings(
+    settings = PlantSettings(
         recorded=declare_start(node, "recorded"),
         recorder_needed=declare_start(node, "recorder_needed"),
         rate=declare_rate(node),

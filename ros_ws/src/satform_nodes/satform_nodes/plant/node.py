@@ -28,8 +28,8 @@ from satform_nodes.plant.publishers import PlantPublishers
 from satform_nodes.plant.services import FormationServices
 from satform_nodes.plant.subscriptions import PlantSubscriptions
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import start_timeout
-from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
@@ -44,7 +44,7 @@ _HEARTBEAT_PERIOD = 0.5
 
 
 @dataclass(frozen=True)
-class Settings:
+class PlantSettings:
     """Settings of the plant's node at its start beside the scenario.
 
     Attributes:
@@ -66,7 +66,7 @@ class PlantNode:
         node: FormationNode,
         executor: StepExecutor,
         plan: FormationPlan,
-        settings: "Settings",
+        settings: "PlantSettings",
         report: SupervisorPipe,
     ) -> None:
         recorded = settings.recorded

@@ -18,11 +18,16 @@ from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.manager import Change, MembershipManager
 from satform_nodes.runtime.realtime_loop import Promptness
 from satform_nodes.transport import qos
-from satform_nodes.transport.authorised_publishers import AuthorisedPublishers, decoded
+from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS, StepExecutor
-from satform_nodes.transport.message_validator import CONTRADICTION, MessageValidator, RejectionCounter
+from satform_nodes.transport.message_validator import (
+    CONTRADICTION,
+    MessageValidator,
+    RejectionCounter,
+    deserialize_or_reject,
+)
 from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topic_table.FRAME)
@@ -236,7 +241,7 @@ class PlantSubscriptions:
         self._on_answer()
 
     def _on_ready(self, data: bytes, name: str) -> None:
-        ready = decoded(data, NodeReady, topic_table.NODE_READY, self._rejections)
+        ready = deserialize_or_reject(data, NodeReady, topic_table.NODE_READY, self._rejections)
         if ready is None:
             return
         if ready.node.rpartition("/")[2] != name:

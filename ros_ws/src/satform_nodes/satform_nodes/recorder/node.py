@@ -25,18 +25,24 @@ from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, plant_timeout, run, scenario_of
-from satform_nodes.runtime.parameters import FormationNode, declare_rate, declare_start
+from satform_nodes.runtime.parameters import declare_rate, declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport import qos, topic_types
-from satform_nodes.transport.authorised_publishers import AuthorisedPublishers, decoded
+from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_definitions import described
-from satform_nodes.transport.message_validator import CONTRADICTION, EARLIER_STAMPS, MessageValidator
+from satform_nodes.transport.message_validator import (
+    CONTRADICTION,
+    EARLIER_STAMPS,
+    MessageValidator,
+    deserialize_or_reject,
+)
 from satform_nodes.transport.missing_endpoints import OPTIONAL
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
@@ -292,7 +298,7 @@ class RecorderNode:
         channel = self._add_topic(topic, kind, qos.LATCHED)
 
         def _on_message(data: bytes, _name: str) -> None:
-            message = decoded(data, message_type, topic, self.rejections)
+            message = deserialize_or_reject(data, message_type, topic, self.rejections)
             if message is None:
                 return
             stamp = message.header.stamp
@@ -318,7 +324,10 @@ class RecorderNode:
 
         def _on_message(data: bytes, _name: str) -> None:
             # An unauthorised process may have one of the names; the bag has to be readable all the same.
-            if decoded(data, topic_types.TYPES[channel.kind], topic, self.rejections) is not None:
+            if (
+                deserialize_or_reject(data, topic_types.TYPES[channel.kind], topic, self.rejections)
+                is not None
+            ):
                 seconds, nanoseconds = self._now
                 self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, 0)
 

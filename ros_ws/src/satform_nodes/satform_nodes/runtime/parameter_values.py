@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 from rclpy.parameter import Parameter
 
 from satform.scenario import ScenarioError
-from satform.scenario.error_messages import A_LIST, A_NUMBER, shortened
+from satform.scenario.field_errors import A_LIST, A_NUMBER, shortened
 from satform.scenario.yaml_reader import read_value
 
 _NUMBERS = {Parameter.Type.DOUBLE, Parameter.Type.DOUBLE_ARRAY}

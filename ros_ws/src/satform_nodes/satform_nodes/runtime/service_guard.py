@@ -36,7 +36,7 @@ def guarded(service: Any, callback: Callback, note: Callable[[Exception], None])
             return callback(request, reply)
         except Exception as error:
             note(error)
-            return refused(service.Response(), f"the request was refused: {in_words(error)}")
+            return refused(service.Response(), f"the request was refused: {error_sentence(error)}")
 
     def answer_each(request: SetParameters.Request, reply: SetParameters.Response) -> SetParameters.Response:
         for parameter in request.parameters:
@@ -45,7 +45,7 @@ def guarded(service: Any, callback: Callback, note: Callable[[Exception], None])
                 reply.results.extend(callback(single, SetParameters.Response()).results)
             except Exception as error:
                 note(error)
-                reason = f"{parameter.name}: the value was refused: {in_words(error)}"
+                reason = f"{parameter.name}: the value was refused: {error_sentence(error)}"
                 reply.results.append(SetParametersResult(successful=False, reason=reason))
         return reply
 
@@ -69,7 +69,7 @@ def refused(reply: Any, sentence: str) -> Any:
     return reply
 
 
-def in_words(error: BaseException) -> str:
+def error_sentence(error: BaseException) -> str:
     """An exception in one line of bounded length."""
     text = " ".join(str(error).split()) or "no reason given"
     return f"{text[:_LONGEST]} ({type(error).__name__})"

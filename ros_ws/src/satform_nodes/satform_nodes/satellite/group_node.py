@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import plan_of, reject_sim_time, run
-from satform_nodes.runtime.parameters import FormationNode, declare_start
+from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.batched_step import batch_satellites
 from satform_nodes.satellite.flight_loop import fly_all
-from satform_nodes.satellite.node import SatelliteNode, Settings
+from satform_nodes.satellite.node import SatelliteNode, SatelliteSettings
 from satform_nodes.satellite.parameters import declare_settings
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
@@ -40,7 +41,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         own = FormationNode(name, log_topic=False, lean=len(names) > LARGEST_FULL_GROUP)
         reject_sim_time(own)
         executor.add_node(own)
-        settings = Settings(name, recorded, checkpoints, single=len(names) == 1, rate=rate)
+        settings = SatelliteSettings(name, recorded, checkpoints, single=len(names) == 1, rate=rate)
         satellites.append(SatelliteNode(own, executor, plan, settings, report))
     batch_satellites(satellites, plan)
     try:

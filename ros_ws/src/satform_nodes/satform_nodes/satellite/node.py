@@ -24,8 +24,8 @@ from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.state import is_lost_at, rejoins_after
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.runtime.realtime_loop import processor_seconds
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
@@ -34,9 +34,8 @@ from satform_nodes.satellite.parameters import SatelliteParameters
 from satform_nodes.satellite.publishers import SatellitePublishers
 from satform_nodes.satellite.step_batch import StepBatch
 from satform_nodes.satellite.subscriptions import MessageHandlers, SatelliteSubscriptions
-from satform_nodes.transport.authorised_publishers import decoded
 from satform_nodes.transport.executor import StepExecutor
-from satform_nodes.transport.message_validator import MessageValidator
+from satform_nodes.transport.message_validator import MessageValidator, deserialize_or_reject
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import Stamps
 
@@ -48,7 +47,7 @@ _ANY_STEP = 2**63
 
 
 @dataclass(frozen=True)
-class Settings:
+class SatelliteSettings:
     """Settings of a satellite's node at its start beside the scenario.
 
     Attributes:
@@ -88,7 +87,7 @@ class SatelliteNode:
         node: FormationNode,
         executor: StepExecutor,
         plan: FormationPlan,
-        settings: "Settings",
+        settings: "SatelliteSettings",
         report: SupervisorPipe,
     ) -> None:
         names = list(plan.names)
@@ -210,7 +209,7 @@ class SatelliteNode:
     # Membership
 
     def _on_status(self, data: bytes, _name: str) -> None:
-        status = decoded(data, FormationStatus, topic_table.STATUS, self.rejections)
+        status = deserialize_or_reject(data, FormationStatus, topic_table.STATUS, self.rejections)
         if status is None:
             return
         self.pulse += 1

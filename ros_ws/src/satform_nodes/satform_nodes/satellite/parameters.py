@@ -9,8 +9,8 @@ from satform.common.spec import Spec
 from satform.flight.compile import FormationPlan
 from satform.flight.online_parameters import OnlineParameters, changed
 from satform.flight.satellite import Satellite
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.parameters import (
-    FormationNode,
     ParameterError,
     declare_rate,
     declare_spec,
@@ -20,7 +20,7 @@ from satform_nodes.runtime.parameters import (
     show_spec,
 )
 
-Change = tuple[str, list[float]]
+ChangedParameter = tuple[str, list[float]]
 """Name of a parameter and its new value."""
 
 
@@ -33,7 +33,7 @@ class SatelliteParameters:
         plan: FormationPlan,
         index: int,
         to_change: Callable[[], tuple[Satellite, int]],
-        changes: list[Change],
+        changes: list[ChangedParameter],
     ) -> None:
         """Declare them with the values of the scenario, or with the overrides of the node.
 

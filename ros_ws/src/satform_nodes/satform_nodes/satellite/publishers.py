@@ -24,8 +24,8 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Decision
 from satform.numeric.elementwise import Array
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
-from satform_nodes.runtime.parameters import FormationNode
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.discovery_barrier import MatchedEndpoints

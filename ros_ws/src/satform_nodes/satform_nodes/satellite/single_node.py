@@ -6,12 +6,13 @@ import sys
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
 
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import plan_of, run
-from satform_nodes.runtime.parameters import FormationNode, declare_start
+from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.flight_loop import fly_all
-from satform_nodes.satellite.node import SatelliteNode, Settings
+from satform_nodes.satellite.node import SatelliteNode, SatelliteSettings
 from satform_nodes.satellite.parameters import declare_settings
 from satform_nodes.transport.executor import StepExecutor
 
@@ -21,7 +22,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     recorded, checkpoints, rate = declare_settings(node)
     name = declare_start(node, "satellite")
     plan = plan_of(node)
-    settings = Settings(name, recorded, checkpoints, single=True, rate=rate)
+    settings = SatelliteSettings(name, recorded, checkpoints, single=True, rate=rate)
     return fly_all([SatelliteNode(node, executor, plan, settings, report)], executor, stop)
 
 

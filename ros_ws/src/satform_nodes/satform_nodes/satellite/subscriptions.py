@@ -12,7 +12,7 @@ from satform_msgs.msg import Attitude, FormationStatus, RelativeState
 from satform.communication import topic_table
 from satform.communication.topic_table import PLANT, satellite_channels, subscribed_by, topic_name
 from satform.flight.compile import FormationPlan
-from satform_nodes.runtime.parameters import FormationNode
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout

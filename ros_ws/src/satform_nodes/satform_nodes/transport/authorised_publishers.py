@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 
 from satform.communication.topic_table import relative
 from satform_nodes.transport.message_validator import RejectionCounter
@@ -152,12 +151,3 @@ class AuthorisedPublishers:
 
     def _name(self, endpoint: Any) -> str:
         return local_name(endpoint, self._namespace)
-
-
-def decoded(data: bytes, kind: Any, topic: str, rejections: RejectionCounter) -> Any:
-    """Deserialise a message of varying size; None, and counted as rejected, if that fails."""
-    try:
-        return deserialize_message(data, kind)
-    except (RuntimeError, ValueError, MemoryError):
-        rejections.add(topic, "another form")
-        return None

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Validation of received messages: size, step, stamp, finite numbers, range.
+"""Validation of received messages: form and size, step, stamp, finite numbers, range.
 
 Whether the publisher is authorised is decided before, in `authorised_publishers`. A rejected message has no
 effect but to be counted, by topic and reason.
@@ -9,6 +9,8 @@ effect but to be counted, by topic and reason.
 from collections import Counter
 from math import isfinite
 from typing import Any
+
+from rclpy.serialization import deserialize_message
 
 from satform_nodes.transport.cdr_codec import Layout
 from satform_nodes.transport.sim_time import Stamps
@@ -119,3 +121,12 @@ class MessageValidator:
 
     def _reject(self, reason: str) -> None:
         self._rejections.add(self._topic, reason)
+
+
+def deserialize_or_reject(data: bytes, kind: Any, topic: str, rejections: RejectionCounter) -> Any:
+    """Deserialise a message of varying size; None, and counted as rejected, if that fails."""
+    try:
+        return deserialize_message(data, kind)
+    except (RuntimeError, ValueError, MemoryError):
+        rejections.add(topic, "another form")
+        return None

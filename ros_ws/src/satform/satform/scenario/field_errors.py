@@ -1,9 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Error sentences of scenario fields: where in the file, what was found and what is allowed.
-
-Errors of YAML syntax are in `yaml_reader`.
-"""
+"""Error sentences of scenario fields: where in the file, what was found and what is allowed."""
 
 import difflib
 import json
@@ -13,13 +10,10 @@ from typing import Any, get_args
 from pydantic_core import ErrorDetails
 
 from satform.common.angle_text import is_angle
-from satform.common.spec import Plugin, Spec, specs
+from satform.common.spec import Complaint, FieldPath, Plugin, Spec, specs
 from satform.scenario.errors import Problem
 from satform.scenario.renamed import RENAMED_FIELDS, RENAMED_VALUES
 from satform.scenario.yaml_reader import line_of
-
-Path = tuple[int | str, ...]
-"""Names of fields and places in lists, from the top of a scenario."""
 
 _NOT_A_MAPPING = {"model_type", "model_attributes_type", "dict_type"}
 _NOT_A_LIST = {"tuple_type", "list_type"}
@@ -29,7 +23,12 @@ _NAME_RULE = "lower case letters, digits and underscores, a letter first, at mos
 
 
 def problems(
-    details: ErrorDetails, model: type[Spec], data: Any, tree: Any, file: str, changes: Mapping[Path, str]
+    details: ErrorDetails,
+    model: type[Spec],
+    data: Any,
+    tree: Any,
+    file: str,
+    changes: Mapping[FieldPath, str],
 ) -> list[Problem]:
     """What one finding of the model's check means for the person who wrote the file.
 
@@ -49,7 +48,7 @@ def problems(
     if _follows_from_others(details):
         return []
     if details["type"] == "inconsistent":
-        complaints: Sequence[tuple[Path, str]] = details["ctx"]["complaints"]
+        complaints: Sequence[Complaint] = details["ctx"]["complaints"]
     else:
         path = _walk(details["loc"], data)
         complaints = [(path, _sentence(details, path, model, data))]
@@ -66,7 +65,7 @@ def _follows_from_others(details: ErrorDetails) -> bool:
     )
 
 
-def coerced(data: Any, model: Any, tree: Any, file: str, changes: Mapping[Path, str]) -> list[Problem]:
+def coerced(data: Any, model: Any, tree: Any, file: str, changes: Mapping[FieldPath, str]) -> list[Problem]:
     """Values that were taken for something else than what was written: `true` or `"5"` for a number.
 
     Args:
@@ -82,7 +81,7 @@ def coerced(data: Any, model: Any, tree: Any, file: str, changes: Mapping[Path, 
     return [_placed(path, sentence, tree, file, changes) for path, sentence in _coerced(data, model, ())]
 
 
-def _coerced(written: Any, taken: Any, path: Path) -> list[tuple[Path, str]]:
+def _coerced(written: Any, taken: Any, path: FieldPath) -> list[Complaint]:
     if isinstance(written, dict) and isinstance(taken, dict):
         parts = [(key, written[key], taken[key]) for key in written if key in taken]
     elif isinstance(written, list) and isinstance(taken, list | tuple):
@@ -96,7 +95,9 @@ def _coerced(written: Any, taken: Any, path: Path) -> list[tuple[Path, str]]:
     return [found for key, old, new in parts for found in _coerced(old, new, (*path, key))]
 
 
-def _placed(path: Path, sentence: str, tree: Any, file: str, changes: Mapping[Path, str]) -> Problem:
+def _placed(
+    path: FieldPath, sentence: str, tree: Any, file: str, changes: Mapping[FieldPath, str]
+) -> Problem:
     for changed, change in changes.items():
         laid_over = path[: len(changed)] == changed
         made_on_the_way = changed[: len(path)] == path and not _stands_in(path, tree)
@@ -105,7 +106,7 @@ def _placed(path: Path, sentence: str, tree: Any, file: str, changes: Mapping[Pa
     return Problem(file, None if tree is None else line_of(path, tree), dotted(path), sentence)
 
 
-def _stands_in(path: Path, tree: Any) -> bool:
+def _stands_in(path: FieldPath, tree: Any) -> bool:
     """Whether the file itself has something at a path."""
     node = tree
     for part in path:
@@ -116,7 +117,7 @@ def _stands_in(path: Path, tree: Any) -> bool:
     return True
 
 
-def _walk(location: Path, data: Any) -> Path:
+def _walk(location: FieldPath, data: Any) -> FieldPath:
     """The path in the file of pydantic's location, without the union tags that it contains."""
     path: list[int | str] = []
     node = data
@@ -137,7 +138,7 @@ def _child(node: Any, part: int | str) -> Any:
     return None
 
 
-def dotted(path: Path) -> str:
+def dotted(path: FieldPath) -> str:
     """The path of a field as messages print it."""
     text = ""
     for part in path:
@@ -145,7 +146,7 @@ def dotted(path: Path) -> str:
     return text
 
 
-def _sentence(details: ErrorDetails, path: Path, model: type[Spec] | None, data: Any) -> str:
+def _sentence(details: ErrorDetails, path: FieldPath, model: type[Spec] | None, data: Any) -> str:
     kind, found = details["type"], details["input"]
     context = details.get("ctx", {})
     if kind == "extra_forbidden":
@@ -165,7 +166,7 @@ def _sentence(details: ErrorDetails, path: Path, model: type[Spec] | None, data:
     return f"found {shortened(found)}; it {_rule(details, context)}"
 
 
-def _missing(path: Path, found: Any) -> str:
+def _missing(path: FieldPath, found: Any) -> str:
     if isinstance(path[-1], int):
         return f"is missing: there are {len(found)} of them, more are needed"
     return "is missing"
@@ -235,20 +236,20 @@ def shortened(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def _field_names(path: Path, root: type[Spec] | None, data: Any) -> set[str]:
+def _field_names(path: FieldPath, root: type[Spec] | None, data: Any) -> set[str]:
     """Names of the fields allowed at a path, for the nearest spelling."""
     annotation, node = _annotation(path, root, data)
     model = _model_in(annotation, node.get("kind") if isinstance(node, dict) else None)
     return set() if model is None else set(model.model_fields)
 
 
-def _kinds(path: Path, root: type[Spec] | None, data: Any) -> list[str]:
+def _kinds(path: FieldPath, root: type[Spec] | None, data: Any) -> list[str]:
     """Names among which a plug-in is chosen at a path; empty where there is nothing to choose."""
     plugin = _plugin_in(_annotation(path, root, data)[0])
     return [] if plugin is None else sorted(specs(plugin.group))
 
 
-def _annotation(path: Path, root: type[Spec] | None, data: Any) -> tuple[Any, Any]:
+def _annotation(path: FieldPath, root: type[Spec] | None, data: Any) -> tuple[Any, Any]:
     """What is declared at a path, and what was found there; None twice where nothing is declared."""
     annotation: Any = root
     node = data
