@@ -11,20 +11,17 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.linalg import expm
 
+from control_laws import NOWHERE, STEP, assert_a_stack_has_the_bits_of_each
 from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.integral_action import IntegralSpec
 from satform.control.lqr import LqrSpec, design_lqr
 from satform.control.observer import ObserverSpec
-from satform.control.protocol import ControlStep, FlightSetting, Motion
+from satform.control.protocol import FlightSetting, Motion
 from satform.control.relative_elements import ElementControlSpec
 from satform.control.sampled_stability import closed_loop
 from satform.control.sliding_mode import SlidingModeSpec
 from satform.dynamics import cw
-from satform.numeric.stacking import stack
 from satform.orbits.path_reference import Reference
-
-STEP = ControlStep(0, 1.0)
-"""A step of which a law takes that its own command was applied before it."""
 
 GEO = FlightSetting(2.0 * math.pi / 86164.0, 10.0)
 LEO = FlightSetting(2.0 * math.pi / 6000.0, 5.0)
@@ -32,7 +29,6 @@ LAYERED = SlidingModeSpec(switching_gain=1e-3, reaching_gain=0.01, boundary_laye
 """Keeps an error of 0.1 D / (1e-3 + 0.01 * 0.1) / 0.01 = 5000 D under a constant disturbance D."""
 
 PARALLEL = Reference(np.array([200e3, 0.0, 0.0]), np.zeros(3), np.zeros(3))
-NOWHERE = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
 BESIDE = {
     "lqr": (LqrSpec(), GEO, 1e-7),
     "lqr on positions": (ObserverSpec(law=LqrSpec()), GEO, 1e-7),
@@ -179,18 +175,4 @@ def test_one_alone_and_a_stack_of_them_command_the_same_bits():
         IntegralSpec(law=ObserverSpec(initial_position_error=(e, 0.0, 0.0)), gain=e * 1e-8)
         for e in (1.0, 7.0)
     ]
-    laws = [spec.build(GEO) for spec in specs]
-    fleet = stack(laws)
-    position, velocity, target = np.random.default_rng(5).standard_normal((3, 2, 3)) * 100.0
-    reference = Reference(target, np.zeros((2, 3)), np.zeros((2, 3)))
-    memory = fleet.start(Motion(position, velocity))
-    single = [law.start(Motion(position[i], velocity[i])) for i, law in enumerate(laws)]
-    for _ in range(5):
-        together = fleet.act(Motion(position, velocity), reference, memory, STEP)
-        memory = together.memory
-        for index, law in enumerate(laws):
-            own = Reference(target[index], np.zeros(3), np.zeros(3))
-            alone = law.act(Motion(position[index], velocity[index]), own, single[index], STEP)
-            single[index] = alone.memory
-            assert np.array_equal(alone.acceleration, together.acceleration[index])
-            assert np.array_equal(alone.memory.acceleration, memory.acceleration[index])
+    assert_a_stack_has_the_bits_of_each([spec.build(GEO) for spec in specs], steps=5)

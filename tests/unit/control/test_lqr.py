@@ -14,11 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_lyapunov
 
+from control_laws import assert_a_stack_has_the_bits_of_each
 from satform.control.lqi import LqiSpec, design_lqi, integral_model
 from satform.control.lqr import LqrSpec, design_lqr, linear_quadratic_gain
 from satform.control.protocol import ControlStep, FlightSetting, Motion
 from satform.dynamics import cw
-from satform.numeric.stacking import stack
 from satform.orbits.path_reference import Reference
 
 FIRST = ControlStep(0, 1.0)
@@ -279,18 +279,9 @@ def test_zero_velocity_reference_is_flown_with_the_lag_of_the_reference_computat
 
 
 def test_one_regulator_and_a_stack_of_them_command_the_same_bits():
-    laws = [LqrSpec(feedforward=True).build(FlightSetting(n, STEP)) for n in (7e-5, 1e-3, 1.1e-3)]
-    random = np.random.default_rng(1)
-    position, velocity, target, drift, push = random.standard_normal((5, 3, 3)) * 1e3
-    stacked = stack(laws).act(Motion(position, velocity), Reference(target, drift, push), None, FIRST)
-    for index, law in enumerate(laws):
-        single = law.act(
-            Motion(position[index], velocity[index]),
-            Reference(target[index], drift[index], push[index]),
-            None,
-            FIRST,
-        )
-        assert np.array_equal(single.acceleration, stacked.acceleration[index])
+    assert_a_stack_has_the_bits_of_each(
+        [LqrSpec(feedforward=True).build(FlightSetting(n, STEP)) for n in (7e-5, 1e-3, 1.1e-3)]
+    )
 
 
 def test_integral_action_has_the_reference_gains():

@@ -11,17 +11,14 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.linalg import expm
 
+from control_laws import STEP, assert_a_stack_has_the_bits_of_each
 from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.lqi import LqiSpec
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec, observer_gain
-from satform.control.protocol import ControlStep, FlightSetting, Motion
+from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics import cw
-from satform.numeric.stacking import stack
 from satform.orbits.path_reference import Reference
-
-STEP = ControlStep(0, 1.0)
-"""A step of which a law takes that its own command was applied before it."""
 
 MEAN_MOTION = 2.0 * math.pi / 86164.0
 SETTING = FlightSetting(MEAN_MOTION, 1.0)
@@ -139,18 +136,4 @@ def test_a_decay_rate_of_zero_is_refused():
 
 def test_one_observer_and_a_stack_of_them_command_the_same_bits():
     specs = [ObserverSpec(law=LqiSpec(), initial_position_error=(e, 0.0, 0.0)) for e in (1.0, 50.0)]
-    laws = [spec.build(SETTING) for spec in specs]
-    fleet = stack(laws)
-    position, velocity, target = np.random.default_rng(5).standard_normal((3, 2, 3)) * 100.0
-    reference = Reference(target, np.zeros((2, 3)), np.zeros((2, 3)))
-    memory = fleet.start(Motion(position, velocity))
-    single = [law.start(Motion(position[i], velocity[i])) for i, law in enumerate(laws)]
-    for _ in range(5):
-        together = fleet.act(Motion(position, velocity), reference, memory, STEP)
-        memory = together.memory
-        for index, law in enumerate(laws):
-            own = Reference(target[index], np.zeros(3), np.zeros(3))
-            alone = law.act(Motion(position[index], velocity[index]), own, single[index], STEP)
-            single[index] = alone.memory
-            assert np.array_equal(alone.acceleration, together.acceleration[index])
-            assert np.array_equal(alone.memory.velocity, memory.velocity[index])
+    assert_a_stack_has_the_bits_of_each([spec.build(SETTING) for spec in specs], steps=5)

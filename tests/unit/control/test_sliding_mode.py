@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from satform.control.protocol import ControlStep, FlightSetting, Motion
+from control_laws import STEP
+from satform.control.protocol import FlightSetting, Motion
 from satform.control.sliding_mode import (
     SlidingModeSpec,
     boundary_layer_bounds,
@@ -19,9 +20,6 @@ from satform.dynamics.cw import HeldInputStep
 from satform.numeric.stacking import stack
 from satform.orbits.curve_specs import EllipseSpec
 from satform.orbits.path_reference import Path, Reference
-
-STEP = ControlStep(0, 1.0)
-"""A step of which a law takes that its own command was applied before it."""
 
 MEAN_MOTION = 2.0 * np.pi / 6000.0
 SETTING = FlightSetting(mean_motion=MEAN_MOTION, step=0.1)

@@ -97,13 +97,7 @@ class ResilientArcLengthConsensusSpec(ArcLengthGainsSpec):
     def build(self) -> ResilientArcLengthConsensus:
         """The law itself."""
         return ResilientArcLengthConsensus(
-            tracking_gain=np.asarray(self.tracking_gain),
-            coupling_gain=np.asarray(self.coupling_gain),
-            rate_gain=np.asarray(self.rate_gain),
-            neighbour_values=self.neighbour_values,
-            arc_length_source=self.arc_length_source,
-            neighbour_timeout=self.neighbour_timeout,
-            tolerated_byzantine=self.tolerated_byzantine,
+            **vars(super().build()), tolerated_byzantine=self.tolerated_byzantine
         )
 
     def doubts(self, largest_in_degree: int, step: float) -> list[str]:

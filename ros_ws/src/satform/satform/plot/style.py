@@ -133,14 +133,17 @@ def axes_or_new(axes: Axes | None) -> Axes:
         return plt.subplots(figsize=(9.0, 4.6), layout="constrained")[1]
 
 
-def series(axes: Axes | None, record: FlightRecord, values: Array, label: str, *, logarithmic: bool) -> Axes:
+def series(
+    axes: Axes | None, record: FlightRecord, values: Array, title: str, label: str, *, logarithmic: bool
+) -> Axes:
     """Draw a quantity of each satellite over time.
 
     Args:
         axes: to draw on; new ones with a legend where none are given.
         record: of the flight.
         values: shape (K, N).
-        label: of the axis, with its unit.
+        title: of the axes.
+        label: of the vertical axis, with its unit.
         logarithmic: whether the axis is.
 
     Returns:
@@ -157,6 +160,7 @@ def series(axes: Axes | None, record: FlightRecord, values: Array, label: str, *
         axes.set_yscale("log")
     axes.set_xlabel(f"time [{unit.name}]")
     axes.set_ylabel(label)
+    axes.set_title(title)
     axes.set_xlim(0.0, record.steps * record.step / unit.size)
     if own and named:
         axes.legend(loc="upper right")

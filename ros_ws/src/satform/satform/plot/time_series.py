@@ -20,46 +20,38 @@ def tracking_error(record: FlightRecord, axes: Axes | None = None) -> Axes:
         record: of the flight.
         axes: to draw on; new ones when left out, as for all functions here.
     """
-    axes = series(axes, record, record.tracking_error, "error [m]", logarithmic=True)
-    axes.set_title("Distance to the reference")
-    return axes
+    return series(
+        axes, record, record.tracking_error, "Distance to the reference", "error [m]", logarithmic=True
+    )
 
 
 def control(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Magnitude of each satellite's commanded acceleration over time, m/s^2."""
-    axes = series(axes, record, record.control, "acceleration [m/s²]", logarithmic=True)
-    axes.set_title("Control")
-    return axes
+    return series(axes, record, record.control, "Control", "acceleration [m/s²]", logarithmic=True)
 
 
 def delta_v(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Delta-v that each satellite has spent over time, m/s."""
-    axes = series(axes, record, np.cumsum(record.effort, axis=0), "delta-v [m/s]", logarithmic=False)
-    axes.set_title("Delta-v so far")
-    return axes
+    return series(
+        axes, record, np.cumsum(record.effort, axis=0), "Delta-v so far", "delta-v [m/s]", logarithmic=False
+    )
 
 
 def sliding_variable(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Largest component of each satellite's sliding variable over time, m/s."""
     values = np.max(np.abs(record.sliding_variable), axis=-1)
-    axes = series(axes, record, values, "largest component [m/s]", logarithmic=True)
-    axes.set_title("Sliding variable")
-    return axes
+    return series(axes, record, values, "Sliding variable", "largest component [m/s]", logarithmic=True)
 
 
 def pointing_error(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Angle between each satellite's boresight and its target over time, rad."""
-    axes = series(axes, record, record.pointing_error, "angle [rad]", logarithmic=True)
-    axes.set_title("Pointing error")
-    return axes
+    return series(axes, record, record.pointing_error, "Pointing error", "angle [rad]", logarithmic=True)
 
 
 def wheel_torque(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Largest commanded torque of each satellite's wheels over time, N m."""
     values = np.max(np.abs(record.wheel_torque), axis=-1)
-    axes = series(axes, record, values, "torque [N m]", logarithmic=True)
-    axes.set_title("Commanded wheel torque")
-    return axes
+    return series(axes, record, values, "Commanded wheel torque", "torque [N m]", logarithmic=True)
 
 
 def phases(record: FlightRecord, axes: Axes | None = None) -> Axes:
@@ -67,9 +59,9 @@ def phases(record: FlightRecord, axes: Axes | None = None) -> Axes:
     flying = np.isfinite(record.arc_length)
     count = np.maximum(flying.sum(axis=1, keepdims=True), 1)
     mean = np.where(flying, record.arc_length, 0.0).sum(axis=1, keepdims=True) / count
-    axes = series(axes, record, (record.arc_length - mean)[:-1], "phase less mean [m]", logarithmic=False)
-    axes.set_title("Phases")
-    return axes
+    return series(
+        axes, record, (record.arc_length - mean)[:-1], "Phases", "phase less mean [m]", logarithmic=False
+    )
 
 
 def agrees(scenario: Scenario) -> bool:
