@@ -11,29 +11,12 @@ from hypothesis import strategies as st
 
 from flights import SCENARIOS, shipped
 from satform.files.named_file import FileSource
-from satform.scenario import Problem, ScenarioError, load_scenario, parse_scenario
+from satform.scenario import ScenarioError, load_scenario, parse_scenario
 from satform.scenario.field_errors import nearest
 from satform.scenario.renamed import RENAMED_FIELDS
+from scenario_problems import TRIANGLE, broken, line_of, problems
 
 SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
-TRIANGLE = (SCENARIOS / "triangle.yaml").read_text()
-
-
-def problems(text: str, *changes: str) -> list[Problem]:
-    """What is wrong with the text of a scenario."""
-    with pytest.raises(ScenarioError) as caught:
-        parse_scenario(text, "f.yaml", changes)
-    return caught.value.problems
-
-
-def broken(old: str, new: str) -> list[Problem]:
-    """What is wrong with the triangle after one replacement."""
-    assert old in TRIANGLE
-    return problems(TRIANGLE.replace(old, new, 1))
-
-
-def line_of(start: str, text: str = TRIANGLE) -> int:
-    return next(number for number, line in enumerate(text.splitlines(), 1) if line.strip().startswith(start))
 
 
 @pytest.mark.parametrize(
@@ -261,53 +244,6 @@ def test_no_slip_of_the_hand_makes_the_loader_stumble(place: int, length: int, t
     assert said
 
 
-def test_what_a_file_expects_beyond_the_end_of_a_shortened_flight_is_left_out_and_said() -> None:
-    said: list[str] = []
-    scenario = load_scenario(SCENARIOS / "triangle.yaml", ["timing.duration=6000.0"], said.append)
-    every = shipped("triangle").expect
-    # Those that name no end are about the whole flight as it was written.
-    kept = ["arc-length spread at 6000 s", "arc-length spread settles to 1 %"]
-    assert [expectation.describe() for expectation in scenario.expect] == kept
-    labels = [expectation.describe() for expectation in every]
-    assert list(scenario.omitted_expectations) == [label for label in labels if label not in kept]
-    assert said == [f"{len(every) - 2} expectations lie beyond the shorter flight and are not judged"]
-
-
-def test_what_is_left_out_stays_known_to_who_reads_the_shorter_flight_again() -> None:
-    scenario = load_scenario(SCENARIOS / "triangle.yaml", ["timing.duration=6000.0"])
-    again = parse_scenario(scenario.to_json())
-    assert again == scenario
-    # Shortened once more, it lacks those of both.
-    shorter = parse_scenario(scenario.to_json(), changes=["timing.duration=3000.0"])
-    assert len(shorter.omitted_expectations) == len(scenario.omitted_expectations) + 2
-    # What is not judged does not make it another flight.
-    assert again.model_copy(update={"omitted_expectations": ()}).digest() == scenario.digest()
-
-
-@pytest.mark.parametrize("change", ["timing.duration=12000.0", "timing.duration=12000.5", "timing.step=1.0"])
-def test_nothing_is_left_out_of_a_flight_that_is_no_shorter(change: str) -> None:
-    said: list[str] = []
-    scenario = load_scenario(SCENARIOS / "triangle.yaml", [change], said.append)
-    assert scenario.expect == shipped("triangle").expect
-    assert not said
-
-
-def test_a_file_that_expects_something_beyond_its_own_end_stays_wrong() -> None:
-    short = TRIANGLE.replace("duration: 12000.0", "duration: 9600.0")
-    for changes in ((), ("timing.duration=9000.0",)):
-        (first, *_) = problems(short, *changes)
-        assert first.line == line_of("- {kind: arc_length_spread, at: 12000.0", short)
-        assert "at 12000 s is later than the flight's end" in first.sentence
-
-
-def test_what_is_expected_on_the_command_line_is_meant_for_the_flight_that_is_set_there() -> None:
-    late = "expect=[{kind: arc_length_spread, at: 5000.0, below: 1.0, source: a test}]"
-    (problem,) = problems(TRIANGLE, "timing.duration=3000.0", late)
-    assert problem.file == f"--set {late}"
-    (problem,) = problems(TRIANGLE, "timing.duration=3000.0", "expect.0.at=5000.0")
-    assert problem.field == "expect[0]"
-
-
 def test_an_expectation_says_where_its_figure_comes_from() -> None:
     named = "value: 0.461, relative: 0.005, source: "
     where = TRIANGLE.index(named)
@@ -330,162 +266,6 @@ def test_a_flight_that_was_flown_without_sources_is_still_read() -> None:
     assert len(problems(bare)) > 10
     scenario = parse_scenario(bare, files=FileSource(recorded=True))
     assert scenario.expect[0].origin == ""
-
-
-def test_problems_of_a_shortened_flight_keep_their_lines() -> None:
-    last = TRIANGLE.rstrip().rpartition("\n")[2]
-    unknown = TRIANGLE.replace(
-        last, "  - {kind: arc_length_spread, at: 1.0, below: 1.0, source: a, labell: a}"
-    )
-    (problem,) = problems(unknown, "timing.duration=3000.0")
-    line = line_of("- {kind: arc_length_spread, at: 1.0,", unknown)
-    assert (problem.line, problem.field) == (line, "expect[16].labell")
-
-
-DISTURBED = (
-    TRIANGLE.replace("expect:", "checkpoint_period: 60.0\nexpect:", 1)
-    + """links:
-  default: {loss: 0.1, delay: 2.0}
-  edges:
-    - {sender: sat1, receiver: sat2, outages: [{begin: 10.0, end: 20.0}]}
-graph_schedule:
-  - {at: 100.0, graph: {kind: line}}
-  - {at: 200.0, add: [[sat1, sat3]], remove: [[sat1, sat2]]}
-faults:
-  - {kind: satellite_lost, satellite: sat2, at: 500.0, rejoin_at: 600.0}
-  - {kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0}
-"""
-)
-
-
-def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> None:
-    scenario = parse_scenario(DISTURBED)
-    assert scenario.links is not None
-    assert len(scenario.graph_schedule) == len(scenario.faults) == 2
-    assert parse_scenario(scenario.to_json()) == scenario
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "field", "sentence"),
-    [
-        ("loss: 0.1", "loss: 1.1", "links.default.loss", "found 1.1; it should be"),
-        ("loss: 0.1", "lost: 0.1", "links.default.lost", "there is no such field; did you mean loss?"),
-        ("delay: 2.0", "delay: 9000.0", "links.default", "which is more than 10000 steps of 0.5 s"),
-        ("sender: sat1", "sender: sat9", "links.edges[0]", "no satellite sat9; there are sat1, sat2, sat3"),
-        ("receiver: sat2", "receiver: sat1", "links.edges[0]", "sat1 has no link to itself"),
-        ("end: 20.0", "end: 10.0", "links.edges[0].outages[0]", "end 10 s is not later than begin 10 s"),
-        (
-            "graph_schedule:",
-            "    - {sender: sat1, receiver: sat2}\ngraph_schedule:",
-            "links.edges[1]",
-            "the link from sat1 to sat2 is described twice",
-        ),
-        ("at: 100.0", "at: 12000.0", "graph_schedule[0].at", "not earlier than the flight's end at 12000 s"),
-        ("graph: {kind: line}", "graph: {kind: lime}", "graph_schedule[0].graph", "did you mean line?"),
-        ("graph: {kind: line}", "", "graph_schedule[0]", "nothing changes: give a graph, or edges"),
-        (
-            "graph: {kind: line}",
-            "graph: {kind: star, centre: 3}",
-            "graph_schedule[0]",
-            "numbered 0 to 2",
-        ),
-        ("[[sat1, sat3]]", "[[sat1, sat4]]", "graph_schedule[1]", "there is no satellite sat4; there are"),
-        ("[[sat1, sat3]]", "[[sat1, sat1]]", "graph_schedule[1]", "sat1 cannot receive from itself"),
-        ("[[sat1, sat3]]", "[[sat1, sat2]]", "graph_schedule[1]", "cannot both come and go"),
-        ("[[sat1, sat3]]", "[[sat1]]", "graph_schedule[1].add[0][1]", "is missing"),
-        ("kind: satellite_lost", "kind: lost", "faults[0]", "there is no kind 'lost'"),
-        ("satellite: sat2", "satellite: sat7", "faults[0].satellite", "no satellite sat7; there are sat1"),
-        ("at: 500.0", "at: 0.0", "faults[0]", "a satellite that never flies is left out instead"),
-        ("at: 500.0", "at: 12000.0, memory: plan", "faults[0]", "rejoin_at 600 s is earlier than at 12000 s"),
-        ("rejoin_at: 600.0", "rejoin_at: 400.0", "faults[0]", "rejoin_at 400 s is earlier than at 500 s"),
-        ("at: 50.0", "at: 12000.0", "faults[1].at", "at 12000 s is not earlier than the flight's end"),
-        (
-            "  - {kind: byzantine",
-            "  - {kind: satellite_lost, satellite: sat2, at: 600.0}\n  - {kind: byzantine",
-            "faults[1]",
-            "sat2 does not fly at 600 s, so that it cannot be lost then",
-        ),
-        (
-            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
-            "kind: weak_thruster, satellite: sat1, at: 50.0, factor: 0.5",
-            "faults[1]",
-            "sat1 has no thruster that could fail in this way",
-        ),
-        (
-            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
-            "kind: frozen_sensor, satellite: sat1, at: 50.0",
-            "faults[1]",
-            "sat1 has no sensor that could fail in this way",
-        ),
-        (
-            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
-            "kind: clock_offset, satellite: sat1, at: 50.0, until: 40.0, offset: 1.0",
-            "faults[1]",
-            "until 40 s is not later than at 50 s",
-        ),
-        ("checkpoint_period: 60.0", "checkpoint_period: 0.0", "checkpoint_period", "found 0.0; it should be"),
-        (
-            "checkpoint_period",
-            "tolerated_losses: -1\ncheckpoint_period",
-            "tolerated_losses",
-            "found -1; it should",
-        ),
-    ],
-)
-def test_what_cannot_go_wrong_in_this_way_is_named_with_its_line(
-    old: str, new: str, field: str, sentence: str
-) -> None:
-    assert old in DISTURBED
-    text = DISTURBED.replace(old, new, 1)
-    found = [problem for problem in problems(text) if problem.field == field]
-    assert len(found) == 1
-    assert sentence in found[0].sentence
-    changed = DISTURBED[: DISTURBED.index(old)].count("\n") + 1
-    assert found[0].line is not None
-    assert changed - 1 <= found[0].line <= changed + 1
-
-
-def test_who_comes_back_from_a_checkpoint_needs_one() -> None:
-    text = DISTURBED.replace("checkpoint_period: 60.0\n", "")
-    (problem,) = problems(text)
-    assert (problem.field, problem.line) == ("faults[0]", line_of("- {kind: satellite_lost", text))
-    assert (
-        "none are stored: give the scenario a checkpoint_period, or the fault memory: plan"
-        in problem.sentence
-    )
-
-
-def test_who_follows_a_neighbour_keeps_its_graph_and_tells_no_phase_to_lie_about() -> None:
-    text = (SCENARIOS / "directed_triangle.yaml").read_text()
-    (change,) = problems(text + "graph_schedule: [{at: 1.0, graph: {kind: none}}]\n")
-    assert "needs it as an in-neighbour all the time" in change.sentence
-    assert change.line == len(text.splitlines()) + 1
-    (lie,) = problems(text + "faults: [{kind: byzantine, satellite: sat1, at: 1.0}]\n")
-    assert "send no phase to falsify" in lie.sentence
-
-
-def test_what_would_happen_beyond_the_end_of_a_shortened_flight_is_left_out_and_said() -> None:
-    said: list[str] = []
-    scenario = parse_scenario(DISTURBED, changes=["timing.duration=150.0", "expect=[]"], remark=said.append)
-    assert [fault.satellite for fault in scenario.faults] == ["sat1"]
-    assert len(scenario.graph_schedule) == 1
-    assert said == [
-        "1 fault lies beyond the shorter flight and does not happen",
-        "1 change of the graph lies beyond the shorter flight and does not happen",
-    ]
-    shortest: list[str] = []
-    parse_scenario(DISTURBED, changes=["timing.duration=50.0", "expect=[]"], remark=shortest.append)
-    assert shortest == [
-        "2 faults lie beyond the shorter flight and do not happen",
-        "2 changes of the graph lie beyond the shorter flight and do not happen",
-    ]
-
-
-def test_a_fault_of_the_command_line_is_meant_for_the_flight_that_is_set_there() -> None:
-    late = "faults=[{kind: byzantine, satellite: sat1, at: 200.0}]"
-    (problem,) = problems(DISTURBED, "timing.duration=150.0", "expect=[]", late)
-    assert problem.file == f"--set {late}"
-    assert "not earlier than the flight's end at 150 s" in problem.sentence
 
 
 def test_a_whole_number_of_thousands_of_digits_is_a_sentence() -> None:

@@ -16,7 +16,7 @@ from satform.campaign.distributions import LARGEST_QUANTILE, LEAST_QUANTILE, Val
 from satform.campaign.model import Campaign, Dispersion
 from satform.campaign.paths import Target
 from satform.campaign.sampling import Coordinate, case_seed
-from satform.common.spec import Spec
+from satform.common.spec import FieldPath, Spec
 from satform.files.named_file import FileSource, with_copies
 from satform.scenario import Scenario, ScenarioError
 from satform.scenario.field_errors import problems

@@ -20,12 +20,13 @@ from satform.consensus.graph import Graph, TopologySpec
 from satform.control.protocol import FlightSetting, require_protocol
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import BY_CONTENT, with_copies
-from satform.membership.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
+from satform.membership.faults import FaultSpec
 from satform.membership.state import GraphChangeSpec, MembershipPlan, planned_events
 from satform.scenario.deployment import HostSpec, host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
 from satform.scenario.expectation import Expectation
 from satform.scenario.limits import LimitsSpec
+from satform.scenario.membership_checks import fault_complaints, schedule_complaints
 from satform.scenario.parts import (
     Name,
     NominalMotion,
@@ -298,76 +299,17 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         return [(("links", *place), sentence) for place, sentence in found]
 
     def _schedule_complaints(self) -> list[Complaint]:
-        names = [satellite.name for satellite in self.satellites]
-        complaints: list[Complaint] = []
-        try:
-            graph = self.communication_graph()
-        except ValueError:
+        graph = self._graph_or_none()
+        if graph is None:
             return []
-        if self.graph_schedule and self.consensus.announces == "motion":
-            return [
-                (
-                    ("graph_schedule",),
-                    "a satellite that follows a neighbour needs it as an in-neighbour all the time",
-                )
-            ]
-        for index, change in enumerate(self.graph_schedule):
-            if change.at >= self.timing.duration:
-                sentence = (
-                    f"at {change.at:g} s is not earlier than the flight's end at {self.timing.duration:g} s"
-                )
-                complaints.append((("graph_schedule", index, "at"), sentence))
-            try:
-                graph = change.applied(graph, names)
-            except ValueError as error:
-                complaints.append((("graph_schedule", index), str(error)))
-        return complaints
+        names = [satellite.name for satellite in self.satellites]
+        return schedule_complaints(self.graph_schedule, graph, names, self.timing, self.consensus.announces)
 
     def _fault_complaints(self) -> list[Complaint]:
-        names = [satellite.name for satellite in self.satellites]
-        complaints: list[Complaint] = []
-        back: dict[str, int] = {}
-        for index, fault in enumerate(self.faults):
-            place = ("faults", index)
-            if fault.satellite not in names:
-                sentence = f"there is no satellite {fault.satellite}; there are {', '.join(sorted(names))}"
-                complaints.append(((*place, "satellite"), sentence))
-            complaints += [((*place, field), text) for field, text in fault.complaints(self.timing.duration)]
-            complaints += self._unfit(index, fault, names)
-            if fault.corrupts_phase and self.consensus.announces != "arc_length":
-                sentence = "satellites that send each other their motion send no phase to falsify"
-                complaints.append((place, sentence))
-            if not isinstance(fault, SatelliteLostSpec):
-                continue
-            if (
-                fault.rejoin_at is not None
-                and fault.memory == "checkpoint"
-                and self.checkpoint_period is None
-            ):
-                sentence = (
-                    f"{fault.satellite} rejoins from its checkpoint, but none are stored: give the scenario "
-                    "a checkpoint_period, or the fault memory: plan"
-                )
-                complaints.append((place, sentence))
-            if back.get(fault.satellite, -1) >= step_at(fault.at, self.timing.step):
-                sentence = (
-                    f"{fault.satellite} does not fly at {fault.at:g} s, so that it cannot be lost then; list "
-                    "its losses in their order, each later than its return from the one before"
-                )
-                complaints.append((place, sentence))
-            back[fault.satellite] = (
-                MOST_STEPS if fault.rejoin_at is None else step_at(fault.rejoin_at, self.timing.step)
-            )
-        return complaints
-
-    def _unfit(self, index: int, fault: FaultSpec, names: list[str]) -> list[Complaint]:
-        """What the satellite of a fault lacks for it."""
-        if not fault.needs or fault.satellite not in names:
-            return []
-        if getattr(self.satellite(names.index(fault.satellite)), fault.needs) is not None:
-            return []
-        sentence = f"{fault.satellite} has no {fault.needs} that could fail in this way: give it one"
-        return [(("faults", index), sentence)]
+        whole = {own.name: self.satellite(index) for index, own in enumerate(self.satellites)}
+        return fault_complaints(
+            self.faults, whole, self.timing, self.consensus.announces, self.checkpoint_period
+        )
 
     @property
     def checkpoint_steps(self) -> int | None:

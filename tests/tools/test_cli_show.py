@@ -1,0 +1,200 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the command line says of scenarios without flying them: list, show, check, schema, version, help."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from flights import SCENARIOS, shortened
+from satform_tools import console
+from satform_tools.cli import main as cli
+
+NOT_PLAIN = re.compile("[\x1b─-╿]")
+"""Escape codes and box drawing."""
+
+
+def test_numbers_that_are_not_finite_become_null_in_json() -> None:
+    assert json.loads(console.to_json({"figure": float("nan"), "list": [float("inf"), 1.0]})) == {
+        "figure": None,
+        "list": [None, 1.0],
+    }
+
+
+@pytest.mark.parametrize("words", [["list"], ["show", "triangle"], ["--help"], ["check", "triangle"]])
+def test_away_from_a_terminal_everything_is_plain_text(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words) == 0
+    printed = capsys.readouterr().out
+    assert printed
+    assert not NOT_PLAIN.search(printed)
+
+
+def test_help_says_what_the_exit_codes_mean(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["run", "--help"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    for meaning in ("0 as expected", "1 an expectation was missed", "2 bad input", "3 a process was lost"):
+        assert meaning in printed
+
+
+def test_list_names_every_shipped_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["list", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in listed] == sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+    triangle = next(entry for entry in listed if entry["name"] == "triangle")
+    assert (triangle["satellites"], triangle["duration"], triangle["graph"]) == (3, 12000.0, "complete")
+
+
+def test_check_says_everything_about_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (SCENARIOS / "triangle.yaml").read_text()
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(text.replace("kind: complete", "kind: complet").replace("period: 6000.0", "period: -1"))
+    assert cli.main(["check", str(wrong), "triangle", "unheard_of"]) == 2
+    captured = capsys.readouterr()
+    lines = text.splitlines()
+    graph = next(number for number, line in enumerate(lines, 1) if line.startswith("graph:"))
+    assert f"{wrong}:{graph}: graph: there is no kind 'complet'; did you mean complete?" in captured.err
+    assert captured.err.count("it should be greater than") == 2
+    assert "there is no scenario 'unheard_of'" in captured.err
+    assert captured.out.startswith("triangle: warning: dynamics: cw is of first order in the distance")
+    assert captured.out.endswith("triangle: OK\n")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("switching_gain: 0.1", "switching_gain: 0.005", "switching_gain on axis x is 0.005 m/s^2"),
+        (
+            "kind: complete",
+            "kind: matrix, rows: [[0, 1, 0], [1, 0, 0], [0, 0, 0]]",
+            "graph: it is not connected",
+        ),
+        ("scale: 0.75", "scale: 0.76", "have equal periods only if"),
+        ("step: 0.5,", "step: 600.0,", "consensus: closed once in 600 s, arc_length"),
+        ("reaching_gain: 0.1", "reaching_gain: 5.0", "the sampled law diverges"),
+    ],
+)
+def test_check_warns_of_what_is_unwise(
+    old: str, new: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SCENARIOS / "triangle.yaml").read_text()
+    assert old in text
+    unwise = tmp_path / "unwise.yaml"
+    unwise.write_text(text.replace(old, new))
+    assert cli.main(["check", str(unwise)]) == 0
+    printed = capsys.readouterr().out
+    assert "warning: " in printed
+    assert said in printed
+
+
+def test_show_describes_the_graph_its_roots_and_in_neighbours(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "line_six", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["graph"]["in_neighbours"]["sat3"] == ["sat2", "sat4"]
+    assert data["consensus"]["modal_roots"][1][0] == pytest.approx(-2.67949e-4, rel=1e-5)
+    # With hold and coupling_gain = tracking_gain * rate_gain no delay makes a mode unstable.
+    assert data["consensus"]["delay_margin"] is None
+    assert data["consensus"]["stable_for_any_delay"]
+    # The slowest mode over a step of 1 s.
+    agreement = next(loop for loop in data["sampled_loops"] if loop["kind"] == "consensus")
+    assert -math.log(agreement["radius"]) == pytest.approx(2.67949e-4, rel=1e-4)
+    assert data["orbit"]["altitude"] == pytest.approx(758.5e3, abs=50.0)
+    assert {"topic": "/sat3/arc_length", "from": "sat3", "to": ["sat2", "sat4"]} in data["topics"]
+    assert data["processes"][0]["node"] == "plant"
+    assert len(data["processes"]) == 8
+
+
+def test_schema_prints_what_stands_beside_the_scenarios(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["schema"]) == 0
+    assert capsys.readouterr().out == (SCENARIOS / "scenario.schema.json").read_text()
+
+
+def test_version_names_what_has_a_part_in_the_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["version", "--json"]) == 0
+    assert {"python", "satform", "numpy", "scipy"} <= json.loads(capsys.readouterr().out).keys()
+
+
+def test_show_says_how_many_liars_a_graph_bears(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "complete_six"]) == 0
+    printed = capsys.readouterr().out
+    assert "robustness: 3-robust; (r, s)-robust for (1, 6), (2, 6), (3, 6)" in printed
+    assert cli.main(["show", "ring_six", "--json"]) == 0
+    graph = json.loads(capsys.readouterr().out)["graph"]
+    assert graph["robustness"] == {"r": 1, "s": [4], "exact": True}
+    assert graph["promise"]["largest_local"] == 0
+
+
+def test_check_warns_of_more_liars_than_the_graph_bears(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SCENARIOS / "ring_six.yaml").read_text()
+    law = "kind: resilient_arc_length\n  tolerated_byzantine: "
+    for liars, warned in ((0, 0), (1, 1)):
+        file = tmp_path / "ring.yaml"
+        file.write_text(text.replace("kind: arc_length\n", f"{law}{liars}\n", 1))
+        assert cli.main(["check", str(file)]) == 0
+        assert capsys.readouterr().out.count("consensus.tolerated_byzantine: nothing is promised") == warned
+
+
+def test_check_warns_of_a_later_graph_that_bears_fewer_liars(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SCENARIOS / "complete_six.yaml").read_text()
+    text = text.replace("kind: arc_length\n", "kind: resilient_arc_length\n  tolerated_byzantine: 1\n", 1)
+    for later, warned in (("complete", 0), ("ring", 1)):
+        file = tmp_path / "complete.yaml"
+        file.write_text(f"{text}\ngraph_schedule:\n  - {{at: 60.0, graph: {{kind: {later}}}}}\n")
+        assert cli.main(["check", str(file)]) == 0
+        printed = capsys.readouterr().out
+        assert printed.count("consensus.tolerated_byzantine: from 60 s on: nothing is promised") == warned
+        assert printed.count("consensus.tolerated_byzantine") == warned
+
+
+def test_show_tells_what_is_planned_to_go_wrong(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "satellite_lost_and_rejoined"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "fault: satellite_lost of sat2, at 3100, rejoin_at 4900, memory checkpoint" in printed
+    assert "checkpoints: every 500 s" in printed
+    # Of two satellites that hear each other the Laplacian has the eigenvalues 0 and 2, of three 0, 3 and 3.
+    assert "3100 sat2 is killed by the scenario 2 2 2" in printed
+    assert "4900 sat2 is back 3 6 3" in printed
+
+
+def test_show_tells_links_with_what_they_take_from_the_default(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "lossy_links", "--json"]) == 0
+    links = json.loads(capsys.readouterr().out)["links"]
+    (own,) = links["edges"]
+    assert (own["sender"], own["receiver"], own["loss"], own["delay"]) == ("sat3", "sat1", 0.5, 20.0)
+    assert cli.main(["show", "lossy_links"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "links: loss 0.3, delay 20, jitter 10" in printed
+    assert "from sat3 to sat1: loss 0.5, delay 20, jitter 10, outages" in printed
+
+
+def test_show_says_nothing_of_faults_where_there_are_none(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["show", "triangle"]) == 0
+    printed = capsys.readouterr().out
+    assert "links:" not in printed
+    assert "fault" not in printed
+
+
+def test_a_large_formation_is_shown_on_a_page(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    data = json.loads(shortened("triangle", 10.0).to_json())
+    curve = data["satellites"][0]["curve"]
+    data["satellites"] = [{"name": f"s{number}", "curve": curve} for number in range(120)]
+    file = tmp_path / "many.json"
+    file.write_text(json.dumps(data))
+    assert cli.main(["show", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert len(printed) < 20_000
+    assert len(printed.splitlines()) < 150
+    assert max(map(len, printed.splitlines())) < 500
+    assert "... and 110 more; --json prints all" in printed
+    assert "(119 in all)" in printed
+    # Of a few satellites everything is shown.
+    assert cli.main(["show", "triangle"]) == 0
+    assert "--json prints all" not in capsys.readouterr().out
