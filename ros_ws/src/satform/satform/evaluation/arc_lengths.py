@@ -51,7 +51,8 @@ class ArcLengthSettling(Event):
     """Fraction of the spread at the start."""
 
     def reducer(self, flight: FlightShape) -> Reducer:
-        return _SpreadSettling(self.whole(flight, flight.states), self.fraction, flight.step)
+        everybody = Stretch(0, flight.states, flight.columns(None))
+        return _SpreadSettling(everybody, self.fraction, flight.step)
 
     def describe(self) -> str:
         return self.label or f"arc-length spread settles to {100 * self.fraction:g} %"

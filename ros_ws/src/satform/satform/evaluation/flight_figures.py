@@ -17,7 +17,7 @@ class FlightFigures:
 
     Attributes:
         whole_records: indices of the expectations that measure whole records only: kinds that define
-            `measure` and no `reducer`.
+            `measure` and no `reducer` of their own.
         of_loops: indices of those whose figure is one of the sampled loops, for which nothing is flown.
         needs: quantities of a `FlightRecord` that the blocks have to hold.
     """
@@ -31,7 +31,7 @@ class FlightFigures:
         """
         self._count, self._runs = len(expectations), 0
         made = {
-            index: expectation.reducer(flight)
+            index: expectation.reducer_in_flight(flight)
             for index, expectation in enumerate(expectations)
             if not expectation.of_loops
         }

@@ -5,7 +5,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -93,18 +93,25 @@ class Expectation(Spec):
         """Where the figure comes from, in words; empty where nothing says so."""
         return "regression figure of this software" if self.regression else (self.source or "")
 
-    @classmethod
-    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        # Who measures a record in its own way has no use for the way of the kind that it comes from.
-        if {"measure", "figure"} & vars(cls).keys() and "reducer" not in vars(cls):
-            cls.reducer = Expectation.reducer  # type: ignore[method-assign]
-
     def reducer(self, flight: FlightShape) -> Reducer | None:
         """What makes the figure while a flight goes on; None for a kind that measures whole records only.
 
         Args:
             flight: names, control period and steps of it.
         """
+        return None
+
+    def reducer_in_flight(self, flight: FlightShape) -> Reducer | None:
+        """The reducer, if its figure is that of `measure` and `figure`; None where a subclass changed these.
+
+        Args:
+            flight: names, control period and steps of it.
+        """
+        for kind in type(self).__mro__:
+            if "reducer" in vars(kind):
+                return self.reducer(flight)
+            if {"measure", "figure"} & vars(kind).keys():
+                break
         return None
 
     def measure(self, record: FlightRecord) -> float:
