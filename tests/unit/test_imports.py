@@ -48,6 +48,7 @@ TAKE_A_SCENARIO = {
     "satform.campaign.chunk",
     "satform.campaign.model",
     "satform.campaign.paths",
+    "satform.campaign.plan_digest",
     "satform.campaign.scenario_file",
     "satform.evaluation.conclusion",
     "satform.evaluation.evaluate",

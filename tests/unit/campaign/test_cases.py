@@ -185,7 +185,7 @@ def test_a_case_is_what_settings_make_of_the_scenario() -> None:
         dispersions=[
             of("satellites[*].arc_length", UNIT),
             of("satellites[*].position_error[*]", UNIT, applied="add"),
-            of("timing.duration", {"kind": "choice", "values": [6000.0, 12000.0]}),
+            of("timing.step", {"kind": "choice", "values": [0.5, 1.0, 2.0]}),
         ],
     )
     for number in range(5):

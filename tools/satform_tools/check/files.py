@@ -4,9 +4,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from satform.campaign.loader import MAXIMUM_FILE_BYTES, is_campaign
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
+from satform.files.bounded_file import read_bounded
 from satform.scenario import Problem, ScenarioError
 from satform_tools import console
 from satform_tools.errors import CommandError
@@ -25,14 +28,14 @@ class Checked:
 
     file: str
     problems: tuple[Problem, ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[Problem, ...]
 
 
 def check(files: Sequence[str], *, as_json: bool) -> int:
-    """Check scenario files and print what was found.
+    """Check files of scenarios and campaigns and print what was found.
 
     Args:
-        files: paths, or names of scenarios.
+        files: paths, or names of scenarios or campaigns.
         as_json: whether to print JSON.
 
     Returns:
@@ -48,6 +51,14 @@ def check(files: Sequence[str], *, as_json: bool) -> int:
 
 
 def _check(file: str) -> Checked:
+    campaign = _campaign(file)
+    if campaign is not None:
+        from satform_tools.check import campaigns  # noqa: PLC0415 - checks of scenarios need no scipy.stats
+
+        try:
+            return Checked(file, (), tuple(campaigns.check(campaign, file)))
+        except ScenarioError as error:
+            return Checked(file, tuple(error.problems), ())
     try:
         scenario = scenario_library.load(file)
     except CommandError as error:
@@ -56,14 +67,27 @@ def _check(file: str) -> Checked:
         return Checked(file, tuple(error.problems), ())
     from satform_tools.check import warnings  # noqa: PLC0415 - a file that cannot fly needs none
 
-    return Checked(file, (), tuple(warnings(scenario)))
+    return Checked(file, (), tuple(Problem(file, None, "", sentence) for sentence in warnings(scenario)))
+
+
+def _campaign(file: str) -> Path | None:
+    """The file of a campaign; None where it is none, or cannot be read."""
+    shipped = scenario_library.SCENARIOS / "campaigns" / f"{file}.yaml"
+    path = shipped if shipped.is_file() and file not in scenario_library.names() else Path(file)
+    try:
+        text = read_bounded(path, MAXIMUM_FILE_BYTES, "a campaign").decode()
+        return path if is_campaign(text, file) else None
+    except (OSError, ValueError):
+        # The check of a scenario finds the same, and says it.
+        return None
 
 
 def _print(entry: Checked) -> None:
     for problem in entry.problems:
         console.error(str(problem))
     for warning in entry.warnings:
-        console.line(f"{entry.file}: warning: {warning}", "yellow")
+        place = warning.file if warning.line is None else f"{warning.file}:{warning.line}"
+        console.line(f"{place}: warning: {_text(warning)}", "yellow")
     if not entry.problems:
         console.line(f"{entry.file}: OK", "green")
 
@@ -76,5 +100,9 @@ def _data(entry: Checked) -> dict[str, Any]:
             {"file": problem.file, "line": problem.line, "field": problem.field, "sentence": problem.sentence}
             for problem in entry.problems
         ],
-        "warnings": list(entry.warnings),
+        "warnings": [_text(warning) for warning in entry.warnings],
     }
+
+
+def _text(warning: Problem) -> str:
+    return f"{warning.field}: {warning.sentence}" if warning.field else warning.sentence

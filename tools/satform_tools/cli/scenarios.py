@@ -33,11 +33,12 @@ def list_scenarios(json: Json = False) -> None:
 
 def check(
     files: Annotated[
-        list[str], typer.Argument(metavar="FILE...", help="Scenario files, or names of scenarios.")
+        list[str],
+        typer.Argument(metavar="FILE...", help="Scenario or campaign files, or names of shipped ones."),
     ],
     json: Json = False,
 ) -> None:
-    """Validate scenario files: print all errors, and warnings with their reasons."""
+    """Validate scenario and campaign files: print all errors, and warnings with their reasons."""
     from satform_tools.check import files as check_files
 
     raise typer.Exit(check_files.check(files, as_json=json))

@@ -5,6 +5,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,8 @@ from satform.campaign.paths import Target
 from satform.campaign.sampling import Coordinate, case_seed
 from satform.common.spec import FieldPath, Spec
 from satform.files.named_file import FileSource, with_copies
-from satform.scenario import Scenario, ScenarioError
+from satform.scenario import Problem, Scenario, ScenarioError
 from satform.scenario.field_errors import problems
-from satform.scenario.truncation import beyond_the_end, within_the_end
 
 
 def case_values(campaign: Campaign, number: int) -> dict[str, Any]:
@@ -127,9 +127,6 @@ def changed_scenario(campaign: Campaign, values: Mapping[str, Any], source: str)
         for part in parts[:-1]:
             node = node[part]
         node[parts[-1]] = value
-    if "timing.duration" in values or "timing.step" in values:
-        written = json.loads(template.text)
-        data = within_the_end(data, beyond_the_end(written, data, [template.paths[path] for path in values]))
     try:
         return Scenario.model_validate(data, context=template.files)
     except ScenarioError:
@@ -143,6 +140,7 @@ def changed_scenario(campaign: Campaign, values: Mapping[str, Any], source: str)
             for details in error.errors(include_url=False)
             for problem in problems(details, Scenario, data, None, source, changed)
         ]
+        found = [_named_once(problem) for problem in found]
         raise ScenarioError(found) from None
 
 
@@ -234,6 +232,12 @@ def _applied(dispersion: Dispersion, target: Target, drawn: Value) -> Value:
     if isinstance(value, float) and target.is_whole and math.isfinite(value):
         return round(value)
     return value
+
+
+def _named_once(problem: Problem) -> Problem:
+    """A problem without its field where the name of its source ends with that field and its value."""
+    named = f", {problem.field} = " in problem.file
+    return replace(problem, field="") if named else problem
 
 
 def _shown(value: Any) -> str:

@@ -135,10 +135,10 @@ class TruncatedNormalSpec(Distribution):
         if begin > 0.0:
             # In the upper tail probabilities differ from one by less than a double resolves: mirrored.
             below, above = float(ndtr(-begin)), float(ndtr(-end))
-            standard = -float(ndtri(below + quantile * (above - below)))
+            standard = -float(ndtri((1.0 - quantile) * below + quantile * above))
         else:
             below, above = float(ndtr(begin)), float(ndtr(end))
-            standard = float(ndtri(below + quantile * (above - below)))
+            standard = float(ndtri((1.0 - quantile) * below + quantile * above))
         return min(self.high, max(self.low, self.mean + self.standard_deviation * standard))
 
 

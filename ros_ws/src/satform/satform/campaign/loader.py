@@ -4,17 +4,19 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
-from satform.campaign.model import Campaign
+from satform.campaign.model import Campaign, Complaint, change_complaints
+from satform.campaign.paths import PathError, targets
 from satform.campaign.scenario_file import CampaignSource
 from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import write_durably
-from satform.scenario import Problem, ScenarioError, save_scenario
-from satform.scenario.field_errors import coerced, problems
+from satform.scenario import Problem, ScenarioError, load_scenario, save_scenario
+from satform.scenario.field_errors import coerced, dotted, problems
 from satform.scenario.yaml_reader import found as shown
-from satform.scenario.yaml_reader import plain, read_tree
+from satform.scenario.yaml_reader import line_of, plain, read_tree
 
 MAXIMUM_FILE_BYTES = 2_000_000
 """A larger campaign file is refused unread."""
@@ -73,12 +75,7 @@ def parse_campaign(text: str, file: str = "<text>", source: CampaignSource | Non
     try:
         campaign = Campaign.model_validate(data, context=source or CampaignSource())
     except ValidationError as error:
-        found: list[Problem] = []
-        for details in error.errors(include_url=False):
-            if details["type"] == "scenario":
-                found += details["ctx"]["problems"]
-            else:
-                found += problems(details, Campaign, data, tree, file, {})
+        found = _all_problems(error, data, tree, file, source or CampaignSource())
     else:
         found = coerced(data, campaign.model_dump(exclude_unset=True), tree, file, {})
         if not found:
@@ -87,6 +84,47 @@ def parse_campaign(text: str, file: str = "<text>", source: CampaignSource | Non
     more = len(found) - MAXIMUM_PROBLEMS
     rest = [Problem(file, None, "", f"and {more} more; mend these first")] if more > 0 else []
     raise ScenarioError([*found[:MAXIMUM_PROBLEMS], *rest])
+
+
+def _all_problems(
+    error: ValidationError, data: Any, tree: Any, file: str, source: CampaignSource
+) -> list[Problem]:
+    """What the check of a campaign found, and what it could not look for because of that."""
+    found: list[Problem] = []
+    every = error.errors(include_url=False)
+    for details in every:
+        if details["type"] == "scenario":
+            found += details["ctx"]["problems"]
+        else:
+            found += problems(details, Campaign, data, tree, file, {})
+    if not any(details["type"] == "inconsistent" for details in every):
+        # A wrong field keeps the model from comparing the fields with each other, and with the scenario.
+        found += [
+            Problem(file, line_of(path, tree), dotted(path), sentence)
+            for path, sentence in _scenario_complaints(data, source)
+        ]
+    return found
+
+
+def _scenario_complaints(data: Any, source: CampaignSource) -> list[Complaint]:
+    """Changes that the scenario does not take and paths that lead nowhere, of data that is no campaign."""
+    changes, dispersions = data.get("set"), data.get("dispersions")
+    changes = changes if isinstance(changes, dict) else {}
+    try:
+        scenario = load_scenario(source.find(str(data.get("scenario", ""))))
+        scenario = scenario.with_(changes) if changes else scenario
+    except ScenarioError as error:
+        return change_complaints(error, changes) if changes else []
+    except ValueError:
+        return []
+    complaints: list[Complaint] = []
+    for index, dispersion in enumerate(dispersions if isinstance(dispersions, list) else ()):
+        path = dispersion.get("path") if isinstance(dispersion, dict) else None
+        try:
+            targets(scenario, path if isinstance(path, str) else "seed")
+        except PathError as error:
+            complaints.append((("dispersions", index, "path"), str(error)))
+    return complaints
 
 
 def save_campaign(campaign: Campaign, folder: Path) -> Path:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 from collections import Counter
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -145,7 +146,7 @@ class Correlated(Spec):
     of: Annotated[tuple[str, ...], Field(min_length=2)]
     """Names or paths of dispersions. Either each has one draw, or all have equally many: then the first draw
     of each belongs to the first of the others, the second to the second, and so on."""
-    matrix: Annotated[tuple[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...], ...], Field(min_length=2)]
+    matrix: Annotated[tuple[tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...], ...], Field(min_length=1)]
     """Correlations of the normal variables: symmetric, ones on the diagonal, positive definite."""
 
     @model_validator(mode="after")
@@ -280,14 +281,7 @@ class Campaign(Spec):
         try:
             _ = self.base
         except ScenarioError as error:
-            by_source = {f"with_ {key!r}": key for key in self.set}
-            return [
-                (("set", by_source[problem.file]) if problem.file in by_source else ("set",), sentence)
-                for problem in error.problems
-                for sentence in [
-                    f"{problem.field}: {problem.sentence}" if problem.field else problem.sentence
-                ]
-            ]
+            return change_complaints(error, self.set)
         return []
 
     def _path_complaints(self) -> list[Complaint]:
@@ -300,6 +294,9 @@ class Campaign(Spec):
             except PathError as error:
                 complaints.append(((*place, "path"), str(error)))
                 continue
+            if found[0].path == ("timing", "duration"):
+                sentence = "all cases of a campaign last equally long: give the duration by set"
+                complaints.append(((*place, "path"), sentence))
             complaints += [(place, sentence) for sentence in _value_complaints(dispersion, found)]
             for target in found:
                 if target.text in seen:
@@ -495,6 +492,16 @@ class Campaign(Spec):
         return f"<Campaign {self.name}: {self.cases} cases of {self.base!r}>"
 
     __str__ = __repr__
+
+
+def change_complaints(error: ScenarioError, changes: Mapping[str, Any]) -> list[Complaint]:
+    """Why a scenario with the changes of `set` cannot fly, each at the change that it is about."""
+    by_source = {f"with_ {key!r}": key for key in changes}
+    return [
+        (("set", by_source[problem.file]) if problem.file in by_source else ("set",), sentence)
+        for problem in error.problems
+        for sentence in [f"{problem.field}: {problem.sentence}" if problem.field else problem.sentence]
+    ]
 
 
 def _angle_texts(data: Any) -> list[str]:
