@@ -8,9 +8,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from satform.campaign.model import Campaign, Complaint, change_complaints
+from satform.campaign.model import Campaign, change_complaints
 from satform.campaign.paths import PathError, targets
 from satform.campaign.scenario_file import CampaignSource
+from satform.common.spec import Complaint
 from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import write_durably
 from satform.scenario import Problem, ScenarioError, load_scenario, save_scenario

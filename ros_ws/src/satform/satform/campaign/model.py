@@ -8,7 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
@@ -28,16 +28,13 @@ from satform.campaign.sampling import MOST_CASES, Axis, MonteCarloSpec, Sampling
 from satform.campaign.scenario_file import NamedScenario
 from satform.common.angle_text import DEGREES, DEGREES_PER_SECOND, is_angle
 from satform.common.name_list import listed
-from satform.common.spec import Plugin, Positive, Spec
+from satform.common.spec import Complaint, Plugin, Positive, Spec
 from satform.files.named_file import BY_CONTENT
 from satform.record.flight_record import COLUMNS
 from satform.scenario import Scenario, ScenarioError
 from satform.scenario.expectation import Expectation
 from satform.scenario.field_errors import nearest
 from satform.scenario.parts import Name, Sentence
-
-Complaint: TypeAlias = tuple[tuple[str | int, ...], str]
-"""Path of a field and what is wrong with it."""
 
 When = Literal["never", "on_failure", "always"]
 
