@@ -1,0 +1,173 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The folder of a campaign: what is refused, what a repair puts aside, and what a chunk leaves there."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from campaigns import campaign, of
+from satform.campaign.cases import case_scenario, case_values
+from satform.campaign.chunk import columns_of, fly_case, fly_chunk
+from satform.campaign.folder import CampaignFolder, FolderError, ResultStore
+from satform.campaign.loader import load_campaign, save_campaign
+from satform.campaign.model import Campaign
+from satform.campaign.results import CaseResult
+from satform.evaluation.evaluate import evaluate
+from satform.flight.simulate import simulate
+
+EXPECTED = {"kind": "arc_length_spread", "at": 4.0, "below": 50_000.0, "source": "a test"}
+SHORT = {"timing.duration": 4.0, "expect": [EXPECTED]}
+
+
+def small(**fields: object) -> Campaign:
+    """A campaign of flights of a few steps, some of which meet what is expected."""
+    given = {
+        "runs": 6,
+        "set": SHORT,
+        "dispersions": [
+            of("satellites[*].arc_length", {"kind": "uniform", "low": -15e3, "high": 15e3}, applied="add")
+        ],
+        "figures": [{"name": "effort", "measure": {"kind": "delta_v"}}],
+    }
+    return campaign("triangle", **{**given, **fields})
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> CampaignFolder:
+    path = tmp_path / "campaign"
+    path.mkdir()
+    return CampaignFolder.create(path, small(), None, "2026-01-01T00:00:00+00:00")
+
+
+def test_a_case_of_a_chunk_has_the_figures_of_its_scenario_flown_alone() -> None:
+    flown = fly_chunk(small(), range(6))
+    assert {result.success for result in flown} == {True, False}
+    for result in flown:
+        scenario = case_scenario(small(), result.number)
+        record = simulate(scenario)
+        (verdict,) = evaluate(scenario, record)
+        assert result.changes == case_values(small(), result.number)
+        assert result.figures[verdict.label] == verdict.figure
+        # Delta-v is that of the satellite that needs most.
+        assert result.figures["effort"] == pytest.approx(record.effort.sum(axis=0).max(), rel=1e-12)
+        assert result.success == result.met[verdict.label] == verdict.met
+        assert result.reason == ("" if verdict.met else f"not as expected: {verdict.label}")
+        if result.state_hash is not None:
+            assert result.state_hash == record.digest()
+
+
+def test_a_flight_that_ends_early_and_one_that_cannot_be_flown_are_results_with_reasons() -> None:
+    diverging = small(set={**SHORT, "limits.distance": 1.0})
+    result = fly_case(diverging, 0)
+    assert "beyond the limit of 1 m" in result.reason
+    assert not result.success
+    orbits = of("orbit.period", {"kind": "choice", "values": [6000.0, -1.0]})
+    impossible = small(dispersions=[orbits], runs=12)
+    results = fly_chunk(impossible, range(12))
+    assert {result.changes["orbit.period"] for result in results} == {6000.0, -1.0}
+    for result in results:
+        cannot_be_flown = result.changes["orbit.period"] < 0.0
+        assert result.reason.startswith("the scenario cannot be flown: orbit.period: ") == cannot_be_flown
+
+
+def test_retained_series_have_every_so_many_steps_of_the_record() -> None:
+    keep = {"series": [{"quantity": "position", "every": 1.0}, {"quantity": "tracking_error"}]}
+    result = fly_case(small(keep=keep), 0)
+    record = simulate(case_scenario(small(), 0))
+    stride = round(1.0 / record.step)
+    assert np.array_equal(result.series["position"], record.position[::stride])
+    assert np.array_equal(result.series["tracking_error"], record.tracking_error)
+
+
+def test_the_copy_in_the_folder_is_the_same_campaign(folder: CampaignFolder) -> None:
+    assert folder.campaign().digest == small().digest
+    assert [case_values(folder.campaign(), n) for n in range(6)] == [
+        case_values(small(), n) for n in range(6)
+    ]
+    assert folder.manifest.columns == columns_of(small())
+
+
+def test_a_changed_copy_and_a_changed_source_are_refused_by_digest(
+    folder: CampaignFolder, tmp_path: Path
+) -> None:
+    source = save_campaign(small(), tmp_path)
+    started = replace(folder, manifest=replace(folder.manifest, file=str(source)))
+    started.require_source()
+    scenario = tmp_path / "scenario.json"
+    changed = json.loads(scenario.read_text())
+    changed["orbit"]["period"] += 1.0
+    scenario.write_text(json.dumps(changed))
+    with pytest.raises(FolderError, match="the campaign or its scenario is not the one that was started"):
+        started.require_source()
+    (folder.path / "scenario.json").write_text(json.dumps(changed))
+    with pytest.raises(FolderError, match="the campaign or its scenario is not the one that was started"):
+        folder.campaign()
+    source.unlink()
+    started.require_source()
+
+
+def test_results_of_other_software_are_refused(folder: CampaignFolder) -> None:
+    folder.require_software()
+    other = replace(folder.manifest, versions={**folder.manifest.versions, "numpy": "1.0"})
+    with pytest.raises(FolderError, match=r"numpy 1\.0 then, 2.* now"):
+        replace(folder, manifest=other).require_software()
+
+
+def test_two_processes_do_not_fly_one_campaign(folder: CampaignFolder) -> None:
+    with folder.locked(), pytest.raises(FolderError, match="is flying this campaign"), folder.locked():
+        pass
+    with folder.locked():
+        pass
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (None, "is not the folder of a campaign"),
+        ("{", "is not JSON"),
+        ("{}", "is not the manifest of a campaign"),
+        ('{"format": 99}', "is of format 99"),
+    ],
+)
+def test_a_folder_without_a_manifest_is_refused(text: str | None, sentence: str, tmp_path: Path) -> None:
+    if text is not None:
+        (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(FolderError, match=sentence):
+        CampaignFolder.open(tmp_path)
+
+
+def test_a_repair_puts_a_damaged_file_aside_and_its_cases_are_missing(folder: CampaignFolder) -> None:
+    store = ResultStore(folder)
+    store.store([CaseResult(0, {"seed": 1}), CaseResult(3, {"seed": 1})])
+    store.flush()
+    store.store([CaseResult(1, {"seed": 1})])
+    store.flush()
+    first = min((folder.path / "results").iterdir())
+    first.write_bytes(first.read_bytes()[:-10])
+    (damage,) = folder.damaged()
+    assert damage.path == first
+    assert folder.repair() == 1
+    assert folder.damaged() == []
+    assert np.flatnonzero(folder.done()).tolist() == [1]
+    assert (folder.path / "damaged" / first.name).exists()
+
+
+def test_lost_cases_are_forgotten_and_the_series_of_the_others_stay(folder: CampaignFolder) -> None:
+    series = {"position": np.ones((2, 3))}
+    store = ResultStore(folder)
+    store.store([CaseResult(0, {"seed": 1}, lost=True), CaseResult(2, {"seed": 1}, series=series)])
+    store.store([CaseResult(1, {"seed": 1}, lost=True)])
+    store.flush()
+    assert folder.forget_lost() == 2
+    assert np.flatnonzero(folder.done()).tolist() == [2]
+    from satform.campaign.result_files import all_series
+
+    assert [number for number, _ in all_series(folder.path)] == [2]
+
+
+def test_the_same_campaign_loads_from_its_file_and_from_the_folder(folder: CampaignFolder) -> None:
+    assert load_campaign(folder.path / "campaign.json").figure_names == small().figure_names
