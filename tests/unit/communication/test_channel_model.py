@@ -18,7 +18,7 @@ NAMES = ("a", "b", "c", "d")
 def links(edges: list[tuple[int, int]], seed: int = 3, **default: Any) -> ChannelModel:
     """Links of one receiver, or of several that hear one each, with edges as sender and receiver."""
     spec = LinksSpec.model_validate({"default": default})
-    return ChannelModel(spec, edges, NAMES, (STEP, seed), (len(edges),))
+    return ChannelModel.of(spec, edges, NAMES, (STEP, seed), (len(edges),))
 
 
 def said(step: int, count: int = 1) -> Received:
@@ -125,7 +125,7 @@ def test_an_outage_loses_exactly_what_is_said_within_it() -> None:
 
 def test_an_outage_s_ends_may_be_off_the_grid_by_a_rounding() -> None:
     tenths = LinksSpec.model_validate({"default": {"outages": [{"begin": 0.1 * 3, "end": 0.7}]}})
-    line = ChannelModel(tenths, [(0, 1)], NAMES, (0.1, 3), (1,))
+    line = ChannelModel.of(tenths, [(0, 1)], NAMES, (0.1, 3), (1,))
     gone = [step for step in range(12) if line.transmit(step, said(step)).fresh[0] == 0.0]
     assert gone == [3, 4, 5, 6]
 
@@ -165,8 +165,8 @@ def test_what_happens_to_a_message_depends_on_seed_and_edge_alone() -> None:
 def test_satellites_that_fly_as_one_have_the_links_of_satellites_that_fly_alone() -> None:
     rows = [[(1, 0), (2, 0)], [(0, 1), (2, 1)]]
     spec = LinksSpec.model_validate({"default": {"loss": 0.4, "delay": 1.0, "jitter": 2.0}})
-    stacked = ChannelModel(spec, [edge for row in rows for edge in row], NAMES, (STEP, 9), (2, 2))
-    alone = [ChannelModel(spec, row, NAMES, (STEP, 9), (2,)) for row in rows]
+    stacked = ChannelModel.of(spec, [edge for row in rows for edge in row], NAMES, (STEP, 9), (2, 2))
+    alone = [ChannelModel.of(spec, row, NAMES, (STEP, 9), (2,)) for row in rows]
     for step in range(600):
         values = np.arange(8.0).reshape(2, 2, 2) + step
         whole = stacked.transmit(step, Received.whole(values, np.full((2, 2), step * STEP)))

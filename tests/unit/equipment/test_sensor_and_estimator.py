@@ -17,8 +17,9 @@ from satform.equipment.kalman_filter import (
     normalised_error_squared,
     process_covariance,
 )
-from satform.equipment.noise import NAVIGATION_STREAM, SeededNormals
+from satform.equipment.noise import NAVIGATION_STREAM
 from satform.equipment.sensor import NavigationSpec
+from satform.numeric.seeded_numbers import SeededNormals
 
 MEAN_MOTION = 2.0 * math.pi / 6000.0
 STEP = 10.0

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from satform.equipment.noise import THRUSTER_STREAM, SeededNormals
+from satform.equipment.noise import THRUSTER_STREAM
 from satform.equipment.thruster import ERRORS_PER_STEP, STANDARD_GRAVITY, ThrusterFault, ThrusterSpec
 from satform.numeric import stacking
+from satform.numeric.seeded_numbers import SeededNormals
 
 STEP = 0.5
 NO_ERROR = np.zeros(ERRORS_PER_STEP)

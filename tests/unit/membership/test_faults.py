@@ -14,7 +14,8 @@ from satform.communication.neighbour_buffer import Received
 from satform.communication.receiver import ReceiverModel
 from satform.consensus.graph import LineSpec
 from satform.control.protocol import Motion
-from satform.equipment.thruster import ThrusterSpec
+from satform.equipment.noise import THRUSTER_STREAM
+from satform.equipment.thruster import ERRORS_PER_STEP, ThrusterSpec
 from satform.flight.compile import link_plan
 from satform.flight.plant import Thrusters
 from satform.flight.simulate import simulate
@@ -30,12 +31,14 @@ from satform.membership.faults import (
 )
 from satform.membership.state import Formation
 from satform.numeric.elementwise import Array
+from satform.numeric.seeded_numbers import SeededNormals
 from satform.numeric.stacking import stack
 from satform.scenario import Scenario
 
 STEP = 0.5
 NAMES = ("sat1", "sat2", "sat3")
 RATE = 2.0
+ERRORS = SeededNormals(1, THRUSTER_STREAM, [0, 1, 2], ERRORS_PER_STEP)
 
 
 def faults(*specs: Any) -> FaultSchedule:
@@ -44,7 +47,7 @@ def faults(*specs: Any) -> FaultSchedule:
 
 def fired(broken: FaultSchedule, command: Array, step: int, thrusters: Thrusters | None = None) -> Array:
     """What exact thrusters of three satellites apply under faults."""
-    exact = thrusters or Thrusters([0, 1, 2], stack([ThrusterSpec(dry_mass=10.0).build(STEP)] * 3), 1)
+    exact = thrusters or Thrusters([0, 1, 2], stack([ThrusterSpec(dry_mass=10.0).build(STEP)] * 3), ERRORS)
     return exact.fire(command, step, broken.of_thrusters(exact.members, step))
 
 
@@ -70,7 +73,7 @@ def test_a_weak_thruster_gives_its_part_while_the_fault_lasts() -> None:
 
 def test_a_stuck_thruster_goes_on_as_in_the_step_before() -> None:
     broken = faults(StuckThrusterSpec(satellite="sat1", at=1.0, until=3.0))
-    thrusters = Thrusters([0, 1, 2], stack([ThrusterSpec(dry_mass=10.0).build(STEP)] * 3), 1)
+    thrusters = Thrusters([0, 1, 2], stack([ThrusterSpec(dry_mass=10.0).build(STEP)] * 3), ERRORS)
     for step in range(8):
         given = np.full((3, 3), float(step))
         found = fired(broken, given, step, thrusters)

@@ -73,7 +73,7 @@ class Target:
         return replace(self, row=np.asarray(neighbours.index(int(self.satellite)), dtype=np.int64))
 
     def reference(
-        self, neighbour_states: NeighbourPhases, time: float, neighbour_timeout: float
+        self, neighbour_states: NeighbourPhases, time: float, neighbour_timeout: Array | float
     ) -> tuple[Reference, Mask]:
         """Where the target is to be, from its newest message that counts.
 
@@ -168,7 +168,7 @@ class Orientation:
 class PointingReference:
     """The desired attitude of each step, worked out ahead where it depends on time alone."""
 
-    def __init__(self, orientation: Orientation, step: float, neighbour_timeout: float) -> None:
+    def __init__(self, orientation: Orientation, step: float, neighbour_timeout: Array | float) -> None:
         """A guidance before its first step.
 
         Args:

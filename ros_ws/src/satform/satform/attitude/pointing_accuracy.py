@@ -26,7 +26,10 @@ FIGURES = ("pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_er
 
 
 def attitude_figures(
-    orientations: Sequence[Orientation | None], step: float, measured: dict[str, Array]
+    orientations: Sequence[Orientation | None],
+    step: float,
+    measured: dict[str, Array],
+    first_step: int = 0,
 ) -> dict[str, Array]:
     """Quantities of pointing at every step.
 
@@ -35,6 +38,7 @@ def attitude_figures(
         step: control period, s.
         measured: quantities of the flight record by name: position, velocity, mrp, angular_velocity, shape
             (K + 1, N, 3), and reference_position, reference_velocity, reference_acceleration, (K, N, 3).
+        first_step: number of the step that the first row belongs to.
 
     Returns:
         Those of `FIGURES`, shape (K, N), not a number for satellites without attitude; of no rows when
@@ -45,7 +49,7 @@ def attitude_figures(
     figures = {name: np.full((steps if anyone else 0, count), np.nan) for name in FIGURES}
     for index, orientation in enumerate(orientations):
         if orientation is not None and steps:
-            time: Array = np.arange(steps, dtype=np.float64) * step
+            time: Array = (first_step + np.arange(steps, dtype=np.float64)) * step
             for name, values in _of_satellite(orientation, index, measured, time).items():
                 figures[name][:, index] = values
     return figures

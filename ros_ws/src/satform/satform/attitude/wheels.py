@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The true attitudes of satellites with reaction wheels, and what the wheels cannot give."""
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.gyrostat import AttitudeState, Torques, advance
 from satform.numeric.elementwise import Array
+from satform.numeric.stacking import take
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,17 @@ class Turning:
         self._parts = parts
         nothing = np.zeros(len(members))
         self.state = TurningState(orientation.start, nothing, nothing)
+
+    def keep(self, rows: NDArray[np.int64]) -> "Turning":
+        """The attitudes of some of the satellites, by their indices in the formation, ascending."""
+        held = np.isin(self.members, rows)
+        own = np.flatnonzero(held)
+        kept = copy(self)
+        kept.members = np.searchsorted(rows, self.members[held])
+        kept._orientation = take(self._orientation, own)
+        kept._wheels = take(self._wheels, own)
+        kept.state = take(self.state, own)
+        return kept
 
     def measured(self) -> Attitude:
         """Measured attitude of each of these satellites: the truth, shape (M, 3)."""

@@ -17,8 +17,9 @@ from pydantic import Field, model_validator
 
 from satform.common.spec import Complaint, FieldPath, NonNegative, Spec
 from satform.communication.neighbour_buffer import Received
-from satform.equipment.noise import LINK_STREAM, SeededUniforms
+from satform.equipment.noise import LINK_STREAM
 from satform.numeric.elementwise import Array
+from satform.numeric.seeded_numbers import SeededUniforms
 
 LONGEST_WAY = 10_000
 """Steps that a message may take at most."""
@@ -124,14 +125,48 @@ class ChannelModel:
     """The incoming links of one satellite, or of many satellites that fly as one."""
 
     def __init__(
-        self,
+        self, links: Sequence[LinkSpec], draws: SeededUniforms | None, step: float, shape: tuple[int, ...]
+    ) -> None:
+        """Links with nothing on its way.
+
+        Args:
+            links: what each of them does.
+            draws: random numbers of the same links; None where there are no links.
+            step: control period, s.
+            shape: of the satellites and their possible neighbours, (..., K), with one link for each.
+        """
+        self._links = tuple(links)
+        self._shape = shape
+        self._step = step
+        self._loss = np.array([link.loss for link in links])
+        self._delay = np.array([link.delay for link in links]) / step
+        self._jitter = np.array([link.jitter for link in links]) / step
+        self._duplication = np.array([link.duplication for link in links])
+        self._reordering = np.array([link.reordering for link in links])
+        self._every = np.array([max(1, round(link.period / step)) for link in links], dtype=np.int64)
+        outages = [
+            (index, window.begin * (1.0 - _SLACK), window.end * (1.0 - _SLACK))
+            for index, link in enumerate(links)
+            for window in link.outages
+        ]
+        self._cut_links = np.array([index for index, _, _ in outages], dtype=np.int64)
+        self._cut_from = np.array([begin for _, begin, _ in outages])
+        self._cut_until = np.array([end for _, _, end in outages])
+        self._draws = draws
+        longest = float(np.max(self._delay + self._jitter, initial=0.0))
+        self._depth = math.ceil(longest) + 4
+        self.forget()
+
+    @classmethod
+    def of(
+        cls,
         spec: LinksSpec,
         edges: Sequence[tuple[int, int]],
         names: Sequence[str],
         setting: tuple[float, int],
         shape: tuple[int, ...],
-    ) -> None:
-        """Links with nothing on its way.
+    ) -> "ChannelModel":
+        """The links of satellites of one run.
 
         Args:
             spec: from the scenario.
@@ -141,24 +176,52 @@ class ChannelModel:
             shape: of the satellites and their possible neighbours, (..., K), with one edge for each.
         """
         step, seed = setting
-        own = [spec.of(names[sender], names[receiver]) for sender, receiver in edges]
-        self._shape = shape
-        self._step = step
-        self._loss = np.array([link.loss for link in own])
-        self._delay = np.array([link.delay for link in own]) / step
-        self._jitter = np.array([link.jitter for link in own]) / step
-        self._duplication = np.array([link.duplication for link in own])
-        self._reordering = np.array([link.reordering for link in own])
-        self._every = np.array([max(1, round(link.period / step)) for link in own], dtype=np.int64)
-        self._outages = [
-            (index, window.begin, window.end) for index, link in enumerate(own) for window in link.outages
-        ]
         count = len(names)
         numbers = [receiver * count + sender for sender, receiver in edges]
-        self._draws = SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS) if edges else None
-        longest = float(np.max(self._delay + self._jitter, initial=0.0))
-        self._depth = math.ceil(longest) + 4
-        self.forget()
+        draws = SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS) if edges else None
+        return cls(
+            [spec.of(names[sender], names[receiver]) for sender, receiver in edges], draws, step, shape
+        )
+
+    @classmethod
+    def stacked(cls, runs: "Sequence[ChannelModel]") -> "ChannelModel":
+        """The links of many runs, one after another, with nothing on its way.
+
+        Args:
+            runs: of alike satellites, shape (n, K) each.
+        """
+        first = runs[0]
+        links = [link for run in runs for link in run._links]
+        draws = [run._draws for run in runs if run._draws is not None]
+        shape = (len(runs) * first._shape[0], *first._shape[1:])
+        if not draws:
+            return cls(links, None, first._step, shape)
+        seeds = [seed for own in draws for seed in own.seeds]
+        numbers = [number for own in draws for number in own.satellites]
+        return cls(links, SeededUniforms(seeds, LINK_STREAM, numbers, _DRAWS), first._step, shape)
+
+    def keep(self, rows: NDArray[np.int64]) -> "ChannelModel":
+        """The links of some of many satellites, with what is on its way; this object is not to be used on.
+
+        Args:
+            rows: indices of these satellites.
+        """
+        width = self._shape[-1]
+        edges = (rows[:, None] * width + np.arange(width)).ravel()
+        draws = None if self._draws is None else self._draws.keep(edges)
+        kept = ChannelModel(
+            [self._links[edge] for edge in edges.tolist()],
+            draws,
+            self._step,
+            (len(rows), width),
+        )
+        # The places of what is on its way stay as they are.
+        kept._depth = self._depth
+        kept._messages = self._messages[:, edges]
+        kept._newest = self._newest[edges]
+        kept._stamps = self._stamps[:, edges]
+        kept._values = self._values[:, edges]
+        return kept
 
     def forget(self) -> None:
         """Lose all that is on its way, as a satellite does that is lost itself."""
@@ -202,9 +265,8 @@ class ChannelModel:
         lost, late, repeated, overtaken = self._draws.at(step).T
         sent = (received.fresh.reshape(-1) > 0.0) & (lost >= self._loss) & (step % self._every == 0)
         time = step * self._step
-        for edge, begin, end in self._outages:
-            if begin * (1.0 - _SLACK) <= time < end * (1.0 - _SLACK):
-                sent[edge] = False
+        if self._cut_links.size:
+            sent[self._cut_links[(self._cut_from <= time) & (time < self._cut_until)]] = False
         way = np.ceil(self._delay + late * self._jitter - _SLACK).astype(np.int64)
         way += np.where(overtaken < self._reordering, 2, 0)
         stamps = received.stamp.reshape(-1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, column
 
 
 @dataclass(frozen=True)
@@ -74,15 +74,15 @@ class NeighbourBuffer:
             known=np.where(fresh, 1.0, self.known) * received.linked,
         )
 
-    def counted(self, time: float, neighbour_timeout: float) -> Array:
+    def counted(self, time: float, neighbour_timeout: Array | float) -> Array:
         """Whose message still counts, as weights of 1 and 0, shape (..., K).
 
         Args:
             time: simulated, s.
-            neighbour_timeout: age of a message from which on it no longer counts, s.
+            neighbour_timeout: age of a message from which on it no longer counts, s, shape (...).
         """
         # A stamp on the grid of steps may be off by a rounding, which is not to decide.
-        old = time - self.stamp > neighbour_timeout * (1.0 + 1e-12)
+        old = time - self.stamp > column(np.asarray(neighbour_timeout)) * (1.0 + 1e-12)
         weight: Array = np.where(old, 0.0, self.known)
         return weight
 

@@ -71,7 +71,7 @@ class ReceiverModel:
                 for member, row in zip(rows, senders, strict=True)
                 for sender in row
             ]
-            self._links = ChannelModel(plan.links, edges, plan.names, (plan.step, plan.seed), shape)
+            self._links = ChannelModel.of(plan.links, edges, plan.names, (plan.step, plan.seed), shape)
         self._number = -1
         self._linked = self._real
 
@@ -82,6 +82,11 @@ class ReceiverModel:
             receivers = self.members if self.members.ndim == 0 else self.members[:, None]
             self._linked = formation.graph.adjacency[receivers, self.neighbours] * self._real
         return self._linked
+
+    @property
+    def channel(self) -> ChannelModel | None:
+        """The incoming links; None where every message arrives at once."""
+        return self._links
 
     def receive(
         self, step: int, values: Array, stamp: Array, fresh: Array | None, formation: Formation

@@ -55,7 +55,8 @@ class ArcLengthConsensus:
             stamp to the current time at the received rate.
         arc_length_source: whether xi is that of the reference point or that of the point of the
             orbit closest to the satellite, in which case the formation waits for a satellite that lags.
-        neighbour_timeout: age of a neighbour's message beyond which the neighbour has weight zero, s.
+        neighbour_timeout: age of a neighbour's message beyond which the neighbour has weight zero, s,
+            shape (...).
     """
 
     tracking_gain: Array
@@ -63,7 +64,7 @@ class ArcLengthConsensus:
     rate_gain: Array
     neighbour_values: NeighbourValues = "hold"
     arc_length_source: ArcLengthSource = "reference"
-    neighbour_timeout: float = math.inf
+    neighbour_timeout: Array | float = math.inf
 
     def acceleration(
         self,
@@ -180,7 +181,7 @@ class ArcLengthGainsSpec(ConsensusSpec):
             rate_gain=np.asarray(self.rate_gain),
             neighbour_values=self.neighbour_values,
             arc_length_source=self.arc_length_source,
-            neighbour_timeout=self.neighbour_timeout,
+            neighbour_timeout=np.asarray(self.neighbour_timeout),
         )
 
 

@@ -9,6 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+import numpy as np
+
 from satform.consensus.arc_length import Announces, ConsensusSpec
 from satform.control.protocol import Motion, RelativeNeighbour
 from satform.numeric.elementwise import Array
@@ -51,10 +53,11 @@ class MotionSharing:
     """Exchange of position and velocity; each satellite follows its one in-neighbour.
 
     Attributes:
-        neighbour_timeout: age of the newest message beyond which the neighbour is not followed, s.
+        neighbour_timeout: age of the newest message beyond which the neighbour is not followed, s,
+            shape (...).
     """
 
-    neighbour_timeout: float = math.inf
+    neighbour_timeout: Array | float = math.inf
 
     def observed(self, motion: Motion, neighbour_states: NeighbourMotion, time: float) -> RelativeNeighbour:
         """Relative motion of a satellite to its neighbour.
@@ -81,4 +84,4 @@ class MotionSharingSpec(ConsensusSpec):
 
     def build(self) -> MotionSharing:
         """The sharing itself."""
-        return MotionSharing(self.neighbour_timeout)
+        return MotionSharing(np.asarray(self.neighbour_timeout))

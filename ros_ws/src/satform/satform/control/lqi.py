@@ -5,6 +5,7 @@
 Equations: docs/controllers/lqr.md.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Literal
 
@@ -39,6 +40,7 @@ def integral_model(mean_motion: float) -> tuple[Array, Array]:
     return state, np.vstack((command, np.zeros((3, 3))))
 
 
+@functools.lru_cache(maxsize=256)
 def design_lqi(
     mean_motion: float,
     position_weight: tuple[float, float, float] = (10.0, 10.0, 5.0),
@@ -67,7 +69,10 @@ def design_lqi(
     weights = np.array([*position_weight, *velocity_weight, *integral_weight], dtype=np.float64)
     effort = np.array(command_weight, dtype=np.float64) / mean_motion**2
     time_powers = np.repeat([0.0, -1.0, 1.0], 3)
-    return relative_motion_gain(integral_model(mean_motion), time_powers, weights, effort)
+    gain = relative_motion_gain(integral_model(mean_motion), time_powers, weights, effort)
+    # The same array is returned to all who ask for it.
+    gain.flags.writeable = False
+    return gain
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@
 Equations: docs/controllers/lqr.md.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Literal
 
@@ -82,6 +83,7 @@ def relative_motion_gain(
     return gain * second * bandwidth**2
 
 
+@functools.lru_cache(maxsize=256)
 def design_lqr(
     mean_motion: float,
     position_weight: tuple[float, float, float] = (1.0, 1.0, 0.5),
@@ -107,7 +109,10 @@ def design_lqr(
     state_weight = np.array([*position_weight, *velocity_weight], dtype=np.float64)
     effort = np.array(command_weight, dtype=np.float64) / mean_motion**2
     time_powers = np.repeat([0.0, -1.0], 3)
-    return relative_motion_gain(cw.system_matrices(mean_motion), time_powers, state_weight, effort)
+    gain = relative_motion_gain(cw.system_matrices(mean_motion), time_powers, state_weight, effort)
+    # The same array is returned to all who ask for it.
+    gain.flags.writeable = False
+    return gain
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@
 Equations: docs/controllers/lqr.md.
 """
 
+import functools
 import math
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
@@ -55,6 +56,13 @@ def observer_gain(transition: Array, eigenvalues: tuple[float, ...]) -> Array:
 
     gain: Array = place_poles(transition.T, position_matrix().T, np.asarray(eigenvalues)).gain_matrix.T
     return gain
+
+
+@functools.lru_cache(maxsize=256)
+def _designed(mean_motion: float, step: float, decay_rates: DecayRates) -> Array:
+    """Observer gain over one control period, shape (6, 3); not to be changed, as others are given it, too."""
+    eigenvalues = tuple(float(np.exp(-rate * step)) for rate in decay_rates)
+    return observer_gain(cw.transition_matrix(mean_motion, step), eigenvalues)
 
 
 @dataclass(frozen=True)
@@ -206,9 +214,7 @@ class ObserverSpec(ControllerSpec):
         """
         if len(set(self.decay_rates)) < len(self.decay_rates):
             raise ValueError(f"observer: decay_rates have to differ from each other, got {self.decay_rates}")
-        transition = cw.transition_matrix(setting.mean_motion, setting.step)
-        eigenvalues = tuple(float(np.exp(-rate * setting.step)) for rate in self.decay_rates)
-        gain = observer_gain(transition, eigenvalues)
+        gain = _designed(setting.mean_motion, setting.step, self.decay_rates)
         return Observed(
             law=self.law.build(setting),
             model=cw.HeldInputStep.over(setting.mean_motion, setting.step),

@@ -2,16 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Disturbing accelerations of the relative motion, in LVLH, bounded on each axis."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.common.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Spec
 from satform.numeric.elementwise import Array
-
-_BLOCK = 256
+from satform.numeric.seeded_numbers import SeededSigned
 
 
 @dataclass(frozen=True)
@@ -83,13 +84,13 @@ class Harmonic:
 
     Attributes:
         amplitude: m/s^2, LVLH, shape (N, 3).
-        angular_frequency: rad/s.
+        angular_frequency: rad/s; of satellites of many runs shape (N, 1).
         phase: rad, shape (N, 3).
         step: plant's step, s.
     """
 
     amplitude: Array
-    angular_frequency: float
+    angular_frequency: float | Array
     phase: Array
     step: float
 
@@ -111,31 +112,22 @@ class Harmonic:
 class BoundedNoise:
     """Uniform noise, held over each step, reproducible and independent from satellite to satellite.
 
-    Any step may be asked for at any time: numbers are drawn in blocks of steps, each from its own
-    seed, which also makes a satellite's noise the same however many others fly.
+    Any step may be asked for at any time, and a satellite's noise is the same however many others fly.
     """
 
-    def __init__(self, largest: Array, seed: int, index: int) -> None:
+    def __init__(self, largest: Array, numbers: SeededSigned) -> None:
         """Noise with a given bound.
 
         Args:
             largest: bound on each axis, m/s^2, shape (N, 3).
-            seed: of the scenario's random numbers.
-            index: in the scenario's list of perturbations.
+            numbers: of the same satellites, three a step.
         """
         self._largest = largest
-        self._seed = seed
-        self._index = index
-        self._block_number = -1
-        self._block = np.empty((0, *largest.shape))
+        self._numbers = numbers
 
     def acceleration(self, step: int, offset: float) -> Array:
         """The value held over the step, m/s^2, shape (N, 3)."""
-        number, row = divmod(step, _BLOCK)
-        if number != self._block_number:
-            self._block = self._draw(number)
-            self._block_number = number
-        value: Array = self._block[row]
+        value: Array = self._largest * self._numbers.at(step)
         return value
 
     def bound(self) -> Array:
@@ -146,12 +138,21 @@ class BoundedNoise:
         """Zero, m/s^2, shape (N, 3)."""
         return np.zeros_like(self._largest)
 
-    def _draw(self, number: int) -> Array:
-        block = np.empty((_BLOCK, *self._largest.shape))
-        for satellite, largest in enumerate(self._largest):
-            generator = np.random.default_rng([self._seed, self._index, satellite, number])
-            block[:, satellite] = largest * generator.uniform(-1.0, 1.0, (_BLOCK, 3))
-        return block
+    @classmethod
+    def stacked(cls, noises: "Sequence[BoundedNoise]") -> "BoundedNoise":
+        """The noise of the satellites of many runs, one after another."""
+        own = [noise._numbers for noise in noises]
+        numbers = SeededSigned(
+            [seed for part in own for seed in part.seeds],
+            own[0].stream,
+            [satellite for part in own for satellite in part.satellites],
+            own[0].width,
+        )
+        return cls(np.concatenate([noise._largest for noise in noises]), numbers)
+
+    def keep(self, rows: NDArray[np.int64]) -> "BoundedNoise":
+        """The noise of some of the satellites, by their indices here."""
+        return BoundedNoise(self._largest[rows], self._numbers.keep(rows))
 
 
 class PerturbationSpec(Spec):
@@ -210,4 +211,5 @@ class BoundedNoiseSpec(PerturbationSpec):
     def build(self, setting: PerturbationSetting) -> BoundedNoise:
         """The noise of all satellites."""
         largest = np.tile(np.array(self.bound), (setting.satellite_count, 1))
-        return BoundedNoise(largest, setting.seed, setting.index)
+        numbers = SeededSigned(setting.seed, setting.index, range(setting.satellite_count), 3)
+        return BoundedNoise(largest, numbers)

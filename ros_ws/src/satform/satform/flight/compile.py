@@ -5,8 +5,10 @@
 In-process flights, nodes and launcher start from the same plans.
 """
 
+import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -93,7 +95,7 @@ class FormationPlan:
     @cached_property
     def plant(self) -> PlantPlan:
         """What the plant moves, and with what."""
-        return plant_plan(self._scenario)
+        return plant_plan(self._scenario, [self._compiled(index) for index in range(len(self.names))])
 
     @cached_property
     def scene(self) -> ScenePlan:
@@ -108,7 +110,17 @@ class FormationPlan:
 
     def satellite(self, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
         """Plan of one satellite; arguments as in `flight_plan`."""
-        return flight_plan(self._scenario, index, neighbours)
+        plan = self._compiled(index)
+        target = None if plan.orientation is None else plan.orientation.target
+        if neighbours is None or plan.orientation is None or target is None:
+            return plan
+        return replace(plan, orientation=replace(plan.orientation, target=target.among(neighbours)))
+
+    def _compiled(self, index: int) -> FlightPlan:
+        """Plan of one satellite, compiled once."""
+        if index not in self._satellites:
+            self._satellites[index] = flight_plan(self._scenario, index)
+        return self._satellites[index]
 
     def parameters(self, index: int) -> ParameterPlan:
         """What of one satellite may be changed in flight."""
@@ -116,7 +128,15 @@ class FormationPlan:
 
     def orientations(self) -> list[Orientation | None]:
         """Where each satellite points; None for one without attitude."""
-        return orientations(self._scenario)
+        return [self._compiled(index).orientation for index in range(len(self.names))]
+
+    @property
+    def dynamics_text(self) -> str:
+        """All that the dynamics model is built from but its perturbations, as JSON."""
+        dynamics = self._scenario.dynamics
+        return json.dumps(
+            [self._scenario.orbit.rate, dynamics.model_dump(mode="json", exclude={"perturbations"})]
+        )
 
 
 def compile_scenario(scenario: Scenario) -> FormationPlan:
@@ -175,12 +195,17 @@ def limit_plan(scenario: Scenario) -> LimitPlan:
     return LimitPlan(names, scenario.timing.step, scenario.limits, scenario.orbit.radius)
 
 
-def plant_plan(scenario: Scenario) -> PlantPlan:
-    """What the plant of a flight moves, and with what."""
+def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None) -> PlantPlan:
+    """What the plant of a flight moves, and with what.
+
+    Args:
+        scenario: what is flown.
+        compiled: plans of its satellites; they are compiled when left out.
+    """
     step, count = scenario.timing.step, len(scenario.satellites)
     setting = DynamicsSetting(scenario.orbit.rate, step, count, scenario.seed)
     specs = [scenario.satellite(index) for index in range(count)]
-    plans = [flight_plan(scenario, index) for index in range(count)]
+    plans = [flight_plan(scenario, index) for index in range(count)] if compiled is None else compiled
     return PlantPlan(
         dynamics=scenario.dynamics.build(setting),
         step=step,

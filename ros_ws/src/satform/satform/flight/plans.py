@@ -108,22 +108,25 @@ class PlantPlan:
         step: control period, s.
         seed: of everything random in the run.
         start: position in m and velocity in m/s of all satellites, LVLH, shapes (N, 3).
-        chief_radius: of the chief's orbit, m.
+        chief_radius: of the chief's orbit, m; of satellites of many runs shape (N,).
         thrusters: of each satellite; None for one that gives its commands as they are.
         sensors: of each satellite; None for one that knows its true motion.
         attitudes: of each satellite; None for one without attitude.
         faults: of thrusters and sensors.
+        identities: for satellites of many runs, the seed of each one's run and its index in that run; None
+            for those of one run.
     """
 
     dynamics: Dynamics
     step: float
     seed: int
     start: Motion
-    chief_radius: float
+    chief_radius: Any
     thrusters: tuple[Thruster | None, ...]
     sensors: tuple[Sensor | None, ...]
     attitudes: tuple[AttitudePlan | None, ...]
     faults: FaultSchedule
+    identities: tuple[tuple[int, int], ...] | None = None
 
 
 @dataclass(frozen=True)

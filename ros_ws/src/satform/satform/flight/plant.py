@@ -4,6 +4,8 @@
 
 import math
 from collections.abc import Sequence
+from copy import copy
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +14,13 @@ from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.wheels import Turning, Wheels
 from satform.control.protocol import Motion
 from satform.dynamics.inertial import InertialDynamics
-from satform.equipment.noise import NAVIGATION_STREAM, THRUSTER_STREAM, SeededNormals
+from satform.equipment.noise import NAVIGATION_STREAM, THRUSTER_STREAM
 from satform.equipment.sensor import NOISE_PER_STEP, Sensor
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
 from satform.flight.plans import PlantPlan
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array, norm
+from satform.numeric.elementwise import Array, joined, norm
+from satform.numeric.seeded_numbers import SeededNormals
 
 Steps = NDArray[np.int64]
 
@@ -53,9 +56,12 @@ class Plant:
 
     def earth_distance(self) -> Array:
         """Distance of each satellite from the Earth's centre, m, shape (N,)."""
-        if isinstance(self._dynamics, InertialDynamics):
-            return self._dynamics.earth_distance(self._state)
-        return norm(self._motion.position + np.array([self._chief_radius, 0.0, 0.0]))
+        own = getattr(self._dynamics, "earth_distance", None)
+        if own is not None:
+            distance: Array = own(self._state)
+            return distance
+        radius = np.asarray(self._chief_radius)
+        return norm(self._motion.position + joined(radius, *2 * (np.zeros_like(radius),)))
 
     def may_be_below(self, radius: float, square: float) -> bool:
         """Whether a satellite may be nearer to the Earth's centre than a radius; True where it may be so.
@@ -66,11 +72,16 @@ class Plant:
         """
         if isinstance(self._dynamics, InertialDynamics):
             return not float(self.earth_distance().min()) >= radius
-        return self._chief_radius - math.sqrt(square) < radius
+        return bool(self._chief_radius - math.sqrt(square) < radius)
 
     def measured(self) -> Motion:
         """Measured motion of each satellite, shapes (N, 3); the truth where nobody measures."""
         return self._measured
+
+    @property
+    def measures(self) -> bool:
+        """Whether a satellite has a sensor."""
+        return bool(self._sensors)
 
     def measured_steps(self) -> Steps:
         """Number of the step to which each satellite's present measurement belongs, shape (N,)."""
@@ -114,7 +125,7 @@ class Plant:
             for group in self.turning:
                 group.advance(wheel_torque[group.members], self.step)
         # The caller may use the same array for the next commands.
-        self.applied = acceleration.copy()
+        self.applied = acceleration.copy(order="K")
         if self.thrusters is not None:
             fault = self._faults.of_thrusters(self.thrusters.members, self.step)
             self.applied = self.thrusters.fire(acceleration, self.step, fault)
@@ -125,14 +136,35 @@ class Plant:
             sensors.sample(self._motion, self.step)
         self._measured = self._measure()
 
+    def keep(self, rows: Steps) -> None:
+        """Go on with some of the satellites alone, as where a run among many has ended.
+
+        Args:
+            rows: indices of these satellites, ascending; their dynamics have to be of many runs.
+        """
+        stacked: Any = self._dynamics
+        self._dynamics, self._state = stacked.keep(self._state, rows)
+        self.applied = stacking.take(self.applied, rows)
+        self.thrusters = None if self.thrusters is None else self.thrusters.keep(rows)
+        self.turning = [group.keep(rows) for group in self.turning]
+        self._sensors = [group.keep(rows) for group in self._sensors]
+        if np.ndim(self._chief_radius):
+            self._chief_radius = self._chief_radius[rows]
+        self._motion = Motion(*self._dynamics.lvlh(self._state))
+        self._measured = self._measure()
+
     def _measure(self) -> Motion:
         if not self._sensors:
             return self._motion
-        measured = Motion(self._motion.position.copy(), self._motion.velocity.copy())
-        for sensors in self._sensors:
-            delivered = sensors.memory.delivered
-            measured.position[sensors.members] = delivered.position
-            measured.velocity[sensors.members] = delivered.velocity
+        if len(self._sensors) == 1 and self._sensors[0].everyone:
+            delivered = self._sensors[0].memory.delivered
+            measured = Motion(delivered.position, delivered.velocity)
+        else:
+            measured = Motion(self._motion.position.copy("K"), self._motion.velocity.copy("K"))
+            for sensors in self._sensors:
+                delivered = sensors.memory.delivered
+                measured.position[sensors.members] = delivered.position
+                measured.velocity[sensors.members] = delivered.velocity
         return Motion(
             *self._faults.reading(measured.position, measured.velocity, self.step, self._held_readings)
         )
@@ -146,11 +178,22 @@ class Thrusters:
         propulsion: their state, each array of shape (M,).
     """
 
-    def __init__(self, members: Sequence[int], thruster: Thruster, seed: int) -> None:
+    def __init__(
+        self, members: Sequence[int], thruster: Thruster, errors: SeededNormals, *, everyone: bool = False
+    ) -> None:
+        """Thrusters before the first step.
+
+        Args:
+            members: indices of their satellites, ascending.
+            thruster: of all of them.
+            errors: random numbers of the same satellites.
+            everyone: whether there is no other satellite.
+        """
         self.members = np.asarray(members)
         self.propulsion: Propulsion = thruster.start()
+        self._everyone = everyone
         self._thruster = thruster
-        self._errors = SeededNormals(seed, THRUSTER_STREAM, members, ERRORS_PER_STEP)
+        self._errors = errors
 
     def fire(self, acceleration: Array, step: int, fault: ThrusterFault | None = None) -> Array:
         """One step of thrust.
@@ -163,33 +206,77 @@ class Thrusters:
         Returns:
             What all satellites really get, m/s^2, shape (N, 3).
         """
-        applied = acceleration.copy()
-        applied[self.members], self.propulsion = self._thruster.fire(
-            self.propulsion, acceleration[self.members], self._errors.at(step), fault
-        )
+        commands = acceleration if self._everyone else acceleration[self.members]
+        fired, self.propulsion = self._thruster.fire(self.propulsion, commands, self._errors.at(step), fault)
+        if self._everyone:
+            return fired
+        applied = acceleration.copy("K")
+        applied[self.members] = fired
         return applied
+
+    def keep(self, rows: NDArray[np.int64]) -> "Thrusters":
+        """The thrusters of some of the satellites, by their indices; this object is not to be used on."""
+        kept = copy(self)
+        own, kept.members = _kept(self.members, rows)
+        kept.propulsion = stacking.take(self.propulsion, own)
+        kept._thruster = stacking.take(self._thruster, own)
+        kept._errors = self._errors.keep(own)
+        return kept
 
 
 class _Sensors:
     """Sensors that measure at the same steps and deliver equally late."""
 
-    def __init__(self, members: Sequence[int], sensor: Sensor, seed: int, start: Motion) -> None:
+    def __init__(self, members: Sequence[int], sensor: Sensor, plan: PlantPlan, start: Motion) -> None:
         self.members = np.asarray(members)
+        self.everyone = len(members) == len(plan.sensors)
         self._sensor = sensor
-        self._noise = SeededNormals(seed, NAVIGATION_STREAM, members, NOISE_PER_STEP)
-        position, velocity = start.position[self.members], start.velocity[self.members]
-        self.memory = sensor.start(position, velocity, self._noise.at(0))
+        self._noise = SeededNormals(*_identities(plan, NAVIGATION_STREAM, members), NOISE_PER_STEP)
+        self.memory = sensor.start(*self._own(start), self._noise.at(0))
+
+    def _own(self, motion: Motion) -> tuple[Array, Array]:
+        if self.everyone:
+            return motion.position, motion.velocity
+        return motion.position[self.members], motion.velocity[self.members]
+
+    def keep(self, rows: NDArray[np.int64]) -> "_Sensors":
+        """The sensors of some of the satellites, by their indices; this object is not to be used on."""
+        kept = copy(self)
+        own, kept.members = _kept(self.members, rows)
+        kept._sensor = stacking.take(self._sensor, own)
+        kept._noise = self._noise.keep(own)
+        kept.memory = stacking.take(self.memory, own)
+        return kept
 
     def sample(self, motion: Motion, step: int) -> None:
         """Take in the true motion of all satellites at a step."""
-        position, velocity = motion.position[self.members], motion.velocity[self.members]
+        position, velocity = self._own(motion)
         self.memory = self._sensor.measure(self.memory, position, velocity, step, self._noise.at(step))
+
+
+def _identities(plan: PlantPlan, stream: int, members: Sequence[int]) -> tuple[list[int], int, list[int]]:
+    """Seeds, stream and indices, in their own runs, of some satellites' random numbers."""
+    if plan.identities is None:
+        return [plan.seed] * len(members), stream, list(members)
+    own = [plan.identities[member] for member in members]
+    return [seed for seed, _ in own], stream, [index for _, index in own]
+
+
+def _kept(members: NDArray[np.int64], rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Places among some members of those that are kept, and their indices among all that are kept."""
+    places = np.searchsorted(members, rows)
+    held = places < len(members)
+    held[held] = members[places[held]] == rows[held]
+    return places[held], np.flatnonzero(held)
 
 
 def _thrusters_of(plan: PlantPlan) -> Thrusters | None:
     members = [index for index, thruster in enumerate(plan.thrusters) if thruster is not None]
     built = [thruster for thruster in plan.thrusters if thruster is not None]
-    return Thrusters(members, stacking.stack(built), plan.seed) if built else None
+    if not built:
+        return None
+    errors = SeededNormals(*_identities(plan, THRUSTER_STREAM, members), ERRORS_PER_STEP)
+    return Thrusters(members, stacking.stack(built), errors, everyone=len(built) == len(plan.thrusters))
 
 
 def _sensors_of(plan: PlantPlan, start: Motion) -> list[_Sensors]:
@@ -200,8 +287,8 @@ def _sensors_of(plan: PlantPlan, start: Motion) -> list[_Sensors]:
     return [
         _Sensors(
             [index for index, _ in group],
-            stacking.stack([sensor for _, sensor in group]),
-            plan.seed,
+            stacking.component_major(stacking.stack([sensor for _, sensor in group])),
+            plan,
             start,
         )
         for group in alike.values()

@@ -3,7 +3,7 @@
 """Many satellites' objects as one: dataclasses of arrays, stacked along a leading axis."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -87,6 +87,77 @@ def select(condition: NDArray[np.bool_], first: T, second: T) -> T:
         further = np.ndim(first) - np.ndim(condition)
         picked = np.where(condition.reshape(*np.shape(condition), *(1,) * further), first, cast(Any, second))
     return cast(T, picked)
+
+
+def component_major(stacked: T) -> T:
+    """The same numbers in another order of memory: a component of all satellites is in one piece.
+
+    Element-wise operations on many satellites keep this order and are several times as fast in it where a
+    number of each satellite meets its vectors. No value changes, nor a shape.
+
+    Args:
+        stacked: dataclass, tuple or array whose arrays carry a leading satellite axis.
+    """
+
+    def reordered(values: NDArray[Any]) -> NDArray[Any]:
+        return np.moveaxis(np.ascontiguousarray(np.moveaxis(values, 0, -1)), -1, 0)
+
+    return _with_arrays(stacked, reordered)
+
+
+def take(stacked: T, rows: NDArray[np.int64]) -> T:
+    """What some satellites have of a stack, in component-major order of memory.
+
+    Args:
+        stacked: dataclass, tuple or array whose arrays carry a leading satellite axis.
+        rows: indices of the satellites on that axis.
+
+    Returns:
+        The same with these rows of every array; what is no array belongs to all and is passed on.
+    """
+
+    def taken(values: NDArray[Any]) -> NDArray[Any]:
+        return np.moveaxis(np.moveaxis(values, 0, -1).take(rows, axis=-1), -1, 0)
+
+    return _with_arrays(stacked, taken)
+
+
+def kind(item: Any) -> Any:
+    """What has to be the same in objects for `stack` to stack them.
+
+    Args:
+        item: of one satellite: dataclass, array or anything else.
+
+    Returns:
+        A hashable value: equal for two objects if they can be stacked.
+    """
+    if dataclasses.is_dataclass(item) and not isinstance(item, type):
+        fields = tuple(kind(getattr(item, field.name)) for field in dataclasses.fields(item))
+        return (type(item), fields)
+    if isinstance(item, np.ndarray | np.generic):
+        return (np.ndarray, item.shape)
+    if isinstance(item, tuple):
+        return tuple(kind(part) for part in item)
+    try:
+        hash(item)
+    except TypeError:
+        return repr(item)
+    return item
+
+
+def _with_arrays(stacked: T, change: Callable[[NDArray[Any]], NDArray[Any]]) -> T:
+    changed: Any = stacked
+    if dataclasses.is_dataclass(stacked) and not isinstance(stacked, type):
+        parts = {
+            field.name: _with_arrays(getattr(stacked, field.name), change)
+            for field in dataclasses.fields(stacked)
+        }
+        changed = dataclasses.replace(stacked, **parts)
+    elif isinstance(stacked, tuple):
+        changed = tuple(_with_arrays(part, change) for part in stacked)
+    elif isinstance(stacked, np.ndarray):
+        changed = change(stacked)
+    return cast(T, changed)
 
 
 def _stack_values(values: list[Any], name: str) -> Any:

@@ -1,0 +1,229 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Blocks of steps of many runs: the quantities that are asked for, taken down while they are flown."""
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.attitude.guidance import Orientation
+from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
+from satform.flight.compile import FormationPlan
+from satform.flight.plant import Plant
+from satform.numeric.elementwise import Array
+from satform.record.flight_block import FlightBlock
+from satform.record.flight_record import ATTITUDE_VECTORS, ESTIMATES, QUANTITIES
+
+Rows = NDArray[np.int64]
+
+_PROPULSION = (
+    "propellant",
+    "delta_v",
+    "saturated_steps",
+    "below_minimum_impulse_steps",
+    "propellant_depleted_steps",
+)
+_WHEELS = ("torque_saturated_steps", "momentum_saturated_steps")
+_FOR_POINTING = (
+    *("position", "velocity", "mrp", "angular_velocity"),
+    *("reference_position", "reference_velocity", "reference_acceleration"),
+)
+"""What the figures of pointing are made of."""
+
+_KNOWN = (
+    *("position", "velocity", "measured_position", "measured_velocity", "arc_length", "rate"),
+    *_PROPULSION,
+    *ATTITUDE_VECTORS,
+    *_WHEELS,
+)
+"""Quantities that are known at the start of a step, and after the last one."""
+
+_PARTIAL = {*_PROPULSION, *_WHEELS, *ATTITUDE_VECTORS, *ESTIMATES, "wheel_torque"}
+"""Quantities that some satellites may not have."""
+_SCALARS = {"arc_length", "rate", *_PROPULSION, *_WHEELS, *FIGURES, "innovation", "rejected_measurements"}
+
+
+class Announced(Protocol):
+    """What all satellites have decided and sent."""
+
+    sent: Array
+
+    def values(self, name: str) -> Array | None:
+        """What was decided, by name."""
+
+
+class BlockRecorder:
+    """Takes down the quantities of a block of steps."""
+
+    def __init__(
+        self,
+        formation: FormationPlan,
+        orientations: Sequence[Sequence[Orientation | None]],
+        quantities: frozenset[str],
+    ) -> None:
+        """A recorder before the first step.
+
+        Args:
+            formation: plan of one of the runs.
+            orientations: where the satellites of each run point.
+            quantities: that are asked for, by the names of a flight record.
+
+        Raises:
+            KeyError: there is no quantity of a name.
+        """
+        unknown = sorted(quantities - set(QUANTITIES))
+        if unknown:
+            raise KeyError(f"a flight record has no {', '.join(unknown)}")
+        satellites = formation.topics.satellites
+        self._formation = formation
+        self._orientations = list(orientations)
+        self._asked = quantities
+        self._turns = any(satellite.attitude for satellite in satellites)
+        self._filters = any(satellite.filter for satellite in satellites)
+        self._points = self._turns and bool(quantities & set(FIGURES))
+        taken = quantities | (set(_FOR_POINTING) if self._points else set())
+        empty = set() if self._turns else {*ATTITUDE_VECTORS, *_WHEELS, *FIGURES, "wheel_torque"}
+        empty |= set() if self._filters else set(ESTIMATES)
+        self._empty = quantities & empty
+        self._taken = sorted(taken - empty - set(FIGURES))
+        self._first = self._steps = self._row = 0
+        self._last = False
+        self._values: dict[str, Array] = {}
+
+    def begin(self, first_step: int, steps: int, runs: int, *, last: bool) -> None:
+        """Begin a block.
+
+        Args:
+            first_step: number of its first step.
+            steps: in it.
+            runs: that fly.
+            last: whether the state after the last step belongs to it.
+        """
+        self._first, self._steps, self._row, self._last = first_step, steps, 0, last
+        rows = runs * len(self._formation.names)
+        self._values = {}
+        for name in self._taken:
+            shape: tuple[int, ...] = () if name in _SCALARS else (3,)
+            if name == "estimate_covariance":
+                shape = (6, 6)
+            memory = np.empty((steps + 1, *shape, rows))
+            if name in _PARTIAL:
+                # What a satellite does not have stands as in a flight record.
+                memory.fill(0.0 if name in _PROPULSION[2:] else np.nan)
+            self._values[name] = np.moveaxis(memory, -1, 1)
+
+    def known(self, plant: Plant, whole: Announced) -> None:
+        """Take down what is known at the start of a step."""
+        row, values = self._row, self._values
+        motion, measured = plant.motion(), plant.measured()
+        whole_motion = {
+            "position": motion.position,
+            "velocity": motion.velocity,
+            "measured_position": measured.position,
+            "measured_velocity": measured.velocity,
+        }
+        for name, numbers in whole_motion.items():
+            if name in values:
+                values[name][row] = numbers
+        phases = self._formation.announces == "arc_length"
+        for place, name in enumerate(("arc_length", "rate")):
+            if name in values:
+                values[name][row] = whole.sent[place] if phases else 0.0
+        if plant.thrusters is not None:
+            for name in _PROPULSION:
+                if name in values:
+                    values[name][row][plant.thrusters.members] = getattr(plant.thrusters.propulsion, name)
+        if self._turns:
+            self._turned(plant)
+
+    def _turned(self, plant: Plant) -> None:
+        row, values = self._row, self._values
+        for group in plant.turning:
+            measured = group.measured()
+            for name in ATTITUDE_VECTORS:
+                if name in values:
+                    values[name][row][group.members] = getattr(measured, name)
+            for name in _WHEELS:
+                if name in values:
+                    values[name][row][group.members] = getattr(group.state, name)
+
+    def decided(self, whole: Announced) -> None:
+        """Take down what was decided in the step."""
+        row, values = self._row, self._values
+        for name in self._taken:
+            if name in _KNOWN or name == "applied_acceleration":
+                continue
+            if name in ("estimated_position_error", "estimated_velocity_error"):
+                part = name.removeprefix("estimated_").removesuffix("_error")
+                reference, estimated = whole.values(f"reference_{part}"), whole.values(f"estimated_{part}")
+                assert reference is not None and estimated is not None  # noqa: S101, PT018 - always decided
+                np.subtract(estimated, reference, out=values[name][row])
+                continue
+            numbers = whole.values(name)
+            if numbers is not None:
+                values[name][row] = numbers
+
+    def applied(self, plant: Plant) -> None:
+        """Take down what was applied in the step, the last thing in it."""
+        if "applied_acceleration" in self._values:
+            self._values["applied_acceleration"][self._row] = plant.applied
+        self._row += 1
+
+    def keep(self, runs: Rows) -> None:
+        """Go on with some of the runs that fly."""
+        self._orientations = [self._orientations[run] for run in runs.tolist()]
+
+    def block(self, runs: int, flying: Rows) -> FlightBlock:
+        """The block.
+
+        Args:
+            runs: in all.
+            flying: indices of those that were flown; the numbers of the others are zero.
+        """
+        count, steps = len(self._formation.names), self._steps
+        found: dict[str, Array] = {}
+        for name, values in self._values.items():
+            rows = steps + 1 if self._last and name in _KNOWN else steps
+            found[name] = self._of_all(values[:rows], runs, flying)
+        if self._points:
+            found.update(self._pointing(runs, flying))
+        for name in self._empty:
+            further = () if name in _SCALARS else (6, 6) if name == "estimate_covariance" else (3,)
+            found[name] = np.empty((0, runs, count, *further))
+        return FlightBlock(
+            satellites=self._formation.names,
+            step=self._formation.timing.step,
+            first_step=self._first,
+            steps=steps,
+            runs=runs,
+            last=self._last,
+            quantities={name: found[name] for name in found if name in self._asked},
+        )
+
+    def _of_all(self, values: Array, runs: int, flying: Rows) -> Array:
+        """Shape (rows, M, ...) to (rows, R, N, ...)."""
+        count = len(self._formation.names)
+        memory = np.moveaxis(values, 1, -1)
+        if len(flying) < runs:
+            every = np.zeros((*memory.shape[:-1], runs, count))
+            every[..., flying, :] = memory.reshape(*memory.shape[:-1], len(flying), count)
+        else:
+            every = memory.reshape(*memory.shape[:-1], runs, count)
+        return np.moveaxis(every, (-2, -1), (1, 2))
+
+    def _pointing(self, runs: int, flying: Rows) -> dict[str, Array]:
+        count, steps = len(self._formation.names), self._steps
+        figures = {name: np.full((steps, runs, count), np.nan) for name in FIGURES}
+        for place, run in enumerate(flying.tolist()):
+            own = slice(place * count, (place + 1) * count)
+            measured: dict[str, Any] = {}
+            for name in _FOR_POINTING:
+                rows = steps + 1 if name in _KNOWN else steps
+                measured[name] = self._values[name][:rows, own]
+            step = self._formation.timing.step
+            of_run = attitude_figures(self._orientations[place], step, measured, self._first)
+            for name, numbers in of_run.items():
+                figures[name][:, run] = numbers
+        return figures
