@@ -92,6 +92,7 @@ def assert_markers_are_those_of(record: FlightRecord, message: MarkerArray, stam
         assert place(orbit.points[0]) == place(orbit.points[-1])
 
 
+@pytest.mark.unmeasured
 def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
     observer: Node, tmp_path: Path
 ) -> None:

@@ -67,10 +67,8 @@ def test_a_recorder_ended_by_a_signal_leaves_a_bag_that_opens(
     assert read_bag(recovered).record.differences(read.record) == []
 
 
-def test_a_closed_bag_opens_without_the_workspace(
-    installed_fleet: Callable[..., list], tmp_path: Path
-) -> None:
-    running, bag = recorder_alone(installed_fleet, tmp_path)
+def test_a_closed_bag_opens_without_the_workspace(fleet: Callable[..., list], tmp_path: Path) -> None:
+    running, bag = recorder_alone(fleet, tmp_path)
     wait_for_bytes(bag / "bag_0.mcap", 500_000)
     running[-1].send_signal(signal.SIGINT)
     running[-1].wait(20)

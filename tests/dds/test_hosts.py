@@ -80,6 +80,7 @@ def test_three_hosts_fly_with_the_bits_of_one_process_and_say_which_of_them_judg
     assert "not judged: the scenario expects nothing" in ends["beta"][1]
 
 
+@pytest.mark.unmeasured
 def test_a_tenth_of_all_packets_lost_does_not_change_a_bit(hosts: Network) -> None:
     hosts.lose(percent=10)
     Formation(hosts, 100.0).assert_flown_with_the_bits_of_one_process()
@@ -103,6 +104,7 @@ def test_a_cut_cable_costs_the_host_behind_it_and_the_others_fly_on(hosts: Netwo
     assert bag.record.absent[step:, 2].all()
 
 
+@pytest.mark.unmeasured
 def test_a_cable_that_is_out_for_less_than_the_tolerated_silence_does_not_change_a_bit(
     hosts: Network,
 ) -> None:
@@ -115,6 +117,7 @@ def test_a_cable_that_is_out_for_less_than_the_tolerated_silence_does_not_change
     formation.assert_flown_with_the_bits_of_one_process()
 
 
+@pytest.mark.unmeasured
 def test_the_containers_of_the_compose_file_fly_as_they_are_told_to(tmp_path: Path) -> None:
     services = YAML(typ="safe").load(SCENARIOS.parent / "docker" / "compose.yaml")["services"]
     addresses = {name: service["networks"]["formation"]["ipv4_address"] for name, service in services.items()}

@@ -77,6 +77,7 @@ def test_losses_and_returns_in_the_same_step_keep_their_bits(group: int, tmp_pat
 
 
 @pytest.mark.usefixtures("busy_cores")
+@pytest.mark.unmeasured
 def test_the_state_hash_is_the_same_in_every_run_however_busy_the_machine(tmp_path: Path) -> None:
     scenario = triangle(*LOST_AND_BACK, BAD_LINKS)
     hashes = set()
