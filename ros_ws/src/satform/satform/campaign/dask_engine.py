@@ -95,7 +95,7 @@ class DaskEngine:
         """
         from distributed import wait as wait_for  # noqa: PLC0415 - an extra
 
-        with suppress(TimeoutError):
+        with suppress(TimeoutError), self._client.as_current():
             wait_for(list(self._futures), timeout=duration, return_when="FIRST_COMPLETED")
         if self._client.status not in {"running", "connecting"}:
             raise EngineError(f"the dask scheduler is gone ({self._client.status})")
