@@ -171,7 +171,7 @@ def test_rviz_shows_every_group_of_markers() -> None:
     scene = Scene(scene_plan(shipped(NAME)), 200, 10)
     for step in (0, 1):
         for index in range(3):
-            scene.moved(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))
+            scene.set_motion(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))
         markers = MarkerMessages(Stamps(0.5, 500_000_000), 1e-3, scene.extent).markers(scene.picture())
     displays = rviz()["Visualization Manager"]["Displays"]
     (formation,) = (entry for entry in displays if entry.get("Topic", {}).get("Value") == topic_table.MARKERS)

@@ -118,7 +118,7 @@ def test_a_picture_shows_satellites_where_the_flight_has_them(name: str) -> None
     shown = []
     for step in range(record.steps + 1):
         for index in range(len(record.satellites)):
-            scene.moved(index, step, record.position[step, index], record.velocity[step, index])
+            scene.set_motion(index, step, record.position[step, index], record.velocity[step, index])
         if scene.due:
             shown.append(scene.picture())
     assert [picture.step for picture in shown] == list(range(0, record.steps + 1, scene.interval))
@@ -140,8 +140,8 @@ def test_a_picture_shows_where_a_sensor_points() -> None:
     scene = Scene(scene_plan(scenario), 10, 10)
     step = record.steps
     for index in range(len(record.satellites)):
-        scene.moved(index, step, record.position[step, index], record.velocity[step, index])
-        scene.turned(index, step, record.mrp[step, index])
+        scene.set_motion(index, step, record.position[step, index], record.velocity[step, index])
+        scene.set_attitude(index, step, record.mrp[step, index])
     views = scene.picture().satellites
     names = [view.name for view in views]
     for index, view in enumerate(views):
@@ -158,7 +158,7 @@ def test_a_trail_forgets_what_is_long_ago() -> None:
     scene = Scene(scene_plan(shipped("triangle")), 200, 5)
     for step in range(12):
         for index in range(3):
-            scene.moved(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))
+            scene.set_motion(index, step, (float(step), 0.0, 0.0), (1.0, 0.0, 0.0))
         scene.picture()
     assert [pose.step for pose in scene.picture().satellites[1].trail] == [7, 8, 9, 10, 11]
 
@@ -171,20 +171,20 @@ def test_trails_of_very_many_satellites_are_short() -> None:
     scene = Scene(scene_plan(scenario), 200, 200)
     for step in range(FEWEST_TRAIL_POINTS + 5):
         for index in range(200):
-            scene.moved(index, step, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+            scene.set_motion(index, step, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
         picture = scene.picture()
     assert {len(view.trail) for view in picture.satellites} == {FEWEST_TRAIL_POINTS}
 
 
 def seen_once(scene: Scene, step: int) -> None:
     for index in range(len(scene.names)):
-        scene.moved(index, step, (1000.0 * index, 0.0, 0.0), (0.0, 1.0, 0.0))
-        scene.spoke(index, step * 0.5)
+        scene.set_motion(index, step, (1000.0 * index, 0.0, 0.0), (0.0, 1.0, 0.0))
+        scene.note_message(index, step * 0.5)
 
 
 def test_nothing_is_due_before_every_satellite_has_been_seen() -> None:
     scene = Scene(scene_plan(shipped("triangle")), 200, 10)
-    scene.moved(0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    scene.set_motion(0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     assert not scene.due
     assert [view.name for view in scene.picture().satellites] == ["sat1"]
     assert scene.picture().links == ()
@@ -205,7 +205,7 @@ def test_each_satellite_has_half_a_line_to_everyone_whom_it_hears() -> None:
 def test_who_is_lost_is_grey_and_whoever_hears_it_sees_red() -> None:
     scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     seen_once(scene, 4)
-    scene.decided([True, False, True], [0, 0, 1, 1, 2, 2], [1, 2, 0, 2, 0, 1])
+    scene.set_formation([True, False, True], [0, 0, 1, 1, 2, 2], [1, 2, 0, 2, 0, 1])
     picture = scene.picture()
     assert [view.colour == GREY for view in picture.satellites] == [False, True, False]
     colours = {(link.start[0], link.end[0]): link.colour for link in picture.links}
@@ -218,15 +218,15 @@ def test_who_is_lost_is_grey_and_whoever_hears_it_sees_red() -> None:
 def test_a_link_that_the_plant_takes_out_of_the_graph_is_gone() -> None:
     scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     seen_once(scene, 4)
-    scene.decided([True, True, True], [0, 1, 1, 2], [1, 0, 2, 1])
+    scene.set_formation([True, True, True], [0, 1, 1, 2], [1, 0, 2, 1])
     assert len(scene.picture().links) == 4
 
 
 def test_a_status_of_another_formation_changes_nothing() -> None:
     scene = Scene(scene_plan(shipped("triangle")), 200, 10)
     seen_once(scene, 4)
-    scene.decided([False, False], [], [])
-    scene.decided([True, True, False], [0, 3], [1, 0])
+    scene.set_formation([False, False], [], [])
+    scene.set_formation([True, True, False], [0, 3], [1, 0])
     assert len(scene.picture().links) == 6
     assert GREY not in [view.colour for view in scene.picture().satellites]
 
@@ -237,7 +237,7 @@ def test_a_speaker_turns_from_fresh_to_stale_as_it_stays_silent() -> None:
     amounts = []
     for step in (0, 2, 8, 14, 20, 500):
         for index in range(3):
-            scene.moved(index, step, (1000.0 * index, 0.0, 0.0), (0.0, 1.0, 0.0))
+            scene.set_motion(index, step, (1000.0 * index, 0.0, 0.0), (0.0, 1.0, 0.0))
         amounts.append(scene.picture().links[0].colour)
     assert amounts[0] == amounts[1] == FRESH
     assert amounts[4] == amounts[5] == pytest.approx(STALE)

@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform_bringup.deployment.domain import on_domain, own_domain
 from satform_nodes.plant import flight_loop as plant_node
-from satform_nodes.recorder import node as recorder_node
+from satform_nodes.recorder import flight_loop as recorder_node
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.satellite import single_node as satellite_node
 

@@ -46,10 +46,10 @@ def check(
 
 def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False) -> None:
     """Describe a scenario: graph, gains, modal roots, processes, topics, expectations."""
-    from satform_tools.describe import scenario as describe_scenario
+    from satform_tools.describe import scenario_text
     from satform_tools.run import scenario_library
 
-    describe_scenario.show(scenario_library.load(scenario, changes or ()), as_json=json)
+    scenario_text.show(scenario_library.load(scenario, changes or ()), as_json=json)
 
 
 def schema(

@@ -6,7 +6,7 @@ import scipy.special
 
 from satform_nodes.display import node as display_node
 from satform_nodes.plant import flight_loop as plant_node
-from satform_nodes.recorder import node as recorder_node
+from satform_nodes.recorder import flight_loop as recorder_node
 from satform_nodes.satellite import group_node
 from satform_nodes.satellite import single_node as satellite_node
 from satform_nodes.transport import topic_types

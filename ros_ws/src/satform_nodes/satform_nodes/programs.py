@@ -17,7 +17,7 @@ MODULES = {
     "plant_node": "satform_nodes.plant.flight_loop",
     "satellite_node": "satform_nodes.satellite.single_node",
     "group_node": "satform_nodes.satellite.group_node",
-    "recorder_node": "satform_nodes.recorder.node",
+    "recorder_node": "satform_nodes.recorder.flight_loop",
     "display_node": "satform_nodes.display.node",
 }
 """Module of each executable; its function `main` runs the node."""

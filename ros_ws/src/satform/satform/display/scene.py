@@ -148,19 +148,19 @@ class Scene:
             return False
         return self._last_picture is None or self.step >= self._last_picture + self.interval
 
-    def moved(self, index: int, step: int, position: Sequence[float], velocity: Sequence[float]) -> None:
+    def set_motion(self, index: int, step: int, position: Sequence[float], velocity: Sequence[float]) -> None:
         """A satellite was seen at a step: position in m and velocity in m/s, LVLH."""
         self._positions[index] = (step, np.array(position), np.array(velocity))
 
-    def turned(self, index: int, step: int, mrp: Sequence[float]) -> None:
+    def set_attitude(self, index: int, step: int, mrp: Sequence[float]) -> None:
         """A satellite's attitude was seen at a step: modified Rodrigues parameters, inertial to body."""
         self._turned[index] = (step * self._step_length, np.array(mrp))
 
-    def spoke(self, index: int, time: float) -> None:
+    def note_message(self, index: int, time: float) -> None:
         """A satellite announced what holds at a simulated time in s."""
         self._published[index] = time
 
-    def decided(self, alive: Sequence[bool], receivers: Sequence[int], senders: Sequence[int]) -> None:
+    def set_formation(self, alive: Sequence[bool], receivers: Sequence[int], senders: Sequence[int]) -> None:
         """Take membership and graph from a status of the plant; one that does not fit is left out."""
         count = len(self.names)
         if len(alive) != count:
@@ -179,10 +179,10 @@ class Scene:
         return Picture(self.step, tuple(self._views()), tuple(self._links()))
 
     def _orientation(self, index: int, velocity: Array) -> Array:
-        orbit, turned = self._attitude_orbits[index], self._turned.get(index)
-        if orbit is None or turned is None:
+        orbit, attitude = self._attitude_orbits[index], self._turned.get(index)
+        if orbit is None or attitude is None:
             return heading(velocity)
-        time, mrp = turned
+        time, mrp = attitude
         return attitude_in_lvlh(mrp, orbit, time)
 
     def _views(self) -> list[SatelliteView]:

@@ -164,7 +164,9 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
                 # One satellite with nothing of its own is like another.
                 continue
             inherits_all = inherits_all or not given
-            for field, sentence in self.satellite(index).equipment_faults(self.orbit.rate, self.timing.step):
+            for field, sentence in self.satellite(index).equipment_complaints(
+                self.orbit.rate, self.timing.step
+            ):
                 place = ("satellites", index, field) if field in given else ("satellite_defaults", field)
                 if (place, sentence) not in complaints:
                     complaints.append((place, sentence))
@@ -260,7 +262,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             found = spec.complaints(self.orbit.rate)
             if isinstance(spec.pointing, SatellitePointingSpec):
                 graph = graph or self._graph_or_none()
-                found += self._target_faults(index, spec.pointing.target, names, graph)
+                found += self._target_complaints(index, spec.pointing.target, names, graph)
             complaints += [(("satellites", index), f"attitude of {names[index]}: {fault}") for fault in found]
         return complaints
 
@@ -280,7 +282,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             ]
         return found
 
-    def _target_faults(self, index: int, target: str, names: list[str], graph: Graph | None) -> list[str]:
+    def _target_complaints(self, index: int, target: str, names: list[str], graph: Graph | None) -> list[str]:
         if target not in names:
             return [f"there is no satellite {target} to point at; there are {', '.join(sorted(names))}"]
         if self.consensus.announces != "arc_length":

@@ -166,7 +166,7 @@ class SatelliteFields(Spec):
     attitude: AttitudeSpec | None = None
     """Its attitude, wheels and pointing; when left out the satellite is a point."""
 
-    def equipment_faults(self, mean_motion: float, step: float) -> list[tuple[str, str]]:
+    def equipment_complaints(self, mean_motion: float, step: float) -> list[tuple[str, str]]:
         """What thruster, sensor and filter cannot do in this setting.
 
         Args:

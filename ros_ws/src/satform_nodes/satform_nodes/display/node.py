@@ -94,8 +94,8 @@ class DisplayNode:
             )
         for index, name in enumerate(self.scene.names):
             spec = plan.topics.satellites[index]
-            moved = "truth" if spec.sensor else "state"
-            self._subscribe_newest(executor, moved, name, self._on_state(index), _MOTION)
+            motion = "truth" if spec.sensor else "state"
+            self._subscribe_newest(executor, motion, name, self._on_state(index), _MOTION)
             if spec.attitude:
                 self._subscribe_newest(executor, "attitude", name, self._on_attitude(index), _MRP)
             # Decoded last: it is then at least as new as what it is compared with.
@@ -199,27 +199,27 @@ class DisplayNode:
             self._readers[reader](data)
 
     def _on_state(self, index: int) -> Callable[[int, int, int, list[float]], None]:
-        def moved(seconds: int, nanoseconds: int, _step: int, numbers: list[float]) -> None:
+        def update(seconds: int, nanoseconds: int, _step: int, numbers: list[float]) -> None:
             # A delayed measurement has the time at which it was taken.
-            self.scene.moved(index, self._stamps.step(seconds, nanoseconds), numbers[:3], numbers[3:])
+            self.scene.set_motion(index, self._stamps.step(seconds, nanoseconds), numbers[:3], numbers[3:])
 
-        return moved
+        return update
 
     def _on_attitude(self, index: int) -> Callable[[int, int, int, list[float]], None]:
-        def turned(_seconds: int, _nanoseconds: int, step: int, numbers: list[float]) -> None:
-            self.scene.turned(index, step, numbers)
+        def update(_seconds: int, _nanoseconds: int, step: int, numbers: list[float]) -> None:
+            self.scene.set_attitude(index, step, numbers)
 
-        return turned
+        return update
 
     def _on_announcement(self, index: int) -> Callable[[int, int, int, list[float]], None]:
-        def spoke(seconds: int, nanoseconds: int, _step: int, _numbers: list[float]) -> None:
-            self.scene.spoke(index, self._stamps.time(seconds, nanoseconds))
+        def update(seconds: int, nanoseconds: int, _step: int, _numbers: list[float]) -> None:
+            self.scene.note_message(index, self._stamps.time(seconds, nanoseconds))
 
-        return spoke
+        return update
 
     def _on_status(self, status: FormationStatus) -> None:
         self.received_anything = True
-        self.scene.decided(status.alive, status.edge_receivers, status.edge_senders)
+        self.scene.set_formation(status.alive, status.edge_receivers, status.edge_senders)
         if status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             self.ended = status
 

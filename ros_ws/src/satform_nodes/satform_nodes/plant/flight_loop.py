@@ -51,7 +51,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         timing = {
             **kept.data(),
             "processor": processor_seconds(),
-            **plant.subscriptions.promptness.data(plant.names),
+            **plant.subscriptions.command_monitor.data(plant.names),
         }
     _fly_on(plant, executor, stop)
     if plant.early_end:

@@ -284,7 +284,7 @@ class PlantNode:
         """Take steps again; the number of the first one."""
         self._paused = False
         self._single_steps = 0
-        self.subscriptions.promptness.begin()
+        self.subscriptions.command_monitor.begin()
         self.publish_status(FormationStatus.FLYING, "resumed")
         step = self.plant.step
         self._publish_due_states()
@@ -353,15 +353,17 @@ class PlantNode:
     def check_rejoin_timeout(self) -> None:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
         if self.membership.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
-            silent = self.missing()
-            self.aborted = (silent, f"{listed(silent)} has not come back within {self.start_timeout:g} s")
+            missing = self.missing()
+            self.aborted = (missing, f"{listed(missing)} has not come back within {self.start_timeout:g} s")
 
     def tick(self) -> None:
         """Take the next step with the commands that there are; one that is too old is none any more."""
         timeout = self.plan.timing.node_timeout
-        for index in self.subscriptions.promptness.judge(self.membership.flying, self.plant.step, timeout):
+        for index in self.subscriptions.command_monitor.count_missing(
+            self.membership.flying, self.plant.step, timeout
+        ):
             self._lose(index, f"no answer within {timeout:g} s from {self.names[index]}")
-        for index in self.subscriptions.promptness.expired(
+        for index in self.subscriptions.command_monitor.expired(
             self.membership.flying, self.plant.step, self._held_steps
         ):
             self.subscriptions.commands[index] = 0.0

@@ -16,7 +16,7 @@ from satform.communication import topic_table
 from satform.communication.topic_table import RECORDER, Channel, topic_name
 from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.manager import Change, MembershipManager
-from satform_nodes.runtime.realtime_loop import Promptness
+from satform_nodes.runtime.realtime_loop import CommandMonitor
 from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
@@ -45,7 +45,7 @@ class PlantSubscriptions:
     Attributes:
         commands: acceleration and wheel torque of each satellite, m/s^2 and N m, shape (N, 6).
         violations: violations of limits that satellites reported for the present step, by their indices.
-        promptness: delays and misses of commands on the wall clock.
+        command_monitor: delays and misses of commands on the wall clock.
         recorded_step: last step that is in the bag.
     """
 
@@ -78,7 +78,7 @@ class PlantSubscriptions:
         names = membership.names
         self.commands = np.zeros((len(names), 6))
         self.violations: dict[int, Violation] = {}
-        self.promptness = Promptness(len(names))
+        self.command_monitor = CommandMonitor(len(names))
         self.recorded_step = 0
         self._node = node
         self._executor = executor
@@ -125,7 +125,7 @@ class PlantSubscriptions:
 
     def begin(self) -> None:
         """Start the flight: from now on commands are waited for."""
-        self.promptness.begin()
+        self.command_monitor.begin()
         if len(self._subscriptions) >= MANY_SUBSCRIPTIONS and not self._clocked:
             self._executor.await_in_turn(self._next_awaited)
 
@@ -193,7 +193,7 @@ class PlantSubscriptions:
             if self._membership.formation.lost_at.get(event.satellite) != self._membership.step:
                 # A command from before the loss is not its final command after the rejoin.
                 self._last_commands.pop(event.satellite, None)
-            self.promptness.restart_timeout(event.satellite)
+            self.command_monitor.restart_timeout(event.satellite)
 
     def unresponsive(self, names: Iterable[str], timeout: float) -> list[str]:
         """Those of some nodes that have not even retransmitted.
@@ -221,7 +221,7 @@ class PlantSubscriptions:
         if not membership.formation.alive[index]:
             return
         step = membership.step
-        first = self.promptness.first_due(index) if self._clocked else step
+        first = self.command_monitor.first_due(index) if self._clocked else step
         numbers = self._validators[index].validate(data, first, step)
         if numbers is None or index in membership.commanded or membership.open:
             return
@@ -231,7 +231,7 @@ class PlantSubscriptions:
             )
             return
         if self._clocked:
-            self.promptness.note(index, int(numbers[2]), step)
+            self.command_monitor.note(index, int(numbers[2]), step)
         if numbers[_VIOLATION]:
             self.violations[index] = Violation(int(numbers[_VIOLATION]), float(numbers[_VALUE]))
         self.commands[index] = numbers[_ACCELERATION_AND_TORQUE]

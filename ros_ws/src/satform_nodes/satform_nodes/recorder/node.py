@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Node of the recorder: writes every message of every step to a bag as it arrives."""
 
-import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from importlib.metadata import version
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +13,16 @@ from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, RecorderProgress
 
 from satform.bag.absence_log import Absences
-from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
+from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.communication import topic_table
 from satform.communication.topic_table import PLANT, RECORDER, Channel, channels, relative, subscribed_by
-from satform.files.durable_file import reason_text
 from satform.flight.compile import compile_scenario
-from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, plant_timeout, run, scenario_of
-from satform_nodes.runtime.parameters import declare_rate, declare_start
-from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
@@ -54,12 +47,6 @@ _CLOCK_BYTES = 12
 
 _REPORT_EVERY = 128
 """Steps between two progress messages to the plant."""
-
-_LATE = 2.0
-"""Wall-clock time without a message after which those that are missing at the end count as lost, s."""
-
-_LAST_MESSAGES = 0.1
-"""Wall-clock time after the end of the flight in which messages are still recorded, s."""
 
 
 @dataclass
@@ -173,7 +160,7 @@ class RecorderNode:
         """Last step of which everything is in the bag; -1 before the first."""
         return min(channel.latest for channel in self._expected())
 
-    def lags(self) -> bool:
+    def lacks_messages(self) -> bool:
         """Whether messages are missing of the steps that were complete when the flight ended."""
         ended = self.ended
         return ended is not None and any(
@@ -185,7 +172,7 @@ class RecorderNode:
         """Whether every message of the whole flight is in the bag."""
         return all(channel.latest >= channel.last for channel in self._expected())
 
-    def judge_gaps(self) -> None:
+    def count_gaps(self) -> None:
         """Count as missed what is absent though its satellite was not."""
         for channel in self._channels:
             for first, last in channel.gaps:
@@ -374,71 +361,3 @@ class RecorderNode:
         self._progress_publisher.publish(
             _RECORDER_PROGRESS.pack(seconds, nanoseconds, reached, self.bag.messages)
         )
-
-
-def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
-    """Record from the first step to the end of the flight, and close the bag."""
-    declare_start(node, "scenario")
-    folder = declare_start(node, "bag")
-    clocked = declare_rate(node) > 0.0
-    scenario = scenario_of(node)
-    if not folder:
-        raise NodeError(
-            "recorder needs the parameter bag: the folder of the bag to be written", EXIT_BAD_INPUT
-        )
-    recorder = RecorderNode(node, executor, scenario, Path(folder), report, clocked)
-    try:
-        _record(recorder, executor, stop, scenario)
-    except OSError as error:
-        step = max(0, recorder.recorded_step)
-        reason = reason_text(error, Path(folder))
-        sentence = f"{folder}: the bag cannot be written after step {step}: {reason}"
-        raise NodeError(sentence, EXIT_LOST) from None
-    finally:
-        end = None if recorder.ended is None else EarlyEnd.of_message(recorder.ended, scenario.timing.step)
-        if recorder.ended is not None and recorder.ended.phase == FormationStatus.ABORTED:
-            recorder.report.send("aborted", reason=recorder.ended.reason)
-        if end is not None:
-            # On a host without the plant no other process can report it.
-            recorder.report.send("end_received", end=end.data())
-        recorder.report.send(
-            "recorded",
-            messages=recorder.bag.messages,
-            complete=recorder.complete,
-            missed=recorder.missed[:20],
-        )
-        node.get_logger().info(recorder.summary())
-    return exit_code_of(stop, recorder.ended)
-
-
-def _record(recorder: RecorderNode, executor: StepExecutor, stop: StopRequest, scenario: Scenario) -> None:
-    """Write until the flight is over or a stop is asked for; the bag is closed in any case."""
-    first = discovery_timeout(len(scenario.satellites))
-    longest = max(first, plant_timeout(scenario.node_timeout))
-    try:
-        if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, first):
-            raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)
-        recorder.publish_ready()
-        recorder.report.send("ready", node="recorder")
-        recorder.node.get_logger().info(f"recording into {recorder.folder}")
-        over = executor.spin_polling(lambda: recorder.ended is None and not stop.asked, longest, stop.pause)
-        if not over:
-            sentence = f"nothing to record for {longest:g} s: no message from the plant"
-            recorder.report.send("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
-            raise NodeError(sentence, EXIT_LOST)
-        # Messages of the last steps may still arrive, or be retransmitted.
-        executor.spin_while(lambda: recorder.lags() and not stop.asked, _LATE)
-        # So may messages of topics that are polled in the background.
-        executor.spin_until(lambda: stop.asked, _LAST_MESSAGES)
-    finally:
-        recorder.judge_gaps()
-        recorder.bag.close()
-
-
-def main(arguments: Sequence[str] | None = None, pipe: Connection | None = None) -> int:
-    """Record a flight; entry point of the executable `recorder_node`."""
-    return run("recorder", fly, arguments, SupervisorPipe(pipe))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

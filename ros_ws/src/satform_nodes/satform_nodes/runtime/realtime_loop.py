@@ -64,7 +64,7 @@ class Punctuality:
         }
 
 
-class Promptness:
+class CommandMonitor:
     """Delays and misses of the satellites' commands.
 
     Attributes:
@@ -111,7 +111,7 @@ class Promptness:
         self._commanded[satellite] = step
         self.late[satellite] += step < now
 
-    def judge(self, satellites: Iterable[int], step: int, tolerated: float) -> list[int]:
+    def count_missing(self, satellites: Iterable[int], step: int, tolerated: float) -> list[int]:
         """Count the commands that are missing as a step is taken.
 
         Args:
@@ -122,12 +122,12 @@ class Promptness:
         Returns:
             Indices of the satellites that have timed out.
         """
-        now, silent = self._clock(), []
+        now, timed_out = self._clock(), []
         for satellite in satellites:
             self.misses[satellite] += self._commanded[satellite] < step
             if now - self._received_at[satellite] > tolerated:
-                silent.append(satellite)
-        return silent
+                timed_out.append(satellite)
+        return timed_out
 
     def expired(self, satellites: Iterable[int], step: int, held: int) -> list[int]:
         """Count and return those whose newest command is too old to be held on.

@@ -29,6 +29,7 @@ from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.realtime_loop import processor_seconds
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
+from satform_nodes.satellite.duplicate_check import DuplicateCheck
 from satform_nodes.satellite.neighbour_messages import Message, NeighbourMessages
 from satform_nodes.satellite.parameters import SatelliteParameters
 from satform_nodes.satellite.publishers import SatellitePublishers
@@ -38,9 +39,6 @@ from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_validator import MessageValidator, deserialize_or_reject
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import Stamps
-
-_DUPLICATE_STEPS = 3
-"""Steps that have to be taken without this process until another one flies its satellite for sure."""
 
 _ANY_STEP = 2**63
 """A step beyond every flight."""
@@ -113,10 +111,7 @@ class SatelliteNode:
         self._settings = settings
         self.clocked = settings.rate > 0.0
         self._skipped = 0
-        # First step that was taken without this process though its satellite flies, and when that was seen.
-        self._duplicate: tuple[int, float] | None = None
-        # Wall-clock time at which this satellite reported to the plant that it is ready.
-        self._ready_at = float("inf")
+        self._duplicate = DuplicateCheck(name, plan.timing, settings.rate)
         self._names = names
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._planned = plan.membership.events
@@ -151,7 +146,7 @@ class SatelliteNode:
 
     def publish_ready(self) -> None:
         """Publish that this satellite is ready, and the checkpoint from which it would continue."""
-        self._ready_at = min(self._ready_at, time.monotonic())
+        self._duplicate.note_ready()
         self.publishers.publish_ready(self.step, self.memory.step)
 
     def wait_for_acknowledgement(self) -> None:
@@ -232,7 +227,8 @@ class SatelliteNode:
         returned = self.view.returns.get(self.index)
         if returned is None:
             # On the wall clock the first states may have been skipped.
-            if step != 0 and not (self.clocked and self._takes_part_from_the_start(step)):
+            may_be_late = self.clocked and bool(self.view.formation.alive[self.index])
+            if step != 0 and not (may_be_late and self._duplicate.may_have_begun_here(step)):
                 return False
             self.satellite.join(step, skipped=True)
         else:
@@ -247,16 +243,6 @@ class SatelliteNode:
             # If it was lost in this step, the message that it had published before stays.
             self.publishers.publish_next(step, self.publishers.message(self.satellite.announce(), step))
         return True
-
-    def _takes_part_from_the_start(self, step: int) -> bool:
-        """Whether a flight on the wall clock that has come to a step can have begun with this process.
-
-        It begins when all are ready, and no step comes early: a flight that has taken more steps than fit
-        into the time since this process was ready has begun without it.
-        """
-        since = time.monotonic() - self._ready_at
-        flown = step * self.plan.timing.step / self._settings.rate
-        return self._duplicate is None and bool(self.view.formation.alive[self.index]) and flown <= since
 
     def _on_own_loss(self) -> None:
         """React to the loss of this satellite: end the process, or reset it if it shares one."""
@@ -354,7 +340,7 @@ class SatelliteNode:
             self._state = None
             return
         if not self.flying and not self.join(step):
-            self._require_lost(step)
+            self._duplicate.require_lost(step, alive=bool(self.view.formation.alive[self.index]))
             return
         if self.clocked:
             self._act_on_the_clock(step, state)
@@ -368,30 +354,6 @@ class SatelliteNode:
         if self.turns and (self._attitude is None or self._attitude[2] != step):
             return
         self._act(step, state, messages, senders)
-
-    def _require_lost(self, step: int) -> None:
-        """End this process if another one flies this satellite: steps are taken, and it is not lost.
-
-        In lockstep the plant takes a step only with the command of each satellite that flies; on the wall
-        clock one that does not command is lost after a while.
-
-        Args:
-            step: whose state has come, in which this process does not take part.
-
-        Raises:
-            NodeError: the satellite is not lost.
-        """
-        if not self.view.formation.alive[self.index] or step == 0:
-            self._duplicate = None
-            return
-        self._duplicate = first, since = self._duplicate or (step, time.monotonic())
-        timeout = 2.0 * self.plan.timing.node_timeout if self.clocked else 0.0
-        if step >= first + _DUPLICATE_STEPS and time.monotonic() - since >= timeout:
-            raise NodeError(
-                f"{self.name} is not lost: another process flies it, at step {step}; only a lost satellite "
-                "can rejoin",
-                EXIT_BAD_INPUT,
-            )
 
     def _act_on_the_clock(self, step: int, state: tuple[Any, ...]) -> None:
         """Compute the step with the newest messages, of this step or older."""

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Discovery barrier: whether the endpoints of all required nodes are matched, by node name.
 
-The nodes wait for it: `plant.flight_loop`, `satellite.flight_loop` and `recorder.node`.
+The nodes wait for it: `plant.flight_loop`, `satellite.flight_loop` and `recorder.flight_loop`.
 """
 
 from collections import Counter

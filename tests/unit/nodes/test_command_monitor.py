@@ -5,7 +5,7 @@
 import pytest
 
 from satform.flight.command_timeout import held_steps
-from satform_nodes.runtime.realtime_loop import Promptness
+from satform_nodes.runtime.realtime_loop import CommandMonitor
 
 
 class Clock:
@@ -18,11 +18,11 @@ class Clock:
 
 
 def test_a_command_for_the_step_is_neither_missed_nor_late() -> None:
-    kept = Promptness(2)
+    kept = CommandMonitor(2)
     for step in range(3):
         kept.note(0, step, step)
         kept.note(1, step, step)
-        assert kept.judge([0, 1], step, 1e9) == []
+        assert kept.count_missing([0, 1], step, 1e9) == []
     assert kept.data(["sat1", "sat2"]) == {
         "misses": {"sat1": 0, "sat2": 0},
         "late": {"sat1": 0, "sat2": 0},
@@ -31,34 +31,34 @@ def test_a_command_for_the_step_is_neither_missed_nor_late() -> None:
 
 
 def test_a_command_that_comes_after_its_step_was_taken_is_missed_first_and_then_late() -> None:
-    kept = Promptness(2)
+    kept = CommandMonitor(2)
     kept.note(0, 0, 0)
-    kept.judge([0, 1], 0, 1e9)
+    kept.count_missing([0, 1], 0, 1e9)
     kept.note(1, 0, 1)
     assert (kept.misses, kept.late) == ([0, 1], [0, 1])
     assert (kept.first_due(0), kept.first_due(1)) == (1, 1)
 
 
 def test_those_who_do_not_fly_miss_nothing() -> None:
-    kept = Promptness(2)
-    kept.judge([1], 0, 1e9)
+    kept = CommandMonitor(2)
+    kept.count_missing([1], 0, 1e9)
     assert kept.misses == [0, 1]
 
 
 def test_silence_counts_from_the_last_command_and_anew_when_the_flight_goes_on() -> None:
     clock = Clock()
-    kept = Promptness(2, clock)
+    kept = CommandMonitor(2, clock)
     kept.begin()
     clock.now += 2.0
     kept.note(0, 0, 0)
     clock.now += 2.0
-    assert kept.judge([0, 1], 1, 3.0) == [1]
+    assert kept.count_missing([0, 1], 1, 3.0) == [1]
     kept.begin()
     clock.now += 2.5
-    assert kept.judge([0, 1], 1, 3.0) == []
+    assert kept.count_missing([0, 1], 1, 3.0) == []
     kept.restart_timeout(1)
     clock.now += 1.0
-    assert kept.judge([0, 1], 1, 3.0) == [0]
+    assert kept.count_missing([0, 1], 1, 3.0) == [0]
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_a_command_is_held_for_a_time_of_flight_and_for_a_step_at_least(
 
 def test_a_command_that_is_too_old_times_out_by_steps_whatever_the_wall_clock_says() -> None:
     clock = Clock()
-    kept = Promptness(2, clock)
+    kept = CommandMonitor(2, clock)
     kept.begin()
     for satellite in range(2):
         kept.note(satellite, 4, 4)
