@@ -61,6 +61,13 @@ def by_definition(graph):
     return r, tuple(largest[value] for value in range(1, r + 1))
 
 
+def random_graph(count, density, directed, seed):
+    generator = np.random.default_rng(seed)
+    adjacency = (generator.random((count, count)) < density).astype(float)
+    np.fill_diagonal(adjacency, 0.0)
+    return Graph(adjacency if directed else np.maximum(adjacency, adjacency.T))
+
+
 @pytest.mark.parametrize("count", range(2, 13))
 def test_a_complete_graph_is_robust_to_half_its_size_rounded_up(count):
     found = robustness(CompleteSpec().build(count))
@@ -72,10 +79,7 @@ def test_a_complete_graph_is_robust_to_half_its_size_rounded_up(count):
 @settings(max_examples=80, deadline=None, derandomize=True)
 @given(st.integers(2, 6), st.floats(0.1, 0.95), st.booleans(), st.integers(0, 2**32))
 def test_robustness_is_that_of_the_definition_looked_up_pair_by_pair(count, density, directed, seed):
-    generator = np.random.default_rng(seed)
-    adjacency = (generator.random((count, count)) < density).astype(float)
-    np.fill_diagonal(adjacency, 0.0)
-    graph = Graph(adjacency if directed else np.maximum(adjacency, adjacency.T))
+    graph = random_graph(count, density, directed, seed)
     found = robustness(graph)
     assert (found.r, found.s) == by_definition(graph)
 
@@ -83,10 +87,7 @@ def test_robustness_is_that_of_the_definition_looked_up_pair_by_pair(count, dens
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.integers(3, 10), st.floats(0.1, 0.95), st.booleans(), st.integers(0, 2**32))
 def test_every_graph_obeys_the_general_facts_of_robustness(count, density, directed, seed):
-    generator = np.random.default_rng(seed)
-    adjacency = (generator.random((count, count)) < density).astype(float)
-    np.fill_diagonal(adjacency, 0.0)
-    graph = Graph(adjacency if directed else np.maximum(adjacency, adjacency.T))
+    graph = random_graph(count, density, directed, seed)
     found = robustness(graph)
     assert lower_bound(graph) <= found.r <= math.ceil(count / 2)
     assert (found.r >= 1) == graph.connected()
