@@ -3,10 +3,13 @@
 """A flight against what its scenario expects of it."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
+from satform.evaluation.flight_figures import FlightFigures
 from satform.evaluation.sampled_loops import sampled_loops
+from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
+from satform.record.reducer import FlightShape
 from satform.scenario import Scenario
 from satform.scenario.expectation import Expectation, Loops, Verdict
 
@@ -36,9 +39,31 @@ def judge(
         loops: gives the scenario's sampled loops; what is expected of them is missed when left out.
     """
     flown = math.inf if record.early_end is None else record.steps * record.step * (1 + _TIME_SLACK)
-    return [
-        expectation.judge(record, loops)
+    expected = tuple(expectations)
+    held = [
+        index
+        for index, expectation in enumerate(expected)
         if expectation.ends(math.inf) + (record.step if expectation.of_steps else 0.0) <= flown
-        else expectation.verdict(math.nan)
-        for expectation in expectations
     ]
+    found = figures_of([expected[index] for index in held], record, loops)
+    figures = dict(zip(held, found, strict=True))
+    return [expectation.verdict(figures.get(index, math.nan)) for index, expectation in enumerate(expected)]
+
+
+def figures_of(expectations: Sequence[Expectation], record: FlightRecord, loops: Loops | None) -> list[float]:
+    """The figures of expectations, each quantity that several of them need derived once.
+
+    Args:
+        expectations: whose figures are meant.
+        record: of the flight.
+        loops: gives the scenario's sampled loops; None where they are not known.
+
+    Returns:
+        One for each, NaN for what the record does not hold.
+    """
+    figures = FlightFigures(expectations, FlightShape.of(record))
+    figures.update(FlightBlock.of(record))
+    found: list[float] = figures.figures()[:, 0].tolist()
+    for index in (*figures.whole_records, *figures.of_loops):
+        found[index] = expectations[index].figure(record, loops)
+    return found

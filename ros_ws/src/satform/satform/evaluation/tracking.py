@@ -222,8 +222,7 @@ class _SumOfEffort(LargestSum):
         self._ends = StepEnds(self.needs)
 
     def update(self, block: FlightBlock) -> None:
-        ended = self._ends.take(block)
-        if ended is not None:
+        for ended in self._ends.take(block):
             super().update(ended)
 
 

@@ -57,7 +57,10 @@ def effort(delta_v: Array, applied_acceleration: Array, step: float) -> Array:
         m/s, shape (K, ...).
     """
     counted = np.diff(delta_v, axis=0)
-    return np.where(np.isnan(counted), step * norm(applied_acceleration), counted)
+    uncounted = np.isnan(counted)
+    if not uncounted.any():
+        return counted
+    return np.where(uncounted, step * norm(applied_acceleration), counted)
 
 
 def navigation_error(measured_position: Array, position: Array) -> Array:
@@ -107,8 +110,9 @@ def absent(reference_position: Array, acceleration: Array) -> NDArray[np.bool_]:
     """
     without: NDArray[np.bool_] = np.isnan(reference_position[..., 0])
     if without.any():
-        idle = (acceleration == 0.0).all(axis=-1)
-        without = np.isnan(reference_position).all(axis=-1) & idle
+        for axis in range(3):
+            without &= np.isnan(reference_position[..., axis])
+            without &= acceleration[..., axis] == 0.0
     return without
 
 

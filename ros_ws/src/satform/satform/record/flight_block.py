@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Some consecutive steps of one flight or of several flown side by side, from which figures are made."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -139,7 +139,7 @@ class StepEnds:
     """Turns the blocks of a flight into blocks that hold the state after each of their steps.
 
     The last step of each block but the last is held back until the next one begins. Memory: one row of the
-    quantities that are asked for.
+    quantities that are asked for; all other rows are views.
     """
 
     def __init__(self, quantities: Iterable[str]) -> None:
@@ -151,25 +151,27 @@ class StepEnds:
         self._names = tuple(sorted(quantities))
         self._held: dict[str, Array] = {}
 
-    def take(self, block: FlightBlock) -> FlightBlock | None:
-        """The steps whose ends are known now; None where there are none.
+    def take(self, block: FlightBlock) -> Iterator[FlightBlock]:
+        """The steps whose ends are known now: the one that was held back, and those of the block.
 
         Args:
             block: the next one of the flight.
         """
-        if block.last and not block.first_step:
-            return block
-        held = self._held
         rows = {name: getattr(block, name) for name in self._names}
+        if self._held:
+            both = {
+                name: np.concatenate((held, rows[name][:1])) if name in STATES else held
+                for name, held in self._held.items()
+            }
+            yield replace(block, first_step=block.first_step - 1, steps=1, last=False, quantities=both)
+        if block.last:
+            yield block
+            return
         self._held = {name: values[-1:].copy() for name, values in rows.items()}
-        before = 1 if held else 0
-        steps = before + block.steps - (not block.last)
-        if not steps:
-            return None
-        whole = {name: np.concatenate((held[name], own)) if held else own for name, own in rows.items()}
-        kept = {name: values if name in STATES else values[:steps] for name, values in whole.items()}
-        first = block.first_step - before
-        return FlightBlock(block.satellites, block.step, first, steps, block.runs, block.last, kept)
+        steps = block.steps - 1
+        if steps:
+            known = {name: own if name in STATES else own[:steps] for name, own in rows.items()}
+            yield replace(block, steps=steps, last=False, quantities=known)
 
 
 def base_quantities(names: Iterable[str]) -> frozenset[str]:
