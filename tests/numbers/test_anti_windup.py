@@ -191,7 +191,7 @@ def test_check_warns_of_commands_beyond_the_thrust_at_the_start_and_of_laws_that
     found = warned(f"{{name: a, {limited}, controller: {{kind: lqr}}}}")
     assert len(found) == 1
     assert found[0].startswith(
-        "satellite a: its first command is 1.05 m/s^2, 20.9 times what its thrusters give"
+        "satellite a: its first command is 1.05 m/s^2, 20.9 times what its thrusters can apply"
     )
     assert warned("{name: a, controller: {kind: lqr}}") == []
     unguarded = "controller: {kind: observer, law: {kind: lqi, anti_windup: none}}"

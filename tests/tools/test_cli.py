@@ -65,7 +65,7 @@ def test_a_shorter_run_is_judged_by_what_lies_within_it_and_says_what_does_not(
     # The distance first reaches its reference at 391 s and comes within 5 % at 344 s; the rest is later.
     assert cli.main([*words, "--set", "timing.duration=400.0"]) == 0
     captured = capsys.readouterr()
-    assert captured.err.count("6 expectations lie beyond the shorter flight and are not judged\n") == 1
+    assert captured.err.count("6 expectations need a longer flight and are omitted\n") == 1
     assert "As expected: 2 of 2 met; 6 expectations need a longer flight: not judged." in captured.out
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert result["judged"]
@@ -143,7 +143,7 @@ def test_a_run_never_touches_what_is_there_already(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--mode", "inprocess", "--restart"], "--restart is for processes that are lost"),
+        (["--mode", "inprocess", "--restart"], "--restart needs several processes"),
         (
             ["--mode", "inprocess", "--satellites-per-process", "2"],
             "--satellites-per-process is for several processes",
@@ -156,7 +156,7 @@ def test_a_run_never_touches_what_is_there_already(
             ["--mode", "inprocess", "--continue-without-recorder"],
             "--continue-without-recorder is for a recorder",
         ),
-        (["--mode", "inprocess", "--rate", "10"], "--rate is for --mode realtime"),
+        (["--mode", "inprocess", "--rate", "10"], "--rate needs --mode realtime"),
         (["--rate", "1"], "--mode lockstep has no wall clock"),
         (["--mode", "realtime", "--profile"], "--profile is for lockstep"),
         (["--display", "--secure", "keys"], "--display and --secure exclude each other"),
@@ -349,7 +349,7 @@ def test_without_a_record_a_flight_to_the_end_is_flown_but_not_judged(
     fly_like(monkeypatch)
     assert run_lockstep(tmp_path / "run") == 0
     printed = capsys.readouterr().out
-    assert "nothing is judged" in printed
+    assert "no expectation is evaluated" in printed
     assert (
         "DDS and waiting 50 % (50000 us), plant 20 % (20000 us), slowest satellite 30 % (30000 us)" in printed
     )
@@ -373,7 +373,7 @@ def test_a_flight_in_process_that_was_stopped_keeps_what_was_flown(
     code = run_in_process(folder, *SHORT)
     signal.signal(signal.SIGHUP, before)
     assert code == EXIT_STOPPED == 130
-    assert "Stopped at step 7 of 20: nothing is judged." in capsys.readouterr().out
+    assert "Stopped at step 7 of 20: no expectation is evaluated." in capsys.readouterr().out
     result = json.loads((folder / "result.json").read_text())
     assert result["reason"] == f"stopped by {number.name}"
     assert (result["stopped"], result["steps"], result["exit_code"]) == (True, 7, 130)

@@ -42,7 +42,7 @@ def main(arguments: Sequence[str]) -> int:
         print(f"satform: {error}", file=sys.stderr)
         return SETUP_FAILED
     except KeyboardInterrupt:
-        print("\nsatform: interrupted; the next use starts again what was not finished", file=sys.stderr)
+        print("\nsatform: interrupted; the next command repeats what was not finished", file=sys.stderr)
         return INTERRUPTED
     except OSError as error:
         print(f"satform: {os_error_text(error)}", file=sys.stderr)
@@ -169,13 +169,13 @@ def _require_own_folder(layout: Layout) -> None:
     """
     if not read_stamp(layout.venv_stamp) or os.access(layout.root, os.W_OK):
         return
-    why = "it does not fit the sources any more"
+    why = "it does not match the sources any more"
     if not os.access(layout.python, os.X_OK):
         why = f"this user may not run its Python, {os.path.realpath(layout.python)}"
     raise SetupError(
         f"the environment of {layout.root} is another user's, and {why}; have its owner run "
-        f"{layout.launcher} setup --clean, with a Python that all users may run first on the PATH, or take a "
-        "copy of the project of your own"
+        f"{layout.launcher} setup --clean, with a Python that all users may run first on the PATH, or make a "
+        "copy of the project"
     )
 
 

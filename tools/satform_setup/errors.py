@@ -25,7 +25,7 @@ _PIP_ERRORS = (
     ),
     (
         r"ProxyError|Cannot connect to proxy|Tunnel connection failed",
-        "the proxy refuses; check the variable https_proxy and",
+        "the proxy rejects the connection; check the variable https_proxy and",
     ),
     (
         r"NewConnectionError|NameResolutionError|Temporary failure in name resolution"
@@ -35,7 +35,7 @@ _PIP_ERRORS = (
     ),
     (
         r"IncompleteRead|ProtocolError|DO NOT MATCH THE HASHES|BadZipFile",
-        "a download broke off;",
+        "a download was interrupted;",
     ),
     (
         r"Permission denied|Errno 13",
@@ -72,7 +72,7 @@ def os_error_text(error: OSError) -> str:
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
         return f"{_DISK_FULL} run the same command again"
     where = f" ({error.filename})" if error.filename else ""
-    return f"{error.strerror or error}{where}; mend that and run the same command again"
+    return f"{error.strerror or error}{where}; correct this and run the same command again"
 
 
 def last_lines(path: Path, count: int) -> str:

@@ -35,13 +35,13 @@ def find_ros(environment: Mapping[str, str]) -> str:
     if distribution != "jazzy":
         raise SetupError(
             f"this shell has sourced ROS 2 {distribution} and satform needs Jazzy; open a shell that sources "
-            "no ROS (satform then brings its own), or run: source /opt/ros/jazzy/setup.bash"
+            "no ROS (satform then installs its own), or run: source /opt/ros/jazzy/setup.bash"
         )
     prefixes = environment.get("AMENT_PREFIX_PATH", "")
     if not prefixes:
         raise SetupError(
             "ROS_DISTRO is jazzy but AMENT_PREFIX_PATH is empty; run: source /opt/ros/jazzy/setup.bash "
-            "(or, to use the ROS that satform brings: unset ROS_DISTRO)"
+            "(or, to use the ROS that satform installs: unset ROS_DISTRO)"
         )
     return prefixes
 

@@ -56,9 +56,7 @@ def rebuild_reason(stamp: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     changed = [name for name in wanted if stamp.get(name) != wanted[name]]
     if not stamp or not changed:
         return "making the environment of this folder"
-    return (
-        f"making a new environment, since the old one was made with another {' and another '.join(changed)}"
-    )
+    return f"making a new environment, since the old one was made for another {' and another '.join(changed)}"
 
 
 def make_venv(job: Job) -> None:

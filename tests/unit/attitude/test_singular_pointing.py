@@ -212,7 +212,7 @@ def test_check_says_that_a_line_of_sight_comes_near_the_sun_or_to_nothing() -> N
     (away,) = pointing_warnings(pair([0.0, 1.0, -100.0]))
     assert "0.573 deg from the direction away from the sun" in away
     (nowhere,) = pointing_warnings(pair([0.0, 0.1, 0.0]))
-    assert "0.1 m from b, at which it points" in nowhere
+    assert "0.1 m from that of its target b" in nowhere
     assert not pointing_warnings(pair([0.0, 100.0, 0.0]))
 
 

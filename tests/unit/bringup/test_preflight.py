@@ -42,8 +42,12 @@ def test_a_plain_shell_is_fine() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "sentence"),
     [
-        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", "OFF keeps all nodes from finding each other"),
-        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "WORLD", "'WORLD' is no range of discovery; there are LOCALHOST"),
+        ("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", "OFF prevents nodes from discovering each other"),
+        (
+            "ROS_AUTOMATIC_DISCOVERY_RANGE",
+            "WORLD",
+            "'WORLD' is not a discovery range; the allowed values are LOCALHOST",
+        ),
         ("ROS_STATIC_PEERS", "10.0.0.1;300.1.2.3", "names '300.1.2.3', which is no IP address"),
         ("ROS_STATIC_PEERS", "nobody.invalid", "names 'nobody.invalid', which is not known as a host"),
         ("ROS_DOMAIN_ID", "abc", "ROS_DOMAIN_ID='abc' is not a DDS domain"),

@@ -187,7 +187,10 @@ def test_the_command_says_what_there_is_and_from_which_step_on_it_is_missing(
     assert 0 < steps < STEPS
     assert cli.main(["recover", str(bag.parent)]) == 0
     out = capsys.readouterr().out.replace("\n", " ")
-    assert f"complete are {steps} of {STEPS} steps; missing from step {steps} on ({steps * 0.5:g} s)" in out
+    assert (
+        f"{steps} of {STEPS} steps are complete; the steps from {steps} on ({steps * 0.5:g} s) are missing"
+        in out
+    )
     rosbag2_format.read(bag.parent / "bag_recovered")
     # Neither the old nor the new bag is ever written over.
     assert cli.main(["recover", str(bag.parent)]) == 2

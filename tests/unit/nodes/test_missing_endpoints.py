@@ -64,7 +64,7 @@ def found(nodes: dict[str, Node], wanted: str = "") -> list[Shortcoming]:
 def test_of_a_formation_with_all_it_needs_nothing_is_found(context: rclpy.Context) -> None:
     # Without publishers of /diagnostics and of parameter changes, which a flight does without.
     assert found(formation(context)) == []
-    assert "recorder has all its topics" in in_words([], [RECORDER])
+    assert "recorder has discovered all its topics" in in_words([], [RECORDER])
 
 
 def test_the_node_that_lacks_a_publisher_is_named_and_not_the_one_that_waits_for_it(

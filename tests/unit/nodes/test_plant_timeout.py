@@ -33,6 +33,6 @@ def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated()
 def test_the_pages_say_so() -> None:
     described = Scenario.model_fields["node_timeout"].description
     assert described is not None
-    assert "a silent plant after twice that" in " ".join(described.split())
+    assert "the plant counts as lost after twice that time" in " ".join(described.split())
     for page in ("verification.md", "multi_host.md"):
         assert "twice that" in (DOCS / page).read_text(encoding="utf-8")

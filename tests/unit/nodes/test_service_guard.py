@@ -28,7 +28,7 @@ def test_a_reply_with_success_and_message_says_what_went_wrong(service: Any) -> 
     noted: list[Exception] = []
     reply = guarded(service, raises, noted.append)(service.Request(), service.Response(success=True))
     assert not reply.success
-    assert reply.message == "the request was refused: division by zero (ZeroDivisionError)"
+    assert reply.message == "the request was rejected: division by zero (ZeroDivisionError)"
     assert [type(error) for error in noted] == [ZeroDivisionError]
 
 
@@ -56,7 +56,7 @@ def test_of_parameters_that_are_set_one_by_one_only_the_bad_one_is_refused() -> 
     request = SetParameters.Request(parameters=[Parameter(name=name) for name in "abc"])
     reply = guarded(SetParameters, takes_all_but_b, noted.append)(request, SetParameters.Response())
     assert [result.successful for result in reply.results] == [True, False, True]
-    assert reply.results[1].reason == "b: the value was refused: no b (ValueError)"
+    assert reply.results[1].reason == "b: the value was rejected: no b (ValueError)"
     assert len(noted) == 1
 
 

@@ -59,4 +59,4 @@ def test_a_node_that_is_started_with_it_ends_with_a_sentence(
 ) -> None:
     arguments = ["--ros-args", "-p", "use_sim_time:=true"]
     assert module.main(arguments) == EXIT_BAD_INPUT
-    assert "use_sim_time is true; satform's nodes make simulated time" in capfd.readouterr().err
+    assert "use_sim_time is true; satform's nodes take simulated time" in capfd.readouterr().err

@@ -150,7 +150,7 @@ def test_a_name_that_leads_nowhere_is_said_to() -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--host", "alpha"], "the scenario triangle does not say which host runs what"),
+        (["--host", "alpha"], "the scenario triangle does not say which host runs which nodes"),
         (["--host", "alpha", "--mode", "inprocess"], "--host alpha is for lockstep"),
         (["--set", f"hosts=[{ALPHA}, {BETA}]", "--host", "alpha"], "this machine does not have 192.0.2.1"),
     ],

@@ -39,7 +39,7 @@ def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> 
     meant = ("graph: ", "is of first order in the distance")
     meant += ("start at the same position",) if name in RESPONSES else ()
     # What small thrusters do to a flight is what one of them shows.
-    meant += ("it flies saturated at first",) if name == "thruster_limited" else ()
+    meant += ("its thrusters are saturated at first",) if name == "thruster_limited" else ()
     said = [warning for warning in warnings(shipped(name)) if not any(words in warning for words in meant)]
     assert not said
 

@@ -18,7 +18,7 @@ def test_what_a_file_expects_beyond_the_end_of_a_shortened_flight_is_left_out_an
     assert [expectation.describe() for expectation in scenario.expect] == kept
     labels = [expectation.describe() for expectation in every]
     assert list(scenario.omitted_expectations) == [label for label in labels if label not in kept]
-    assert said == [f"{len(every) - 2} expectations lie beyond the shorter flight and are not judged"]
+    assert said == [f"{len(every) - 2} expectations need a longer flight and are omitted"]
 
 
 def test_what_is_left_out_stays_known_to_who_reads_the_shorter_flight_again() -> None:
@@ -72,12 +72,12 @@ def test_what_would_happen_beyond_the_end_of_a_shortened_flight_is_left_out_and_
     assert [fault.satellite for fault in scenario.faults] == ["sat1"]
     assert len(scenario.graph_schedule) == 1
     assert said == [
-        "1 fault lies beyond the shorter flight and does not happen",
-        "1 change of the graph lies beyond the shorter flight and does not happen",
+        "1 fault begins after the end of the shorter flight and is omitted",
+        "1 change of the graph is after the end of the shorter flight and is omitted",
     ]
     shortest: list[str] = []
     parse_scenario(DISTURBED, changes=["timing.duration=50.0", "expect=[]"], remark=shortest.append)
     assert shortest == [
-        "2 faults lie beyond the shorter flight and do not happen",
-        "2 changes of the graph lie beyond the shorter flight and do not happen",
+        "2 faults begin after the end of the shorter flight and are omitted",
+        "2 changes of the graph are after the end of the shorter flight and are omitted",
     ]

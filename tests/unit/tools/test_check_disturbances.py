@@ -45,20 +45,20 @@ LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 100.0}
         ),
         (
             {"graph_schedule": [SPLIT]},
-            "from 100 s on (the scenario changes the graph) the living satellites are not",
+            "from 100 s on (the scenario changes the graph) the flying satellites are not",
         ),
         (
             {"graph": {"kind": "line"}, "faults": [LOST]},
-            "from 100 s on (sat2 is killed by the scenario) the living satellites are not connected",
+            "from 100 s on (sat2 is killed by the scenario) the flying satellites are not connected",
         ),
         (
             {"graph": {"kind": "none"}, "graph_schedule": [{"at": 10.0, "add": [["sat1", "sat2"]]}]},
-            "not even all graphs together are connected",
+            "the union of all its graphs is not connected",
         ),
         ({"checkpoint_period": 10.0}, "checkpoints are written, but no satellite rejoins from one"),
         (
             {"faults": [{**LOST, "rejoin_at": 200.0}], "checkpoint_period": 150.0},
-            "before its first checkpoint at 150 s; it rejoins with its flight plan alone",
+            "before its first checkpoint at 150 s; it rejoins from its flight plan",
         ),
         (
             {"faults": [{**LOST, "rejoin_at": 2000.0, "memory": "plan"}]},

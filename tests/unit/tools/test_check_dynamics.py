@@ -75,7 +75,7 @@ def test_check_warns_of_an_eccentric_chief() -> None:
     changes = ("orbit.semi_major_axis=8.0e6", sized(400.0), "nominal_motion.period=7121.08")
     assert not said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 1.0e-4}}")
     (warning,) = said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 0.05}}")
-    assert "about this one of 0.05" in warning
+    assert "with this eccentricity of 0.05" in warning
 
 
 def test_a_test_stand_without_an_orbit_has_no_error_of_cw() -> None:

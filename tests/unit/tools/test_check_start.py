@@ -139,6 +139,7 @@ SCHEDULED: dict[str, Any] = {
     "graph": "graph_schedule=[{at: TIME, graph: {kind: none}}]",
     "fault": "faults=[{kind: clock_offset, satellite: a, at: TIME, offset: 1.0}]",
     "until": "faults=[{kind: clock_offset, satellite: a, at: 10.0, until: TIME, offset: 1.0}]",
+    "rejoin": "faults=[{kind: satellite_lost, satellite: a, at: 10.0, rejoin_at: TIME, memory: plan}]",
     "checkpoint": "checkpoint_period=TIME",
     "delay": "links={default: {delay: TIME}}",
     "period": "links={default: {period: TIME}}",
@@ -152,20 +153,25 @@ SCHEDULED: dict[str, Any] = {
     [
         ("burns", 123.0, "burns[0].time: 123 s is flown from 120 s to 130 s, its middle at 125 s"),
         ("burns", 120.0, "burns[0].time: 120 s is flown from 120 s to 130 s, its middle at 125 s"),
-        ("start", 123.0, "controller.start_time: 123 s is flown as 120 s"),
-        ("waypoint", 127.0, "waypoints[0].duration: 127 s is flown as 130 s"),
+        ("start", 123.0, "controller.start_time: 123 s is rounded to 120 s"),
+        ("waypoint", 127.0, "waypoints[0].duration: 127 s is rounded to 130 s"),
         (
             "graph",
             121.0,
-            "graph_schedule[0].at: 121 s is between two steps; it holds from the next",
+            "graph_schedule[0].at: 121 s is between two steps; it takes effect at the next",
         ),
-        ("fault", 121.0, "faults[0].at: 121 s is between two steps; it holds from the next one at 130 s"),
+        (
+            "fault",
+            121.0,
+            "faults[0].at: 121 s is between two steps; it takes effect at the next one, at 130 s",
+        ),
+        ("rejoin", 121.0, "faults[0].rejoin_at: 121 s is between two steps; it takes effect at the next one"),
         ("until", 121.0, "faults[0].until: 121 s is between two steps"),
-        ("checkpoint", 127.0, "checkpoint_period: 127 s is taken as 130 s"),
+        ("checkpoint", 127.0, "checkpoint_period: 127 s is rounded to 130 s"),
         ("delay", 21.0, "links.default.delay: a delay of 21 s ends at the next step, after 30 s"),
-        ("period", 27.0, "links.default.period: 27 s is taken as 30 s"),
+        ("period", 27.0, "links.default.period: 27 s is rounded to 30 s"),
         ("outage", 121.0, "links.default.outages[0].begin: 121 s is between two steps"),
-        ("expectation", 127.0, "expect[0].at: 127 s is judged at the step at 130 s"),
+        ("expectation", 127.0, "expect[0].at: 127 s is evaluated at the step at 130 s"),
     ],
 )
 def test_a_time_that_is_rounded_to_steps_is_said_with_what_becomes_of_it(
@@ -179,7 +185,7 @@ def test_a_time_that_is_rounded_to_steps_is_said_with_what_becomes_of_it(
 def test_a_time_on_a_step_is_not_said_to_be_rounded(what: str) -> None:
     # Of a burn it is the middle that is on time.
     exact = two(100.0, SCHEDULED[what].replace("TIME", "125.0" if what == "burns" else "130.0"))
-    for words in ("between two steps", "is flown", "is taken as", "next step", "is judged at"):
+    for words in ("between two steps", "is flown", "is rounded to", "next step", "is evaluated at"):
         assert not warnings(exact, words)
 
 
@@ -190,7 +196,7 @@ def test_a_time_on_a_step_is_not_said_to_be_rounded(what: str) -> None:
         (
             "start",
             1000.0,
-            "start_time: 1000 s is after the flight's end at 1000 s; nothing of the",
+            "start_time: 1000 s is after the flight's end at 1000 s; the tour is not",
         ),
         ("start", 810.0, "waypoints[0]: is reached at 1010 s, after the flight's end at 1000 s"),
         # The burn that stops at the way-point is held over the step that begins there.
@@ -216,7 +222,7 @@ def test_what_the_flight_ends_before_is_said(what: str, time: float, said: str) 
 def test_a_sensor_that_is_later_than_the_flight_is_said() -> None:
     late = two(100.0, "satellites.1.sensor={latency: 1000.0}")
     (said,) = warnings(late, "sensor.latency")
-    assert said.endswith("b has its first measurement and no other")
+    assert said.endswith("b has its first measurement only")
 
 
 def test_of_many_sentences_of_one_kind_the_first_are_said_and_the_others_counted() -> None:

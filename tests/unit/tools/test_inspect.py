@@ -306,5 +306,7 @@ def test_every_look_at_an_empty_domain_ends_with_2_and_a_sentence(
 ) -> None:
     assert cli.main([*words, "--domain", "231", "--timeout", "0.2"]) == 2
     captured = capsys.readouterr()
-    assert captured.err == ("satform: no formation is flying on domain 231; no run is under way here\n")
+    assert captured.err == (
+        "satform: no formation is flying on domain 231; no run is under way on this machine\n"
+    )
     assert not captured.out

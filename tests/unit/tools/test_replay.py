@@ -57,7 +57,7 @@ def test_what_a_satellite_that_flies_did_not_show_is_not_forgiven() -> None:
     ("bag", "sentence"),
     [
         ({"clocked": True}, "was flown against the wall clock"),
-        ({"clocked": False, "record": SimpleNamespace(steps=0, early_end=None)}, "holds no whole step"),
+        ({"clocked": False, "record": SimpleNamespace(steps=0, early_end=None)}, "has no complete step"),
     ],
 )
 def test_a_flight_that_cannot_be_flown_again_is_a_sentence(

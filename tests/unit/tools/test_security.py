@@ -261,11 +261,11 @@ def test_a_middleware_without_security_flies_nothing_unsecured_instead(
     if "flies" not in said and code == 0:
         pytest.skip("this middleware has security: the flight was secured")
     assert code == 2
-    assert "does not fly secured, and nothing was flown unsecured instead" in said
+    assert "does not support DDS Security, so nothing was flown" in said
     assert "doesn't have the security libraries" in said
     assert list(out.iterdir()) == []
 
 
 def test_a_run_in_one_process_cannot_be_secured(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["run", "triangle", "--mode", "inprocess", "--secure", "keys"]) == 2
-    assert "--secure is for messages" in capsys.readouterr().err
+    assert "--secure needs DDS" in capsys.readouterr().err

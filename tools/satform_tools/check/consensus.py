@@ -41,7 +41,7 @@ def _graph_warnings(scenario: Scenario) -> list[str]:
     # A graph without edges means no consensus; a graph schedule is checked elsewhere.
     if not graph.edges or graph.connected() or scenario.graph_schedule:
         return []
-    return ["graph: it is not connected; satellites without a path between them never agree on their phase"]
+    return ["graph: it is not connected; satellites without a path between them do not reach a common phase"]
 
 
 def _byzantine_warnings(scenario: Scenario) -> list[str]:
@@ -52,7 +52,7 @@ def _byzantine_warnings(scenario: Scenario) -> list[str]:
     graphs += [(step, event.graph) for step, event in topology_changes(scenario.membership_plan().events)]
     largest_in_degree = max(int(graph.adjacency.sum(axis=1).max()) for _, graph in graphs)
     found = [
-        f"consensus: {doubt}; honest satellites may leave the interval of phases in which they began"
+        f"consensus: {doubt}; correct satellites may leave the interval of their initial phases"
         for doubt in law.doubts(largest_in_degree, scenario.timing.step)
     ]
     warned: dict[str, str] = {}

@@ -77,7 +77,7 @@ def _link_warnings(scenario: Scenario) -> list[str]:
     names = [satellite.name for satellite in scenario.satellites]
     possible = {(names[sender], names[receiver]) for sender, receiver in scenario.possible_graph().edges}
     found = [
-        f"links.edges: the graph has no edge from {edge.sender} to {edge.receiver}; this link is never used"
+        f"links.edges: the graph has no edge from {edge.sender} to {edge.receiver}; this link is not used"
         for edge in scenario.links.edges
         if (edge.sender, edge.receiver) not in possible
     ]
@@ -89,7 +89,8 @@ def _link_warnings(scenario: Scenario) -> list[str]:
     if longest > bound:
         found.append(
             f"consensus.neighbour_timeout: {bound:g} s is shorter than the largest message age of "
-            f"{longest:g} s by delay, jitter and period of a link; healthy neighbours time out"
+            f"{longest:g} s by delay, jitter and period of a link; messages of working neighbours are "
+            "discarded"
         )
     return found + _age_warnings(scenario, max(link.delay + link.jitter for link in own), rarest)
 
@@ -115,8 +116,8 @@ def _age_warnings(scenario: Scenario, delay: float, period: float) -> list[str]:
     if law.neighbour_values == "hold" and max(delay, period) > scenario.timing.step:
         slower = _slowed(graph, law, delay + 0.5 * period)
         found.append(
-            f"consensus.neighbour_values: hold uses values of up to {delay + period:g} s as new, which "
-            f"slows the formation down to about {100.0 * slower:.3g} % of its rate; extrapolate does not"
+            f"consensus.neighbour_values: hold uses values that are up to {delay + period:g} s old, which "
+            f"slows the formation down to about {100.0 * slower:.3g} % of its rate; use extrapolate"
         )
     return found
 
@@ -133,11 +134,15 @@ def _schedule_warnings(scenario: Scenario) -> list[str]:
         return []
     graphs = [scenario.communication_graph(), *(event.graph for _, event in changes)]
     if not scenario.possible_graph().connected():
-        return ["graph_schedule: not even all graphs together are connected; some satellites never agree"]
+        return [
+            "graph_schedule: the union of all its graphs is not connected; some satellites do not reach a "
+            "common phase"
+        ]
     if any(graph.connected() for graph in graphs) or _union_is_connected(graphs[len(graphs) // 2 :]):
         return []
     return [
-        "graph_schedule: the union of its graphs in the second half is not connected; agreement is not sure"
+        "graph_schedule: the union of its graphs in the second half is not connected; a common phase is not "
+        "guaranteed"
     ]
 
 
@@ -158,7 +163,7 @@ def _loss_warnings(scenario: Scenario) -> list[str]:
         if fault.memory == "checkpoint" and period is not None and fault.at < period:
             found.append(
                 f"faults: {fault.satellite} is lost at {fault.at:g} s, before its first checkpoint at "
-                f"{period:g} s; it rejoins with its flight plan alone"
+                f"{period:g} s; it rejoins from its flight plan"
             )
     returns = any(
         isinstance(event, SatelliteRejoined)
@@ -179,6 +184,6 @@ def _end_warnings(scenario: Scenario) -> list[str]:
     if last.at > (1.0 - _LONG) * scenario.timing.duration:
         return []
     return [
-        f"graph: from {last.at:g} s on ({last.reason}) the living satellites are not connected; parts of the "
-        "formation never agree again"
+        f"graph: from {last.at:g} s on ({last.reason}) the flying satellites are not connected; parts of the "
+        "formation do not reach a common phase again"
     ]

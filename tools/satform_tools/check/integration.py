@@ -48,8 +48,8 @@ def integration_warnings(scenario: Scenario) -> list[str]:
     spec = scenario.dynamics
     assert isinstance(spec, InertialDynamicsSpec | CwPerturbedDynamicsSpec)  # noqa: S101 - it has an error
     what = (
-        f"errs by up to {found.inertial:.3g} m in one revolution, {found.relative:.3g} m between satellite "
-        "and chief"
+        f"has an error of up to {found.inertial:.3g} m in one revolution, {found.relative:.3g} m between "
+        "satellite and chief"
     )
     method = spec.integrator
     if not isinstance(method, FixedStepSpec):

@@ -74,19 +74,21 @@ def linearisation_warnings(scenario: Scenario) -> list[str]:
     worst = max(far, key=lambda entry: entry.error / max(entry.distance, 1.0))
     orbit = chief_orbit(scenario)
     size = f"{worst.error:.3g} m in one revolution" if math.isfinite(worst.error) else "more than any bound"
-    who = f"{worst.name}, {worst.distance:.6g} m from the chief, errs without control by up to {size}"
+    who = (
+        f"{worst.name}, {worst.distance:.6g} m from the chief, has, without control, an error of up to {size}"
+    )
     more = f" ({len(far) - 1} more likewise)" if len(far) > 1 else ""
     if orbit.eccentricity > 0.0:
         return [
-            "dynamics.chief.eccentricity: control laws and plans compute with CW about a circular chief; "
-            f"about this one of {orbit.eccentricity:g} the CW motion of {who}{more}"
+            "dynamics.chief.eccentricity: control laws and plans use the CW equations about a circular chief "
+            f"orbit; with this eccentricity of {orbit.eccentricity:g} the CW motion of {who}{more}"
         ]
     if not _linear(scenario):
         return []
     kind = getattr(scenario.dynamics, "kind", "")
     return [
         f"dynamics: {kind} is of first order in the distance; its motion of {who}{more}; cw_perturbed and "
-        "inertial have what it leaves out"
+        "inertial contain the higher orders"
     ]
 
 

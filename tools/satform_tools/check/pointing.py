@@ -102,8 +102,8 @@ def _sentences(where: str, target: str, line: Array, of: tuple[Array, Array]) ->
     nearest = int(np.argmin(length))
     if length[nearest] < _SHORT:
         return [
-            f"{where}: at {time[nearest]:g} s the plan has it {length[nearest]:.3g} m from {target}, at "
-            f"which it points. Below {SHORTEST_SIGHT:g} m it has its safe attitude"
+            f"{where}: at {time[nearest]:g} s its reference is {length[nearest]:.3g} m from that of its "
+            f"target {target}; below {SHORTEST_SIGHT:g} m it takes the safe attitude"
         ]
     across = np.linalg.norm(np.cross(line, sun), axis=-1)
     angle = np.arctan2(across, np.abs(line @ sun))
@@ -114,5 +114,5 @@ def _sentences(where: str, target: str, line: Array, of: tuple[Array, Array]) ->
     return [
         f"{where}: at {time[worst]:g} s the line of sight to {target} is {math.degrees(angle[worst]):.3g} "
         f"deg from {side}; within {math.degrees(SUN_CONE):g} deg the panels are not turned to the sun, and "
-        "on the way there the satellite may turn fast about its line of sight"
+        "close to it the satellite may turn fast about its line of sight"
     ]

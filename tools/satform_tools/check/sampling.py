@@ -34,6 +34,6 @@ def _sentence(loop: SampledLoop, step: float) -> str:
     where, remedy = _WHAT[loop.kind]
     names = listed(loop.satellites, _MAX_SATELLITES)
     return (
-        f"{where.format(names=names)}: closed once in {step:g} s, {loop.words} multiplies "
+        f"{where.format(names=names)}: with a control period of {step:g} s, {loop.words} multiplies "
         f"errors by {loop.radius:.6g} in a step (has to be below 1); {remedy}"
     )

@@ -107,9 +107,9 @@ def _far_phases(scenario: Scenario) -> Iterator[str]:
         nearer = float(plans[second].arc_length) - turns * period
         yield (
             f"satellites: the phases of {names[first]} and {names[second]} differ by {apart:g} m, "
-            f"{apart / period:.4g} of a period of {period:g} m, and agreement makes up for all of it; at an "
-            f"arc_length of {nearer:.10g} m {names[second]} has the same position on its orbit, and a phase "
-            f"that differs by {abs(phase[second] - turns * period - phase[first]):g} m"
+            f"{apart / period:.4g} of a period of {period:g} m, all of which the consensus has to remove; at "
+            f"an arc_length of {nearer:.10g} m {names[second]} has the same position on its orbit, and a "
+            f"phase that differs by {abs(phase[second] - turns * period - phase[first]):g} m"
         )
 
 
@@ -125,7 +125,7 @@ def _too_close(scenario: Scenario) -> Iterator[str]:
             follows = other in scenario.communication_graph().neighbours(index)
             if other == index or apart > law.safe_distance or not (follows or other > index):
                 continue
-            law_text = "which its potential is to avoid" if follows else "which its law does not use"
+            law_text = "at which its potential is infinite" if follows else "which its law does not use"
             yield (
                 f"satellites: {name} starts {apart:.6g} m from {names[other]}, within the safe_distance of "
                 f"{law.safe_distance:g} m, {law_text}"

@@ -42,8 +42,8 @@ def _winding_up(scenario: Scenario) -> list[str]:
     if not names:
         return []
     return [
-        f"controller of {', '.join(names)}: integrates on while the thrusters are at their limit "
-        "(anti_windup: none), and overshoots by what it has wound up; use the default"
+        f"controller of {', '.join(names)}: its integral grows while the thrusters are at their limit "
+        "(anti_windup: none), so that it overshoots; use the default"
     ]
 
 
@@ -73,7 +73,7 @@ def _beyond_at_start(scenario: Scenario) -> list[str]:
         if asked > most * (1.0 + 1e-9):
             found.append(
                 f"satellite {scenario.satellites[index].name}: its first command is {asked:.3g} m/s^2, "
-                f"{asked / most:.3g} times what its thrusters give, {most:.3g} m/s^2; "
+                f"{asked / most:.3g} times what its thrusters can apply, {most:.3g} m/s^2; "
                 f"{_outcome(scenario, index)}"
             )
     return found
@@ -96,9 +96,9 @@ def _large_burns(scenario: Scenario) -> list[str]:
             if asked > most * (1.0 + 1e-9):
                 found.append(
                     f"satellite {satellite.name}: its burn at {step * scenario.timing.step:g} s is "
-                    f"{asked:.3g} m/s^2 over a step, {asked / most:.3g} times what its thrusters give with a "
-                    f"full tank, {most:.3g} m/s^2; the burn will be too small, and what follows misses its "
-                    "mark"
+                    f"{asked:.3g} m/s^2 over a step, {asked / most:.3g} times what its thrusters can apply "
+                    f"with a full tank, {most:.3g} m/s^2; the burn will be too small, and the satellite will "
+                    "miss the positions planned after it"
                 )
                 break
     return found
@@ -107,8 +107,8 @@ def _large_burns(scenario: Scenario) -> list[str]:
 def _outcome(scenario: Scenario, index: int) -> str:
     kind = getattr(scenario.satellite(index).controller, "kind", "")
     if kind in _IMPULSIVE:
-        return "the burn will be too small, and what follows misses its mark"
-    return "it flies saturated at first"
+        return "the burn will be too small, and the satellite will miss the positions planned after it"
+    return "its thrusters are saturated at first"
 
 
 def _strength(thruster: ThrusterSpec, command: Array) -> float:

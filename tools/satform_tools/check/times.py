@@ -71,13 +71,13 @@ def _rounded_plans(laws: Laws, step: float) -> Iterator[str]:
 
 
 def _rounded(field: str, written: float, flown: float) -> str:
-    return f"{field}: {written:.10g} s is flown as {flown:.10g} s, at a whole number of steps"
+    return f"{field}: {written:.10g} s is rounded to {flown:.10g} s, a whole number of steps"
 
 
 def _rounded_events(scenario: Scenario) -> Iterator[str]:
     step = scenario.timing.step
     for index, fault in enumerate(scenario.faults):
-        for name in ("at", "until", "back"):
+        for name in ("at", "until", "rejoin_at"):
             time = getattr(fault, name, None)
             if time is not None and _off(time, step):
                 yield _next(f"faults[{index}].{name}", time, step)
@@ -87,18 +87,18 @@ def _rounded_events(scenario: Scenario) -> Iterator[str]:
     period = scenario.checkpoint_period
     if period is not None and _off(period, step):
         flown = max(1, round(period / step)) * step
-        yield f"checkpoint_period: {period:.10g} s is taken as {flown:.10g} s, a whole number of steps"
+        yield f"checkpoint_period: {period:.10g} s is rounded to {flown:.10g} s, a whole number of steps"
     for path, link in _links(scenario):
         yield from _rounded_links(path, link, step)
     for index, expectation in enumerate(scenario.expect):
         if isinstance(expectation, AtTime) and expectation.at is not None and _off(expectation.at, step):
             judged = round(expectation.at / step) * step
-            yield f"expect[{index}].at: {expectation.at:.10g} s is judged at the step at {judged:.10g} s"
+            yield f"expect[{index}].at: {expectation.at:.10g} s is evaluated at the step at {judged:.10g} s"
 
 
 def _next(field: str, time: float, step: float) -> str:
     flown = step_at(time, step) * step
-    return f"{field}: {time:.10g} s is between two steps; it holds from the next one at {flown:.10g} s on"
+    return f"{field}: {time:.10g} s is between two steps; it takes effect at the next one, at {flown:.10g} s"
 
 
 def _links(scenario: Scenario) -> list[tuple[str, LinkSpec]]:
@@ -114,7 +114,7 @@ def _rounded_links(path: str, link: LinkSpec, step: float) -> Iterator[str]:
         yield f"{path}.delay: a delay of {link.delay:.10g} s ends at the next step, after {arrival:.10g} s"
     if _off(link.period, step):
         flown = max(1, round(link.period / step)) * step
-        yield f"{path}.period: {link.period:.10g} s is taken as {flown:.10g} s, a whole number of steps"
+        yield f"{path}.period: {link.period:.10g} s is rounded to {flown:.10g} s, a whole number of steps"
     for index, window in enumerate(link.outages):
         for name in ("begin", "end"):
             if _off(getattr(window, name), step):
@@ -133,7 +133,7 @@ def _late_plans(laws: Laws, scenario: Scenario) -> Iterator[str]:
         if isinstance(law, ImpulsiveGuidanceSpec):
             at = round(law.start_time / step)
             if at >= steps:
-                yield f"{path}.start_time: {law.start_time:.10g} s is {end}; nothing of the tour is flown"
+                yield f"{path}.start_time: {law.start_time:.10g} s is {end}; the tour is not flown"
                 continue
             for index, waypoint in enumerate(law.waypoints):
                 at += round(waypoint.duration / step)
@@ -185,5 +185,5 @@ def _too_long(scenario: Scenario) -> Iterator[str]:
             if getattr(sensor, field) >= duration:
                 yield (
                     f"satellites[{index}].sensor.{field}: {getattr(sensor, field):g} s, {end}: {name} has "
-                    "its first measurement and no other"
+                    "its first measurement only"
                 )

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `satform bench ...`: measure speed, each figure beside a yardstick of the same run."""
+"""The commands `satform bench ...`: measure speed, as ratios to a reference measured in the same run."""
 
 # ruff: noqa: PLC0415
 
@@ -15,15 +15,19 @@ from satform_tools.cli.shared_options import Json
 
 HISTORY = Path("runs/bench")
 
-_ALL = "Measure speed. Without a command: all measurements, written to the history for `bench compare`."
+_ALL = "Measure speed. Without a command: runs all measurements and writes a file for `bench compare`."
 
 app = typer.Typer(help=_ALL)
 
 History = Annotated[
     Path | None,
-    typer.Option(metavar="DIR", help="Folder in which the figures become a JSON file for `bench compare`."),
+    typer.Option(
+        metavar="DIR", help="Folder to which the results are written as a JSON file for `bench compare`."
+    ),
 ]
-Repetitions = Annotated[int, typer.Option(min=1, help="Repetitions, alternating with the yardstick.")]
+Repetitions = Annotated[
+    int, typer.Option(min=1, help="Number of repetitions; each alternates with the reference measurement.")
+]
 Counts = Annotated[
     list[int] | None, typer.Option("--satellites", "-n", min=1, help="Number of satellites. Repeatable.")
 ]
@@ -34,11 +38,11 @@ def measure_all(
     context: typer.Context,
     repetitions: Repetitions = 3,
     history: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder in which the figures become a JSON file.")
+        Path, typer.Option(metavar="DIR", help="Folder to which the results are written as a JSON file.")
     ] = HISTORY,
     json: Json = False,
 ) -> None:
-    """Measure everything that the commands of this group measure in a few minutes."""
+    """Run all measurements of this group that take a few minutes."""
     if context.invoked_subcommand is not None:
         return
     from satform_tools.bench import output as bench_output
@@ -60,7 +64,10 @@ def measure_all(
 
 @app.command("ping-pong")
 def ping_pong(repetitions: Repetitions = 3, history: History = None, json: Json = False) -> None:
-    """Round trip of a bare message between two processes: the yardstick of all figures over DDS."""
+    """Measure the round trip of an empty message.
+
+    The round trip is between two processes. It is the reference of all measurements over DDS.
+    """
     from satform_tools.bench import output as bench_output
     from satform_tools.bench import suite
 
@@ -71,7 +78,10 @@ def ping_pong(repetitions: Repetitions = 3, history: History = None, json: Json 
 
 @app.command()
 def plant(json: Json = False) -> None:
-    """Inertial propagation with gravity of degree 10, beside brahe's propagator and SciPy's DOP853."""
+    """Measure the speed of the inertial propagation.
+
+    Gravity is of degree 10. Measures also brahe's propagator and SciPy's DOP853, for comparison.
+    """
     from satform_tools.bench import output as bench_output
 
     bench_output.plant(as_json=json)
@@ -84,7 +94,10 @@ def models(
     ] = 1000.0,
     json: Json = False,
 ) -> None:
-    """Error of the linear truth models against inertial propagation: the table of docs/models.md."""
+    """Compute the error of the linear truth models.
+
+    The reference is inertial propagation. Prints a table of docs/models.md.
+    """
     from satform_tools.bench import output as bench_output
 
     bench_output.models(separation, as_json=json)
@@ -93,20 +106,27 @@ def models(
 @app.command()
 def lockstep(
     satellites: Counts = None,
-    satellites_per_process: Annotated[int, typer.Option(min=1, help="Satellites that share a process.")] = 1,
-    steps: Annotated[int, typer.Option(min=10, help="Steps of each flight.")] = 1000,
-    record: Annotated[bool, typer.Option("--record/--no-record", help="With or without a recorder.")] = True,
+    satellites_per_process: Annotated[
+        int, typer.Option(min=1, help="Number of satellites in a process.")
+    ] = 1,
+    steps: Annotated[int, typer.Option(min=10, help="Number of steps of each flight.")] = 1000,
+    record: Annotated[
+        bool, typer.Option("--record/--no-record", help="Fly with or without a recorder.")
+    ] = True,
     executor: Annotated[
         str,
         typer.Option(
-            help="own: that of the nodes; stock: rclpy's SingleThreadedExecutor; both: one after another."
+            help="own: satform's executor; stock: rclpy's SingleThreadedExecutor; both: one after the other."
         ),
     ] = "own",
     repetitions: Repetitions = 1,
     history: History = None,
     json: Json = False,
 ) -> None:
-    """A lockstep step over DDS of satellites on a ring (3, 8 and 16), beside a bare round trip."""
+    """Measure the time of a lockstep step over DDS, in round trips.
+
+    By default for 3, 8 and 16 satellites on a ring.
+    """
     from satform_tools.bench import output as bench_output
     from satform_tools.bench import suite
     from satform_tools.errors import CommandError
@@ -130,15 +150,17 @@ def lockstep(
 @app.command()
 def scaling(
     satellites: Counts = None,
-    steps: Annotated[int, typer.Option(min=10, help="Steps of each flight.")] = 100,
+    steps: Annotated[int, typer.Option(min=10, help="Number of steps of each flight.")] = 100,
     write: Annotated[
-        bool, typer.Option("--write", help="Write table and figure to docs/scaling.md of this checkout.")
+        bool,
+        typer.Option("--write", help="Write the table and the plot to docs/scaling.md of this checkout."),
     ] = False,
 ) -> None:
-    """Speed, memory and start-up time over the number of satellites, in one process each and in groups.
+    """Measure speed, memory and start-up time.
 
-    3, 8, 16, 32, 64, 128, 256 and 1000 satellites on a ring and on a random graph of degree 4. A flight that
-    fails is a row of the table, too.
+    By default for 3, 8, 16, 32, 64, 128, 256 and 1000 satellites on a ring and on a random graph of degree 4,
+    with a process for each satellite and with shared processes. A flight that fails has a row in the table,
+    too.
     """
     from satform_tools.bench import scaling_page
 
@@ -153,7 +175,10 @@ def scaling(
 
 @app.command()
 def satellite(repetitions: Repetitions = 3, history: History = None, json: Json = False) -> None:
-    """CPU time of one satellite's step under each control law, without messages."""
+    """Measure the CPU time of a satellite's step.
+
+    Under each control law, without messages.
+    """
     from satform_tools.bench import output as bench_output
     from satform_tools.bench import suite
     from satform_tools.run import scenario_library
@@ -165,7 +190,10 @@ def satellite(repetitions: Repetitions = 3, history: History = None, json: Json 
 def startup(
     satellites: Counts = None, repetitions: Repetitions = 5, history: History = None, json: Json = False
 ) -> None:
-    """Wall-clock time from the command to the first step, of whole commands (3 satellites)."""
+    """Measure the time until the first step.
+
+    It begins at the start of the command. By default for 3 satellites.
+    """
     from satform_tools.bench import output as bench_output
     from satform_tools.bench import suite
 
@@ -176,7 +204,7 @@ def startup(
 
 @app.command()
 def recorder(repetitions: Repetitions = 3, history: History = None, json: Json = False) -> None:
-    """CPU time of writing a message to a bag, without its transport."""
+    """Measure the CPU time of writing a message to a bag."""
     from satform_tools.bench import output as bench_output
     from satform_tools.bench import suite
 
@@ -189,7 +217,10 @@ def recorder(repetitions: Repetitions = 3, history: History = None, json: Json =
 def inprocess(
     satellites: Counts = None, repetitions: Repetitions = 1, history: History = None, json: Json = False
 ) -> None:
-    """A step of the in-process run, batched over arrays (1 to 10000 satellites)."""
+    """Measure a step of the in-process flight.
+
+    By default for 1 to 10000 satellites.
+    """
     from satform_tools.bench import output as bench_output
     from satform_tools.bench import suite
 
@@ -203,11 +234,14 @@ def compare(
     before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Earlier history file.")],
     after: Annotated[
         Path | None,
-        typer.Argument(metavar="AFTER", help="Later history file; the newest of runs/bench when left out."),
+        typer.Argument(metavar="AFTER", help="Later history file; by default the newest of runs/bench."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List what has got slower beyond the noise, by ratios to their yardsticks; exits with 0 all the same."""
+    """List the measurements that have become slower.
+
+    Compares ratios to the reference. The exit code is 0 also if something has become slower.
+    """
     from satform_tools.bench import output as bench_output
 
     bench_output.compare(before, after, HISTORY, as_json=json)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from satform_tools.inspect.observer_node import Observer
 
 _SELECTION = (
-    "By default the only formation that runs on this machine; with several, or one on another machine, "
-    "--domain or ROS_DOMAIN_ID selects it."
+    "Uses the only formation that runs on this machine. If several run, or one on another machine, select it "
+    "by --domain or ROS_DOMAIN_ID."
 )
 
 Topic = Annotated[str, typer.Argument(metavar="TOPIC", help="Name of a topic, e.g. /sat1/state.")]
@@ -56,18 +56,23 @@ def _observer_options(
             min=0,
             max=232,
             metavar="N",
-            help="DDS domain; by default ROS_DOMAIN_ID, else that of the only run on this machine.",
+            help="DDS domain; by default that of ROS_DOMAIN_ID, else that of the only run on this machine.",
         ),
     ] = None,
     namespace: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Namespace of the formation, / for the root; by default that of the only one.",
+            help="Namespace of the formation, / for the root; by default that of the only formation.",
         ),
     ] = None,
     timeout: Annotated[
-        float, typer.Option(min=0.1, metavar="SECONDS", help="Wall-clock time to wait for what is asked for.")
+        float,
+        typer.Option(
+            min=0.1,
+            metavar="SECONDS",
+            help="Longest wall-clock time to wait for the topic, node, service or message, s.",
+        ),
     ] = 10.0,
     json: Json = False,
 ) -> None:
@@ -152,7 +157,9 @@ def topic_info(observer: "Observer", topic: Topic, *, as_json: bool) -> None:
 def topic_rate(
     observer: "Observer",
     topic: Topic,
-    count: Annotated[int, typer.Option(min=0, help="Lines after which to end; 0 to go on.")] = 0,
+    count: Annotated[
+        int, typer.Option(min=0, help="Number of lines to print before the command ends; 0 for no limit.")
+    ] = 0,
     *,
     as_json: bool,
 ) -> None:
@@ -168,9 +175,17 @@ def echo(
     topic: Topic,
     once: Annotated[bool, typer.Option("--once", help="End after the first message.")] = False,
     field: Annotated[
-        str, typer.Option(metavar="A.B", help="Only this part of the message, e.g. position.x or alive[0].")
+        str,
+        typer.Option(
+            metavar="A.B", help="Print only this field of the message, e.g. position.x or alive[0]."
+        ),
     ] = "",
-    csv: Annotated[bool, typer.Option("--csv", help="A line for each message, after one of names.")] = False,
+    csv: Annotated[
+        bool,
+        typer.Option(
+            "--csv", help="Print CSV: a line with the names of the fields, then a line for each message."
+        ),
+    ] = False,
     *,
     as_json: bool,
 ) -> None:
@@ -232,11 +247,11 @@ def set_parameter(
     observer: "Observer",
     node: NodeName,
     name: ParameterName,
-    value: Annotated[str, typer.Argument(metavar="VALUE", help="As YAML, e.g. '[0.2, 0.2, 0.2]'.")],
+    value: Annotated[str, typer.Argument(metavar="VALUE", help="New value as YAML, e.g. '[0.2, 0.2, 0.2]'.")],
     *,
     as_json: bool,
 ) -> int:
-    """Set a parameter in flight, and print the step at which it takes effect."""
+    """Set a parameter and print the step at which it takes effect."""
     from satform_tools.inspect import parameters
 
     accepted = parameters.change(observer, node, name, value, as_json=as_json)
@@ -248,7 +263,8 @@ def call(
     observer: "Observer",
     service: Annotated[str, typer.Argument(metavar="SERVICE", help="Name of a service.")],
     request: Annotated[
-        str, typer.Argument(metavar="[YAML]", help="Fields of the request, e.g. '{names: [scenario]}'.")
+        str,
+        typer.Argument(metavar="[YAML]", help="Fields of the request as YAML, e.g. '{names: [scenario]}'."),
     ] = "",
     *,
     as_json: bool,

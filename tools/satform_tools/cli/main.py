@@ -45,7 +45,7 @@ app.add_typer(bench.app, name="bench")
     context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
 )
 def test(context: typer.Context) -> None:
-    """Check code and run all tests; with arguments, run pytest with these."""
+    """Check the code and run all tests, or run pytest on given files."""
     from satform_tools import run_tests
 
     raise typer.Exit(run_tests.run(context.args))
@@ -58,7 +58,10 @@ def docs(
         typer.Option(metavar="DIR", help="Folder of the site; by default `site` in the project's folder."),
     ] = None,
 ) -> None:
-    """Build the documentation site, which is read without a network; broken links are errors."""
+    """Build the documentation as a site that needs no network.
+
+    Broken links are errors.
+    """
     from satform_tools.docs import build
 
     build.build(out)
@@ -66,7 +69,7 @@ def docs(
 
 @app.command()
 def version(json: Json = False) -> None:
-    """Print the versions of all software that flies."""
+    """Print the versions of satform, its dependencies and ROS 2."""
     from satform_tools.run import run_result
 
     found = run_result.versions()

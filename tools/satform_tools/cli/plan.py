@@ -21,23 +21,33 @@ Date = Annotated[
 
 @app.command()
 def approach(
-    start: Annotated[str, typer.Option(metavar="X,Y,Z", help="Position at the start, at rest, LVLH, m.")],
+    start: Annotated[
+        str,
+        typer.Option(
+            metavar="X,Y,Z", help="Position in LVLH at which the satellite is at rest at the start, m."
+        ),
+    ],
     point: Annotated[
         list[str],
         typer.Option(
             metavar="X,Y,Z,SECONDS[,pass]",
-            help="Way-point, LVLH, m, and the time to it, s; a stop unless `pass` is given. Repeatable.",
+            help="Way-point in LVLH, m, and the time to reach it, s. The satellite stops there unless `pass` "
+            "is given. Repeatable.",
         ),
     ],
     period: Annotated[float, typer.Option(help="Period of the chief's orbit, s.")] = 86164.0905,
     date: Date = None,
     longitude: Annotated[
         float | None,
-        typer.Option(help="Longitude of a geostationary chief, deg E; for the Sun angle."),
+        typer.Option(help="Longitude of a geostationary chief, deg E; needed for the Sun angle."),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Impulses through way-points from rest to rest: times, delta-v, closest distance, Sun angle."""
+    """Compute the impulses of an approach through way-points.
+
+    The satellite is at rest at the start and at the end. Prints times, delta-v, the closest distance to the
+    chief, and with --date and --longitude the Sun angle.
+    """
     from satform_tools.run import impulse_plans
 
     impulse_plans.approach(start, point, period, date, longitude, as_json=json)
@@ -49,15 +59,18 @@ def patrol(
         list[str] | None,
         typer.Option(
             metavar="LONGITUDE,INCLINATION,NODE",
-            help="Satellite to pass, deg, in the order of the passes; by default the three of the scenario "
+            help="A satellite to pass: longitude, inclination, node, deg. Give them in the order of the "
+            "passes; by default the three of the scenario "
             "patrol_three. Repeatable.",
         ),
     ] = None,
     longitude: Annotated[
         float, typer.Option(help="Longitude of the patrolling satellite at the start, deg E.")
     ] = 53.5,
-    below: Annotated[float, typer.Option(help="Depth of its orbit below the geostationary belt, km.")] = 50.0,
-    days: Annotated[float, typer.Option(help="Length of the patrol, days.")] = 7.7,
+    below: Annotated[
+        float, typer.Option(help="Distance of its orbit below the geostationary radius at the start, km.")
+    ] = 50.0,
+    days: Annotated[float, typer.Option(help="Duration of the patrol, days.")] = 7.7,
     budget: Annotated[float, typer.Option(help="Largest delta-v, m/s.")] = 0.45,
     keep_out: Annotated[
         float, typer.Option(help="Smallest distance to every target at all times, km.")
@@ -69,7 +82,11 @@ def patrol(
     ] = 56.0,
     json: Json = False,
 ) -> None:
-    """Small burns for near, well-lit passes of satellites of the geostationary belt, beside plain drift."""
+    """Compute the burns of a patrol along the geostationary belt.
+
+    The burns lead to near passes of the targets with the Sun behind the observer. Prints also the passes of a
+    drift without burns.
+    """
     from satform_tools.run import impulse_plans
 
     impulse_plans.patrol(target, longitude, below, days, budget, keep_out, date, chief, as_json=json)

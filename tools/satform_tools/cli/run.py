@@ -15,7 +15,7 @@ from satform_tools.cli.shared_options import Changes, Json, Run
 from satform_tools.errors import CommandError
 
 EPILOG = (
-    "Exit codes: 0 as expected, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
+    "Exit codes: 0 done, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
     "4 the flight ended early (a quantity diverged, or a satellite hit the ground), "
     "130 stopped by Ctrl-C or SIGTERM."
 )
@@ -49,36 +49,45 @@ def run(
     mode: Annotated[
         RunMode,
         typer.Option(
-            help="lockstep: a process for each satellite, over DDS; inprocess: one process, no ROS; "
-            "realtime: as lockstep, against the wall clock."
+            help="lockstep: one process for each satellite, over DDS; inprocess: one process without ROS; "
+            "realtime: like lockstep, but each step begins at its time of the wall clock."
         ),
     ] = RunMode.LOCKSTEP,
     record: Annotated[
         bool,
-        typer.Option("--record/--no-record", help="Record the flight; expectations are evaluated from that."),
+        typer.Option("--record/--no-record", help="Record the flight; needed to evaluate the expectations."),
     ] = True,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the run, new or empty; by default a new one in ./runs."),
+        typer.Option(
+            metavar="DIR",
+            help="Folder for the files of the run, new or empty; by default a new one in ./runs.",
+        ),
     ] = None,
     seed: Annotated[
-        int | None, typer.Option(help="Seed of all random numbers, instead of the scenario's.")
+        int | None, typer.Option(help="Seed of the random numbers; by default the scenario's.")
     ] = None,
     changes: Changes = None,
     json: Json = False,
     satellites_per_process: Annotated[
-        int, typer.Option(min=1, help="Satellites that share a process; each keeps its node and its topics.")
+        int,
+        typer.Option(
+            min=1, help="Number of satellites in a process; each satellite has its own node and topics."
+        ),
     ] = 1,
     measure_round_trip: Annotated[
         bool,
-        typer.Option("--measure-round-trip", help="Also measure a bare round trip between two processes."),
+        typer.Option(
+            "--measure-round-trip",
+            help="Also measure the round trip of an empty message between two processes.",
+        ),
     ] = False,
     rate: Annotated[
         float | None,
         typer.Option(
             min=1e-3,
             max=1e6,
-            help="With --mode realtime: simulated seconds in a second of wall-clock time; by default 1.",
+            help="With --mode realtime: simulated seconds per second of wall-clock time; by default 1.",
         ),
     ] = None,
     restart: Annotated[
@@ -86,9 +95,7 @@ def run(
     ] = False,
     continue_without_recorder: Annotated[
         bool,
-        typer.Option(
-            "--continue-without-recorder", help="Continue if the recorder is lost, instead of stopping."
-        ),
+        typer.Option("--continue-without-recorder", help="Continue the flight if the recorder is lost."),
     ] = False,
     display: Annotated[
         bool,
@@ -96,12 +103,14 @@ def run(
     ] = False,
     secure: Annotated[
         Path | None,
-        typer.Option(metavar="KEYSTORE", help="Fly with the keys that `security` made, or not at all."),
+        typer.Option(
+            metavar="KEYSTORE", help="Fly with DDS Security, with the keys that `satform security` made."
+        ),
     ] = None,
     host: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", help="Run only the part of this machine, by its name in the scenario's hosts."
+            metavar="NAME", help="Run only the nodes of this host, an entry of the scenario's field hosts."
         ),
     ] = None,
     namespace: Annotated[
@@ -113,7 +122,7 @@ def run(
     ] = "",
     profile: Annotated[
         bool,
-        typer.Option("--profile", help="Write what every process did when: trace.json, trace.png."),
+        typer.Option("--profile", help="Write a trace of all processes: trace.json, trace.png."),
     ] = False,
     campaign: Annotated[
         str | None,
@@ -123,9 +132,11 @@ def run(
         int | None, typer.Option(metavar="N", help="With --campaign: number of the case, from 0.")
     ] = None,
 ) -> None:
-    """Fly a scenario, record the flight and evaluate the scenario's expectations."""
+    """Fly a scenario, record a bag and evaluate the expectations."""
     if rate is not None and mode is not RunMode.REALTIME:
-        raise CommandError(f"--rate is for --mode realtime; --mode {mode.value} has no wall clock")
+        raise CommandError(
+            f"--rate needs --mode realtime; --mode {mode.value} does not follow the wall clock"
+        )
     _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
     if mode is not RunMode.INPROCESS:
         _prepare_dds(secured=secure is not None)
@@ -211,7 +222,10 @@ def _prepare_dds(*, secured: bool) -> None:
 
 
 def replay(run: Run, json: Json = False) -> None:
-    """Repeat a recorded flight in one process, with all events that happened in it, and compare the bits."""
+    """Repeat a recorded flight in one process and compare the bits.
+
+    The flight is repeated with all its recorded events, such as losses and changed parameters.
+    """
     from satform_tools.run import replay as replay_command
 
     raise typer.Exit(replay_command.replay(run, as_json=json))
@@ -221,11 +235,17 @@ def recover(
     run: Run,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the new bag; by default one beside the old."),
+        typer.Option(
+            metavar="DIR",
+            help="Folder of the new bag; by default beside the damaged bag, with the ending _recovered.",
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Make a complete bag of one whose recorder was killed; the old one stays as it is."""
+    """Make a complete bag from the bag of a killed recorder.
+
+    The damaged bag is not changed.
+    """
     from satform_tools.run import recover as recover_command
 
     recover_command.recover(run, out, as_json=json)
@@ -235,7 +255,10 @@ def rejoin(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a running flight.")],
     satellite: Annotated[str, typer.Argument(help="Name of the lost satellite.")],
 ) -> None:
-    """Restart a lost satellite of a running flight; prints the step from which it takes part."""
+    """Restart a lost satellite of a running flight.
+
+    Prints the step from which the satellite takes part, and runs until the satellite's process ends.
+    """
     from satform_tools.run import ros_packages
 
     ros_packages.require()
@@ -250,13 +273,14 @@ def rejoin(
 
 def gallery(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Scenarios to fly; all when left out.")
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Scenarios to fly; by default all.")
     ] = None,
     stale: Annotated[
-        bool, typer.Option("--stale", help="Only those that have changed since their figure was made.")
+        bool,
+        typer.Option("--stale", help="Only the scenarios that have changed since their figure was made."),
     ] = False,
 ) -> None:
-    """Fly the shipped scenarios and write docs/gallery.md and its figures."""
+    """Fly the shipped scenarios and write docs/gallery.md."""
     from satform_tools.report import gallery as gallery_page
 
     raise typer.Exit(gallery_page.make(names or (), stale=stale))

@@ -38,14 +38,14 @@ def check(
     ],
     json: Json = False,
 ) -> None:
-    """Validate scenario and campaign files: print all errors, and warnings with their reasons."""
+    """Validate scenario and campaign files; print errors and warnings."""
     from satform_tools.check import files as check_files
 
     raise typer.Exit(check_files.check(files, as_json=json))
 
 
 def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False) -> None:
-    """Describe a scenario: graph, gains, modal roots, processes, topics, expectations."""
+    """Describe a scenario: graph, gains, modes, topics, expectations."""
     from satform_tools.describe import scenario_text
     from satform_tools.run import scenario_library
 
@@ -57,10 +57,10 @@ def schema(
         bool, typer.Option("--markdown", help="Print the page of the documentation instead.")
     ] = False,
     campaign: Annotated[
-        bool, typer.Option("--campaign", help="Of campaign files instead of scenario files.")
+        bool, typer.Option("--campaign", help="For campaign files instead of scenario files.")
     ] = False,
 ) -> None:
-    """Print the JSON Schema of scenario or campaign files, by which editors complete and check them."""
+    """Print the JSON Schema of scenario or campaign files."""
     if campaign:
         from satform_tools.describe import campaign_reference, campaign_schema
 
@@ -75,17 +75,26 @@ def security(
     scenario: ScenarioArgument,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the keystore, new or empty; by default in ./keystores."),
+        typer.Option(
+            metavar="DIR", help="Folder of the keystore, new or empty; by default ./keystores/NAME."
+        ),
     ] = None,
     days: Annotated[int, typer.Option(min=1, max=36500, help="Days for which the keys are valid.")] = 365,
     domain: Annotated[
         int | None,
-        typer.Option(min=0, max=230, help="The only DDS domain for which the keys are valid; else all."),
+        typer.Option(
+            min=0,
+            max=230,
+            help="The only DDS domain for which the keys are valid; by default all from 0 to 230.",
+        ),
     ] = None,
     changes: Changes = None,
     json: Json = False,
 ) -> None:
-    """Make keys and signed permissions (SROS 2), by which each node can use its own topics and no others."""
+    """Make keys and signed permissions (SROS 2) for each node.
+
+    With them, a node can publish and subscribe only to the topics of its role.
+    """
     from satform_tools.run import scenario_library
     from satform_tools.security import command
 
@@ -96,7 +105,8 @@ def report(
     runs: Annotated[
         list[Path],
         typer.Argument(
-            metavar="RUN [OTHER]", help="Folder of a run, bag folder, or .mcap file; two are compared."
+            metavar="RUN [OTHER]",
+            help="Folder of a run, bag folder, or .mcap file; if two are given, they are compared.",
         ),
     ],
     out: Annotated[
@@ -104,11 +114,15 @@ def report(
         typer.Option(metavar="DIR", help="Folder of the report; by default `report` beside the bag."),
     ] = None,
     export: Annotated[
-        list[Format] | None, typer.Option(help="Also write this format. Repeatable.", show_choices=True)
+        list[Format] | None,
+        typer.Option(help="Also write a file of this format. Repeatable.", show_choices=True),
     ] = None,
     json: Json = False,
 ) -> None:
-    """Report a flight: print its figures, write a page for a browser and files; or compare two flights."""
+    """Print a flight's figures and write a page, or compare two.
+
+    The page is report.html, for a browser; flight.png is an overview as a picture.
+    """
     from satform_tools.report import command as report_command
 
     report_command.report(runs, out, export or (), as_json=json)

@@ -54,8 +54,8 @@ def print_integration(data: dict[str, float] | None) -> None:
     """Print what `integration` has found."""
     if data is not None:
         console.line(
-            f"integrator: errs by up to {data['inertial']:.2g} m in one revolution, {data['relative']:.2g} m "
-            "between satellite and chief"
+            f"integrator: has an error of up to {data['inertial']:.2g} m in one revolution, "
+            f"{data['relative']:.2g} m between satellite and chief"
         )
 
 

@@ -179,7 +179,7 @@ def _print_disturbances(data: dict[str, Any]) -> None:
             )
             for entry in schedule
         ]
-        headings = ("from [s]", "reason", "flying", "edges", "lambda_2 of the living")
+        headings = ("from [s]", "reason", "flying", "edges", "lambda_2 of the flying satellites")
         truncated.table(Table(headings, rows, frozenset({0, 2, 3})))
     if links is not None or schedule or faults or period is not None:
         console.line()

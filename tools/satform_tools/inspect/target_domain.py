@@ -48,7 +48,7 @@ def no_formation_sentence(number: int, namespace: str | None = None) -> str:
     """
     inside = "" if namespace is None else f" in the namespace {namespace or '/'}"
     runs = runs_here()
-    elsewhere = running(runs) if runs else "no run is under way here"
+    elsewhere = running(runs) if runs else "no run is under way on this machine"
     return f"no formation is flying on domain {number}{inside}; {elsewhere}"
 
 

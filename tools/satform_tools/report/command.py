@@ -64,7 +64,7 @@ def _report_one(stored: StoredRun, folder: Path, formats: Sequence[Format], *, a
         return
     console.heading(f"{stored.scenario.name}: {stored.scenario.title}")
     if not stored.complete:
-        console.line(f"NOT COMPLETE, {stored.cut_short}: nothing is judged", "bold red")
+        console.line(f"NOT COMPLETE, {stored.cut_short}: no expectation is evaluated", "bold red")
     if stored.ended_early:
         console.line(f"ENDED EARLY after {stored.ended_early}", "bold red")
     tables.print_summary(summarise(stored.record))
@@ -91,7 +91,9 @@ def _report_both(first: StoredRun, second: StoredRun, folder: Path, *, as_json: 
     console.heading(f"A {first.name} and B {second.name}: {comparison.sentence}")
     for side, stored in (("A", first), ("B", second)):
         if not stored.complete:
-            console.line(f"{side} is NOT COMPLETE, {stored.cut_short}: nothing is judged", "bold red")
+            console.line(
+                f"{side} is NOT COMPLETE, {stored.cut_short}: no expectation is evaluated", "bold red"
+            )
         if stored.ended_early:
             console.line(f"{side} ENDED EARLY after {stored.ended_early}", "bold red")
     _print_comparison(comparison)

@@ -31,7 +31,7 @@ def _write(run: Path) -> None:
     parts = trace.parts(spans)
     if not parts:
         console.note(
-            f"{run / trace.FILE} opens in ui.perfetto.dev; parts of a step are given only where every "
+            f"{run / trace.FILE} opens in ui.perfetto.dev; the parts of a step are printed only if every "
             "satellite has a process of its own and sent each command once"
         )
         return
@@ -42,6 +42,6 @@ def _write(run: Path) -> None:
         console.note(f"{1e6 * part.seconds:8.0f} us  {part.name}")
     total = sum(part.seconds for part in parts)
     console.note(
-        f"{1e6 * total:8.0f} us  of a step, median; {run / trace.FILE} opens in ui.perfetto.dev, "
+        f"{1e6 * total:8.0f} us  whole step, median; {run / trace.FILE} opens in ui.perfetto.dev, "
         f"and {trace_plot.FILE} beside it shows a few steps"
     )

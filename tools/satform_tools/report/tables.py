@@ -44,7 +44,7 @@ def conclusion(result: RunResult) -> str:
     """The result of a run in one line."""
     flown = f"step {result.speed.steps} of {result.scenario.timing.steps}"
     if result.stopped:
-        return f"Stopped at {flown}: nothing is judged."
+        return f"Stopped at {flown}: no expectation is evaluated."
     if result.early_end is not None:
         missed = sum(not verdict.met for verdict in result.verdicts)
         judged = f" {missed} of {len(result.verdicts)} expectations missed." if result.verdicts else ""
@@ -52,11 +52,13 @@ def conclusion(result: RunResult) -> str:
     if result.lost and not result.complete:
         return f"Lost {', '.join(result.lost)} at {flown}: {result.reason}."
     if not result.complete:
-        return f"The flight cannot be judged: {result.reason or f'it ended at {flown}'}."
+        return f"The expectations cannot be evaluated: {result.reason or f'it ended at {flown}'}."
     if result.judged_on:
-        return f"Flown to the end. It is judged on host {result.judged_on}, which records."
+        return (
+            f"Flown to the end. The expectations are evaluated on host {result.judged_on}, which has the bag."
+        )
     if not result.recorded:
-        return "Flown to the end. Nothing was recorded, so nothing is judged."
+        return "Flown to the end. Nothing was recorded, so no expectation is evaluated."
     if result.tolerated:
         return f"{conclusion_of(result.scenario, result.verdicts)}."
     met = sum(verdict.met for verdict in result.verdicts)
@@ -199,7 +201,7 @@ def _print_speed(result: RunResult) -> None:
     if shares and result.complete:
         console.line(_shares_text(speed, shares))
     if speed.ping_pong_seconds is not None:
-        console.line(f"bare round trip: {1e6 * speed.ping_pong_seconds:.0f} us")
+        console.line(f"round trip of an empty message: {1e6 * speed.ping_pong_seconds:.0f} us")
 
 
 def _shares_text(speed: Speed, shares: dict[str, float]) -> str:
@@ -208,4 +210,4 @@ def _shares_text(speed: Speed, shares: dict[str, float]) -> str:
     listed = ", ".join(
         f"{name} {100 * shares[key]:.0f} % ({step * shares[key]:.0f} us)" for name, key in parts
     )
-    return f"of a step of {step:.0f} us: {listed}"
+    return f"step of {step:.0f} us: {listed}"

@@ -109,18 +109,18 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
     """
     if mode == "inprocess":
         needs_dds = (
-            (options.display, "--display", "publishes on topics"),
-            (options.keystore, "--secure", "is for messages on a network"),
-            (options.profile, "--profile", "is for flights of several processes"),
-            (options.satellites_per_process > 1, "--satellites-per-process", "is for several processes"),
-            (options.restart, "--restart", "is for processes that are lost"),
-            (options.continue_without_recorder, "--continue-without-recorder", "is for a recorder process"),
-            (options.namespace != "", "--namespace", "is for names of topics"),
-            (options.measure_round_trip, "--measure-round-trip", "is for messages between processes"),
+            (options.display, "--display", "needs topics"),
+            (options.keystore, "--secure", "needs DDS"),
+            (options.profile, "--profile", "needs several processes"),
+            (options.satellites_per_process > 1, "--satellites-per-process", "needs several processes"),
+            (options.restart, "--restart", "needs several processes"),
+            (options.continue_without_recorder, "--continue-without-recorder", "needs a recorder process"),
+            (options.namespace != "", "--namespace", "needs topics"),
+            (options.measure_round_trip, "--measure-round-trip", "needs several processes"),
         )
         for wanted, option, purpose in needs_dds:
             if wanted:
-                raise CommandError(f"{option} {purpose}; --mode inprocess is one process without DDS")
+                raise CommandError(f"{option} {purpose}; --mode inprocess flies in one process without DDS")
     if options.profile and mode == "realtime":
         raise CommandError(
             "--profile is for lockstep; against the wall clock a step waits for its time, not for work"
@@ -284,7 +284,7 @@ def _read(scenario: Scenario, path: Path) -> FlightRecord:
         raise CommandError(str(error)) from None
     if not bag.complete:
         steps = f"{bag.record.steps} of {scenario.timing.steps} steps"
-        raise CommandError(f"the bag is not complete: it holds {steps}")
+        raise CommandError(f"the bag is not complete: it has {steps}")
     return bag.record
 
 
@@ -298,5 +298,5 @@ def _round_trip() -> float | None:
     try:
         return median_round_trip(_ROUND_TRIPS)
     except RuntimeError as error:
-        console.note(f"the bare round trip was not measured: {error}")
+        console.note(f"the round trip was not measured: {error}")
         return None

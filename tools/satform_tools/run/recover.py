@@ -62,13 +62,13 @@ class _Recovery:
             return [*lines, f"no flight can be read from it: {self.why_none}"]
         steps, timing = self.bag.record.steps, self.bag.scenario.timing
         if self.bag.complete:
-            return [*lines, f"the flight is whole: {steps} of {timing.steps} steps"]
+            return [*lines, f"the flight is complete: {steps} of {timing.steps} steps"]
         missing = (
-            f"missing from step {steps} on ({steps * timing.step:g} s)"
+            f"the steps from {steps} on ({steps * timing.step:g} s) are missing"
             if steps < timing.steps
             else "its last messages may be missing"
         )
-        return [*lines, f"complete are {steps} of {timing.steps} steps; {missing}"]
+        return [*lines, f"{steps} of {timing.steps} steps are complete; {missing}"]
 
 
 def recover(run: Path, out: Path | None, *, as_json: bool) -> None:
@@ -121,4 +121,4 @@ def _print_complete(source: Path, *, as_json: bool) -> None:
     if as_json:
         console.as_json({"source": str(source), "whole": True})
     else:
-        console.line(f"{source} is whole and rosbag2's description fits; there is nothing to recover")
+        console.line(f"{source} is complete and has a valid metadata.yaml; there is nothing to recover")

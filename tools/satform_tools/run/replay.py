@@ -82,7 +82,7 @@ def replay(path: Path, *, as_json: bool) -> int:
             "flights in lockstep can be replayed"
         )
     if bag.record.steps < 1 and bag.record.early_end is None:
-        raise CommandError(f"{path}: holds no whole step; there is nothing to replay")
+        raise CommandError(f"{path}: has no complete step; there is nothing to replay")
     found = compare(bag.scenario, bag.record, bag.events)
     if as_json:
         console.as_json(asdict(found))
@@ -157,8 +157,8 @@ def _forget(again: NDArray[np.float64], recorded: NDArray[np.float64]) -> None:
 
 def _print(found: Replay, scenario: Scenario) -> None:
     console.heading(f"{scenario.name}: {scenario.title}")
-    happened = f"{found.events} unplanned events" if found.events else "nothing unplanned"
-    console.line(f"{found.steps} of {scenario.timing.steps} steps, with {happened} in them")
+    happened = f"{found.events} unplanned events" if found.events else "no unplanned events"
+    console.line(f"{found.steps} of {scenario.timing.steps} steps, {happened}")
     for difference in found.differences:
         console.line(difference, "bold red")
     if not found.differences:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Round trip of a bare message between two processes, the yardstick of all speeds over DDS."""
+"""Round trip of an empty message between two processes, the reference of all speeds over DDS."""
 
 
 def median_round_trip(count: int) -> float:

@@ -96,7 +96,7 @@ def find(run: Path) -> StoredRun:
     if stored.record.steps == 0:
         end = stored.record.early_end
         why = "" if end is None else f": {end.sentence}"
-        raise CommandError(f"{stored.path}: not one whole step was recorded{why}")
+        raise CommandError(f"{stored.path}: no complete step was recorded{why}")
     return stored
 
 

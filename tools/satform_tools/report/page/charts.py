@@ -123,7 +123,7 @@ def graph_charts(stored: StoredRun, unit: Unit) -> list[Chart]:
         Chart(
             "connectivity",
             "Algebraic connectivity",
-            "λ₂ of the living satellites",
+            "λ₂ of the flying satellites",
             (line,),
             steps=True,
             note=note,

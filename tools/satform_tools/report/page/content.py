@@ -77,7 +77,7 @@ class ScenarioText:
 def status(stored: StoredRun, verdicts: list[Verdict]) -> Status:
     """The conclusion about a flight."""
     if not stored.complete:
-        return Status("partial", f"Not complete: {stored.cut_short}; nothing is judged")
+        return Status("partial", f"Not complete: {stored.cut_short}; no expectation is evaluated")
     if stored.ended_early:
         return Status("missed", f"Ended early after {stored.ended_early}")
     text = conclusion_of(stored.scenario, verdicts)

@@ -105,8 +105,8 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     """Simulated time for which a command is held on the wall clock while no newer one arrives, s; after it
     the satellite's thrusters and wheels are off. A command is held for a step after its own at least."""
     node_timeout: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
-    """Wall-clock time after which a satellite that does not answer counts as lost, s; a silent plant after
-    twice that."""
+    """Wall-clock time after which a satellite that sends no message counts as lost, s; the plant counts as
+    lost after twice that time."""
     hosts: Annotated[tuple[HostSpec, ...], Field(max_length=1000)] = ()
     """Which machine runs which part, where the formation is flown on several."""
 

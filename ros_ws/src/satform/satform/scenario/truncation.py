@@ -68,17 +68,19 @@ def within_the_end(data: dict[str, Any], beyond: ListIndices) -> dict[str, Any]:
 
 
 def excluded(beyond: ListIndices) -> list[str]:
-    """What is said about that which was left out."""
-    said = []
+    """Sentences about the expectations, faults and changes that are omitted from a shorter flight."""
+    found = []
     if count := len(beyond.get("expect", ())):
-        lie = "expectation lies" if count == 1 else "expectations lie"
-        said.append(f"{count} {lie} beyond the shorter flight and {_are(count)} not judged")
-    for field, thing in (("faults", "fault"), ("graph_schedule", "change of the graph")):
+        need = "expectation needs" if count == 1 else "expectations need"
+        found.append(f"{count} {need} a longer flight and {_are(count)} omitted")
+    for field, one, several in (
+        ("faults", "fault begins", "faults begin"),
+        ("graph_schedule", "change of the graph is", "changes of the graph are"),
+    ):
         if count := len(beyond.get(field, ())):
-            things = thing if count == 1 else thing.replace("fault", "faults").replace("change", "changes")
-            lie, happen = ("lies", "does") if count == 1 else ("lie", "do")
-            said.append(f"{count} {things} {lie} beyond the shorter flight and {happen} not happen")
-    return said
+            begin = one if count == 1 else several
+            found.append(f"{count} {begin} after the end of the shorter flight and {_are(count)} omitted")
+    return found
 
 
 def _are(count: int) -> str:

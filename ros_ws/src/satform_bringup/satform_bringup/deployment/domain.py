@@ -78,7 +78,7 @@ def own_domain(agreed: int | None = None, namespace: str = "") -> Iterator[int]:
         raise DomainError(
             f"ROS_DOMAIN_ID={text} is in use by another run on this machine{_in_words(wanted[0])}, and both "
             "would receive each other's messages; wait for it to end, set another one, "
-            + ("or unset it to get a free one" if agreed is None else "the same on every host")
+            + ("or unset it to use a free domain" if agreed is None else "the same on every host")
         )
     raise DomainError(f"{len(wanted)} runs are under way already; wait for one to end")
 

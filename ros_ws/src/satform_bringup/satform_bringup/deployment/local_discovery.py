@@ -59,7 +59,7 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
     """
     if processes > MOST:
         raise DiscoveryError(
-            f"{processes} processes are more than the {MOST} that find each other on one machine; "
+            f"{processes} processes are more than the {MOST} that can discover each other on one machine; "
             f"let satellites share processes with --satellites-per-process {_group_for(processes)} or more"
         )
     period = middleware.heartbeat(satellites)

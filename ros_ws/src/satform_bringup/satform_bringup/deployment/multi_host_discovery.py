@@ -41,8 +41,8 @@ def find_host(scenario: Scenario, name: str) -> HostSpec:
     """
     if not scenario.hosts:
         raise PeerError(
-            f"the scenario {scenario.name} does not say which host runs what; give it a field hosts, such as "
-            "[{name: alpha, address: 192.168.1.10, runs: [plant, recorder]}, ...]"
+            f"the scenario {scenario.name} does not say which host runs which nodes; give it a field hosts, "
+            "such as [{name: alpha, address: 192.168.1.10, runs: [plant, recorder]}, ...]"
         )
     known = {host.name: host for host in scenario.hosts}
     if name in known:
@@ -73,7 +73,7 @@ def require_own_address(host: HostSpec) -> None:
         except OSError:
             raise PeerError(
                 f"this machine does not have {host.address}, the address of host {host.name} in the "
-                "scenario; start it with the name of the host that it is, or correct the address"
+                "scenario; give the name of this machine's host to --host, or correct the address"
             ) from None
 
 

@@ -120,9 +120,9 @@ def _wrong_variables(*, secured: bool) -> Iterable[str]:
         yield str(error)
     found = os.environ.get(RANGE, "")
     if found == "OFF":
-        yield f"{RANGE}=OFF keeps all nodes from finding each other; unset it, or set LOCALHOST"
+        yield f"{RANGE}=OFF prevents nodes from discovering each other; unset it, or set LOCALHOST"
     elif found and found not in RANGES:
-        yield f"{RANGE}={found!r} is no range of discovery; there are {', '.join(RANGES)}"
+        yield f"{RANGE}={found!r} is not a discovery range; the allowed values are {', '.join(RANGES)}"
     yield from _wrong_peers(os.environ.get("ROS_STATIC_PEERS", ""))
     yield from _wrong_profiles()
     middleware = os.environ.get("RMW_IMPLEMENTATION", "")
@@ -173,8 +173,8 @@ def _is_installed(package: str) -> bool:
 def _wrong_machine(processes: int) -> Iterable[str]:
     if not _loopback_works():
         yield (
-            "no datagram passes on the loopback interface (127.0.0.1), on which the nodes of a flight talk; "
-            "bring it up (ip link set lo up), or let a firewall pass it"
+            "no datagram passes on the loopback interface (127.0.0.1), by which the nodes of a flight "
+            "communicate; bring it up (ip link set lo up), or let a firewall pass it"
         )
     try:
         tempfile.gettempdir()

@@ -112,7 +112,5 @@ def _require_middleware(keystore: Path, enclave: str, domain: int) -> None:
     except subprocess.TimeoutExpired:
         raise SecurityError(f"a node with keys was not made within {_TIMEOUT:g} s") from None
     if tried.returncode != 0:
-        reason = " ".join((tried.stdout.strip() or tried.stderr.strip() or "it did not say why").split())
-        raise SecurityError(
-            f"the middleware here does not fly secured, and nothing was flown unsecured instead: {reason}"
-        )
+        reason = " ".join((tried.stdout.strip() or tried.stderr.strip() or "it gave no reason").split())
+        raise SecurityError(f"the middleware does not support DDS Security, so nothing was flown: {reason}")

@@ -93,7 +93,7 @@ def rejoin(run: Path, name: str) -> int:
 
 def _last_line(log: Path) -> str:
     """The last line in a node's log, without the prefix of its logger."""
-    lines = log.read_text(errors="replace").strip().splitlines() or ["it printed nothing"]
+    lines = log.read_text(errors="replace").strip().splitlines() or ["it printed no output"]
     return lines[-1].rpartition("]: ")[2]
 
 

@@ -94,7 +94,7 @@ def hold_shell_domain(scenario: str, folder: Path, namespace: str = "") -> int:
         others = [run for run in registered_runs() if run.domain == domain]
         who = f" ({others[0].scenario} in {others[0].folder})" if others else ""
         raise DomainError(
-            f"domain {domain} is in use by another run on this machine{who}, and both would receive "
+            f"domain {domain} is in use by another run on this machine{who}, and both runs would receive "
             "each other's messages; "
             "wait for it to end, set ROS_DOMAIN_ID to another number, or push a namespace"
         )

@@ -353,7 +353,7 @@ class Supervisor:
     def _end_of(self, entry: _Running, code: int) -> str:
         """How a process ended, as text."""
         how = f"was ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
-        last = entry.log.read_text(errors="replace").strip().splitlines()[-1:] or ["it printed nothing"]
+        last = entry.log.read_text(errors="replace").strip().splitlines()[-1:] or ["it printed no output"]
         return f"{entry.name} {how} after step {self._steps}: {last[0]}"
 
     def _forget(self, entry: _Running) -> None:
@@ -390,7 +390,7 @@ class Supervisor:
     def _reason_in_words(self) -> str:
         """Why the flight ended early, and what became of a restart that was asked for."""
         if self._policy.restart and self._reason.endswith(ALL_LOST):
-            return f"{self._reason}, and a satellite is started again only while another one flies on"
+            return f"{self._reason}, and a satellite is restarted only while another one flies"
         return self._reason
 
     def _warnings(self) -> tuple[str, ...]:

@@ -96,7 +96,7 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
     ):
         silent = plant.missing()
         if plant.waits_for_rejoin:
-            late = f"{listed(silent)} has not come back within {plant.start_timeout:g} s"
+            late = f"{listed(silent)} has not rejoined within {plant.start_timeout:g} s"
             plant.aborted = (silent, late)
         else:
             # If all missing nodes have retransmitted, none is at fault, but the step does not go on either.

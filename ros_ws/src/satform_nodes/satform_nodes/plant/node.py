@@ -217,7 +217,7 @@ class PlantNode:
             self.aborted = ([RECORDER], reason)
             return
         self.recorded = False
-        self.node.get_logger().warning(f"{reason}; the flight goes on unrecorded")
+        self.node.get_logger().warning(f"{reason}; the flight continues without a recorder")
         self.report.send("loss", who=RECORDER, step=self.plant.step, reason=reason)
         self._publish_due_states()
 
@@ -354,7 +354,7 @@ class PlantNode:
         """End the flight when a satellite that the scenario brings back has been awaited for too long."""
         if self.membership.awaited and time.monotonic() - self._awaited_since > self.start_timeout:
             missing = self.missing()
-            self.aborted = (missing, f"{listed(missing)} has not come back within {self.start_timeout:g} s")
+            self.aborted = (missing, f"{listed(missing)} has not rejoined within {self.start_timeout:g} s")
 
     def tick(self) -> None:
         """Take the next step with the commands that there are; one that is too old is none any more."""

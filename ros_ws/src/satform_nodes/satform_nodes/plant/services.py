@@ -71,7 +71,7 @@ class FormationServices:
     def _resume(self, _request: Any, reply: Any) -> Any:
         if not self._control.paused:
             return _failed(reply, "the flight is not paused")
-        return _done(reply, f"goes on with step {self._control.resume()}")
+        return _done(reply, f"continues with step {self._control.resume()}")
 
     def _step(self, _request: Any, reply: Any) -> Any:
         if not self._control.flying:
@@ -118,22 +118,22 @@ def wanted_graph(adjacency: Any, plan: FormationPlan) -> Graph:
     if not np.isin(matrix, (0.0, 1.0)).all():
         raise ValueError("adjacency has entries other than 0 and 1")
     if np.diagonal(matrix).any():
-        raise ValueError("adjacency has a 1 on its diagonal: a satellite is no neighbour of itself")
+        raise ValueError("adjacency has a 1 on its diagonal: a satellite is not its own neighbour")
     if plan.announces == "motion":
         raise ValueError("a satellite that follows a neighbour needs its messages at every step")
     new = matrix > plan.membership.possible_graph.adjacency
     points = plan.points_at_satellites
     if points and new.any():
         raise ValueError(
-            "satellites that point at each other know their neighbours from the scenario: only edges that it "
-            "has at some time can be used"
+            "satellites that point at each other need the edges of the scenario: only edges that the "
+            "scenario has at some time can be used"
         )
     if plan.links.links is not None and new.any():
         receiver, sender = (int(index) for index in np.argwhere(new)[0])
         names = list(plan.names)
         raise ValueError(
-            f"{names[receiver]} has no link from {names[sender]} in this scenario, which describes its "
-            "links: only edges that it has at some time can be used"
+            f"{names[receiver]} has no link from {names[sender]} in this scenario, which has a field "
+            "links: only edges that the scenario has at some time can be used"
         )
     return Graph(matrix)
 

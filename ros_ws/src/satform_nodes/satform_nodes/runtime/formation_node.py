@@ -21,8 +21,8 @@ SIM_TIME = "use_sim_time"
 """Parameter that every ROS node has: whether the node's clock follows `/clock`."""
 
 NO_SIM_TIME = (
-    "satform's nodes make simulated time and take it from the messages of each step, never from /clock; "
-    f"leave {SIM_TIME} false for them, and set it for the nodes that look on"
+    "satform's nodes take simulated time from the messages of each step, never from /clock; "
+    f"leave {SIM_TIME} false for them, and set it for observers only"
 )
 
 
@@ -69,7 +69,7 @@ class FormationNode(Node):
         reason = f"not handled: {type(error).__name__}"
         self.rejections.add(name, reason)
         if self.rejections.counts[name, reason] == 1:
-            self.get_logger().warning(f"{name}: refused, and counted from now on: {error_sentence(error)}")
+            self.get_logger().warning(f"{name}: rejected, and counted from now on: {error_sentence(error)}")
 
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Callable[[Any, Any], Any], **options: Any

@@ -111,8 +111,8 @@ def _check_override(node: Node, prefix: str, spec: Spec, name: str, value: Any) 
     if isinstance(value, bool | str):
         if given != value:
             raise ParameterError(
-                f"{prefix}.{name}: found {given!r}; the scenario has {value!r}, which makes the law what it "
-                "is: change it in the scenario"
+                f"{prefix}.{name}: found {given!r}; the scenario has {value!r}, which cannot be "
+                "changed by a parameter: change it in the scenario"
             )
         return
     try:

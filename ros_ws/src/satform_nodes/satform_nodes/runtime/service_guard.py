@@ -36,7 +36,7 @@ def guarded(service: Any, callback: Callback, note: Callable[[Exception], None])
             return callback(request, reply)
         except Exception as error:
             note(error)
-            return refused(service.Response(), f"the request was refused: {error_sentence(error)}")
+            return refused(service.Response(), f"the request was rejected: {error_sentence(error)}")
 
     def answer_each(request: SetParameters.Request, reply: SetParameters.Response) -> SetParameters.Response:
         for parameter in request.parameters:
@@ -45,7 +45,7 @@ def guarded(service: Any, callback: Callback, note: Callable[[Exception], None])
                 reply.results.extend(callback(single, SetParameters.Response()).results)
             except Exception as error:
                 note(error)
-                reason = f"{parameter.name}: the value was refused: {error_sentence(error)}"
+                reason = f"{parameter.name}: the value was rejected: {error_sentence(error)}"
                 reply.results.append(SetParametersResult(successful=False, reason=reason))
         return reply
 

@@ -26,19 +26,21 @@ class StartParameter:
 
 START_PARAMETERS = {
     "scenario": StartParameter("", "path of the scenario file"),
-    "recorded": StartParameter(False, "whether a recorder takes part, to be waited for"),
+    "recorded": StartParameter(
+        False, "whether a recorder takes part; if so, the flight waits until it is ready"
+    ),
     "recorder_needed": StartParameter(True, "whether the flight ends when the recorder is lost"),
-    "rate": StartParameter(0.0, "simulated seconds in each second of the wall clock; 0 for lockstep"),
+    "rate": StartParameter(0.0, "simulated seconds per second of wall-clock time; 0 for lockstep"),
     "satellite": StartParameter("", "name of the satellite in the scenario"),
     "satellites": StartParameter([""], "names of the satellites in this process"),
     "checkpoints": StartParameter("", "folder of the checkpoints; empty to write none"),
     "bag": StartParameter("", "folder of the bag to be written"),
-    "display_scale": StartParameter(1e-3, "length in the markers of one metre"),
+    "display_scale": StartParameter(1e-3, "length of one metre in the markers"),
     "frames_per_period": StartParameter(200.0, "frames per period, in simulated time"),
     "trail": StartParameter(200.0, "length of a trail, frames"),
     "frame_rate": StartParameter(10.0, "frames per second of wall-clock time, at most"),
     STOPPED_EXIT_CODE: StartParameter(
-        130, "exit code after a stop that was asked for by a signal or service; a launch file gives 0"
+        130, "exit code after a stop by a signal or service; the launch file sets 0"
     ),
 }
 
@@ -62,7 +64,7 @@ _SATELLITE = ("controller", "attitude_controller", "curve", "phase")
 
 PROGRAMS = {
     "plant_node": Program(
-        "Moves all satellites, decides who takes part, and keeps simulated time.",
+        "Propagates all satellites, decides which of them take part, and publishes simulated time.",
         ("scenario", "recorded", "recorder_needed", "rate", STOPPED_EXIT_CODE),
     ),
     "satellite_node": Program(
@@ -71,7 +73,7 @@ PROGRAMS = {
         _SATELLITE,
     ),
     "group_node": Program(
-        "Flies several satellites in one process.",
+        "Runs the flight software of several satellites in one process.",
         ("scenario", "satellites", "recorded", "checkpoints", "rate", STOPPED_EXIT_CODE),
         _SATELLITE,
     ),
@@ -103,7 +105,7 @@ def help_of(program: str) -> str:
         "",
         described.purpose,
         "",
-        "Parameters, read-only, given at the start:",
+        "Parameters, read-only, set at the start:",
         *(
             f"  {name:{width}}  {kind:{kind_width}}  {_value(parameter.default):>6}  {parameter.description}"
             for (name, parameter), kind in zip(rows, kinds, strict=True)

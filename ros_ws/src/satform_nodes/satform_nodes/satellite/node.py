@@ -254,7 +254,7 @@ class SatelliteNode:
             os.kill(os.getpid(), signal.SIGKILL)
         if self.flying and not is_planned:
             sentence = f"the plant counts {self.name} as lost since step {step}"
-            raise NodeError(f"{sentence}; it ends, so that it can be started anew", EXIT_LOST)
+            raise NodeError(f"{sentence}; it ends so that it can be restarted", EXIT_LOST)
         first = not self.flying
         self.flying = False
         self.neighbour_messages.by_step.clear()

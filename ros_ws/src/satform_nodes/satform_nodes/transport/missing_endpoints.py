@@ -77,7 +77,7 @@ def in_words(found: Sequence[Shortcoming], unready: Sequence[str]) -> str:
         The first few of them; where none is found, who has not reported.
     """
     if not found:
-        return f"{listed(unready)} has all its topics here and has not reported that it is ready"
+        return f"{listed(unready)} has discovered all its topics and has not reported that it is ready"
     named = "; ".join(each.sentence for each in found[:_MOST_NAMED])
     rest = len(found) - _MOST_NAMED
     return f"{named}; and {rest} more" if rest > 0 else named
