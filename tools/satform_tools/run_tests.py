@@ -66,9 +66,9 @@ PARTS = (
     Part("nodes", (*_MEASURED, "-m", "not unmeasured", "tests/dds")),
     # Long or repeated flights, of code that is measured above: coverage would double their time.
     Part("long flights of nodes", (*_PYTEST, "-m", "unmeasured", "tests/dds")),
+    Part("commands", (*_PYTEST, "-m", "not setup_from_scratch", "tests/tools")),
     Part("unit tests", (*_MEASURED, "tests/unit")),
     Part("set-up", (*_PYTEST, "-m", "setup_from_scratch", "tests/tools")),
-    Part("commands", (*_PYTEST, "-m", "not setup_from_scratch", "tests/tools")),
     Part("damaged input", (*_PYTEST, "tests/fuzz")),
     Part("ruff check", ("-m", "ruff", "check", ".")),
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
