@@ -10,6 +10,7 @@ import pytest
 from flights import SCENARIOS
 from satform.campaign.cases import case_scenario
 from satform.campaign.chunk import fly_chunk
+from satform.campaign.folder import CampaignFolder
 from satform.campaign.loader import load_campaign
 from satform.flight.simulate import simulate
 from satform_tools.cli import main as cli
@@ -67,3 +68,25 @@ def test_a_case_over_dds_has_the_bits_and_the_figures_of_the_campaign(
         assert results[number].figures[verdict["label"]] == verdict["figure"]
     # Each case is another flight.
     assert len({tuple(result.figures.values()) for result in results}) == campaign.cases
+
+
+def test_bags_of_failed_cases_are_recorded_at_the_end_of_a_campaign(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "campaign.yaml"
+    text = TRIANGLE.format(scenarios=SCENARIOS).replace("50.0", "4.0").replace("runs: 8", "runs: 2")
+    # Nothing can be met.
+    file.write_text(text.replace("below: 1.0e6", "below: 1.0") + "keep: {bag: on_failure}\n")
+    out = tmp_path / "out"
+    words = ["campaign", "run", str(file), "--out", str(out), "--workers", "1", "--json"]
+    assert cli.main(words) == 0
+    assert json.loads(capsys.readouterr().out)["failed"] == 2
+    folder = CampaignFolder.open(out)
+    for result in folder.results():
+        bag = stored_run.find(out / "bags" / f"case-{result.number:08d}")
+        assert bag.events is not None
+        alone = simulate(case_scenario(folder.campaign(), result.number))
+        assert alone.differences(bag.record) == []
+    before = sorted(out.rglob("*"))
+    assert cli.main(["campaign", "resume", str(out)]) == 0
+    assert sorted(out.rglob("*")) == before

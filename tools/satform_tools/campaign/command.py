@@ -5,7 +5,7 @@
 import os
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
@@ -24,7 +24,7 @@ from satform.campaign.result_files import ResultFileError
 from satform.files.durable_file import write_durably
 from satform_nodes.runtime.signals import StopRequest
 from satform_tools import console
-from satform_tools.campaign import junit, library, progress
+from satform_tools.campaign import bags, junit, library, progress
 from satform_tools.campaign.summary import Speed, Summary, summarise
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.run import folders
@@ -164,10 +164,11 @@ def _require_fitting(options: Options) -> None:
 
 def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumption: Resumption) -> Summary:
     """Fly what is missing, with the folder locked, and write the summary."""
+    bags.prepare(campaign)
     try:
         with folder.locked():
             _prepare(folder, resumption)
-            summary = _fly(folder, campaign, options, folder.done())
+            summary = _with_bags(_fly(folder, campaign, options, folder.done()))
             with suppress(OSError):
                 # A full disk is in the summary already.
                 write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
@@ -177,6 +178,14 @@ def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumpt
         raise CommandError(f"the campaign cannot be stored: {sentence_of(error)}") from None
     _write_junit(summary, options.junit)
     return summary
+
+
+def _with_bags(summary: Summary) -> Summary:
+    """Record the bags that the campaign retains, once all cases are flown."""
+    if not summary.complete or summary.stopped or summary.reason:
+        return summary
+    reason, stopped = bags.record(summary.folder, summary.campaign)
+    return replace(summary, reason=reason, stopped=stopped)
 
 
 def _prepare(folder: CampaignFolder, resumption: Resumption) -> None:

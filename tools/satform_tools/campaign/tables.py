@@ -100,7 +100,10 @@ def _print_failures(summary: Summary) -> None:
 def _print_conclusion(summary: Summary) -> None:
     again = f"go on with: satform campaign resume {summary.folder.path}"
     missing = summary.cases - summary.flown
-    if summary.stopped:
+    if summary.complete and (summary.stopped or summary.reason):
+        why = summary.reason or "stopped"
+        console.line(f"NOT COMPLETE: all cases are flown, but bags are missing: {why}; {again}", "red")
+    elif summary.stopped:
         console.line(f"STOPPED: {missing} of {summary.cases} cases are not flown; {again}", "red")
     elif not summary.complete:
         why = f": {summary.reason}" if summary.reason else ""

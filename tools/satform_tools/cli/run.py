@@ -139,7 +139,9 @@ def run(
         )
     _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
     if mode is not RunMode.INPROCESS:
-        _prepare_dds(secured=secure is not None)
+        from satform_tools.run import dds_preparation
+
+        dds_preparation.prepare(secured=secure is not None)
     from satform_tools.campaign import case as campaign_case
     from satform_tools.cli import names
     from satform_tools.report import tables
@@ -195,30 +197,6 @@ def _require_one_subject(
             "--set and --seed are for scenarios; the values of a case are those of its campaign. Its flight "
             "leaves scenario.json in the folder of the run, which satform run takes with --set"
         )
-
-
-def _prepare_dds(*, secured: bool) -> None:
-    """Check that a flight over DDS can start, and let the process server import while this process goes on.
-
-    Raises:
-        CommandError: a flight cannot work here.
-    """
-    from satform_tools.run import ros_packages
-
-    ros_packages.require()
-    from satform_bringup.deployment import preflight
-    from satform_bringup.supervisor import process_server
-
-    try:
-        preflight.require(secured=secured)
-    except preflight.PreflightError as error:
-        raise CommandError(str(error)) from None
-    for name in preflight.unused_variables():
-        console.note(f"{name} is set; the nodes of a flight ignore it")
-    if sentence := preflight.shared_memory():
-        console.note(sentence)
-    preflight.remove_unused_variables()
-    process_server.prepare()
 
 
 def replay(run: Run, json: Json = False) -> None:
