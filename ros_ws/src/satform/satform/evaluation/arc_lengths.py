@@ -150,10 +150,10 @@ class _SpreadAt(OverStretch):
         super().__init__(stretch, "arc_length")
         self._spread: Array = np.empty(0)
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         self._spread = spread_of(part.values, part.excused)[-1]
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         return self._spread
 
 
@@ -165,10 +165,10 @@ class _MeanLess(OverStretch):
         self._nominal = nominal
         self._row: Array = np.empty(0)
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         self._row = part.values[-1].copy()
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         flying = ~np.isnan(self._row)
         total = np.add.accumulate(np.where(flying, self._row, 0.0), axis=1)[:, -1]
         mean: Array = total / flying.sum(axis=1) - self._nominal

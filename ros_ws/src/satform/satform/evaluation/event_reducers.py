@@ -106,14 +106,14 @@ class WholeFlight(ABC):
         self._runs = block.runs
         part = self._reader.read(block, self._series)
         if part is not None:
-            self._take(part)
+            self.take(part)
 
     def figures(self) -> Array:
         """The figure of each run, shape (R,); NaN for a run that does not give it."""
         return np.broadcast_to(self._rows() * self._step, (self._runs,)).copy()
 
     @abstractmethod
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         """Take the next rows."""
 
     @abstractmethod
@@ -128,7 +128,7 @@ class SettlingOf(WholeFlight):
         super().__init__(stretch, series, level, step)
         self._outside = LastOutside()
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         self._outside.add(not_all_within(part.values, part.excused, self._level))
 
     def _rows(self) -> Array:

@@ -62,7 +62,7 @@ class OverStretch(ABC):
         part = self._reader.read(block, self._series)
         if part is not None:
             self._gap |= part.gaps()
-            self._take(part)
+            self.take(part)
 
     def figures(self) -> Array:
         """The figure of each run, shape (R,); NaN for a run that does not give it."""
@@ -70,14 +70,14 @@ class OverStretch(ABC):
             return np.full(len(self._gap), np.nan)
         # What is missing is met with NaN below, and needs no warning.
         with np.errstate(all="ignore"):
-            return np.where(self._gap | self._reader.lacking(), np.nan, self._found())
+            return np.where(self._gap | self._reader.lacking(), np.nan, self.found())
 
     @abstractmethod
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         """Take the next rows of the stretch."""
 
     @abstractmethod
-    def _found(self) -> Array:
+    def found(self) -> Array:
         """The figure from at least one row, shape (R,)."""
 
 
@@ -107,12 +107,12 @@ class ExtremeOf(OverStretch):
         self._transform = transform
         self._extreme: Array | None = None
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         values = part.values if self._transform is None else self._transform(part.values)
         extreme = self._of_numbers.reduce(values, axis=0)
         self._extreme = extreme if self._extreme is None else self._of_numbers(self._extreme, extreme)
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         assert self._extreme is not None  # noqa: S101 - a row was taken
         found: Array = self._of_numbers.reduce(self._extreme.reshape(len(self._extreme), -1), axis=1)
         return found
@@ -141,10 +141,10 @@ class MeanOf(OverStretch):
         self._squares = root_of_squares
         self._sums = MeanBySatellite()
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         self._sums.add(part.values * part.values if self._squares else part.values)
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         total = np.add.accumulate(self._sums.total, axis=1)[:, -1]
         mean = total / self._sums.count.sum(axis=1)
         found: Array = np.sqrt(mean) if self._squares else mean
@@ -185,10 +185,10 @@ class LargestSum(OverStretch):
 
     _total: Array = np.zeros(())
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         self._total = added_in_order(self._total, part.values)
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         found: Array = np.fmax.reduce(self._total, axis=1)
         return found
 
@@ -209,12 +209,12 @@ class LargestChange(OverStretch):
         self._known = False
         self._first = self._last = np.zeros(())
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         if not self._known:
             self._known, self._first = True, part.values[0].copy()
         self._last = part.values[-1].copy()
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         change = self._last - self._first
         found: Array = np.fmax.reduce(np.abs(change) if self._magnitude else change, axis=1)
         return found if self._reader.rows > 1 else np.full_like(found, np.nan)
@@ -235,10 +235,10 @@ class OffsetOf(OverStretch):
         self._axis = axis
         self._sums = MeanBySatellite()
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         self._sums.add(part.values[..., self._axis])
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         means = self._sums.mean()
         furthest = np.argmax(np.where(np.isnan(means), -np.inf, np.abs(means)), axis=1)
         chosen: Array = means[np.arange(len(means)), furthest]
@@ -256,13 +256,13 @@ class SwingOf(OverStretch):
         self._most: Array = np.full((), np.nan)
         self._count: NDArray[np.int64] = np.zeros((), dtype=np.int64)
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         values = part.values[..., self._axis]
         self._least = np.fmin(self._least, np.fmin.reduce(values, axis=0))
         self._most = np.fmax(self._most, np.fmax.reduce(values, axis=0))
         self._count = self._count + np.count_nonzero(~np.isnan(values), axis=0)
 
-    def _found(self) -> Array:
+    def found(self) -> Array:
         swing = np.where(self._count > 1, self._most - self._least, np.nan)
         half: Array = 0.5 * np.fmax.reduce(swing, axis=1)
         return half

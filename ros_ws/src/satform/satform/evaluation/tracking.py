@@ -205,7 +205,7 @@ class _Reaching(WholeFlight):
         self._axis = axis
         self._inside = FirstInside()
 
-    def _take(self, part: Part) -> None:
+    def take(self, part: Part) -> None:
         if not self._inside.all_known:
             values = np.abs(part.values[..., self._axis])
             self._inside.add(~not_all_within(values, part.excused, self._level))
