@@ -41,17 +41,17 @@ def generate_launch_description() -> LaunchDescription:
                 "mode",
                 default_value="lockstep",
                 choices=["lockstep", "realtime"],
-                description="When a step begins: once every satellite has answered, or by the wall clock.",
+                description="lockstep: a step begins when all commands have arrived; realtime: at its time.",
             ),
             DeclareLaunchArgument(
                 "rate",
                 default_value="1.0",
-                description="Simulated seconds in each second of the wall clock; in mode realtime only.",
+                description="Simulated seconds per second of wall-clock time; with mode:=realtime.",
             ),
             DeclareLaunchArgument(
                 "set",
                 default_value="",
-                description="Changes of the scenario, e.g. `timing.duration=600.0`; blanks between several.",
+                description="Changes of the scenario, e.g. `timing.duration=600.0`, separated by spaces.",
             ),
             DeclareLaunchArgument(
                 "record", default_value="true", choices=["true", "false"], description="Record a bag."
@@ -64,7 +64,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "group",
                 default_value="1",
-                description="Satellites that share a process; they talk over DDS all the same.",
+                description="Number of satellites in a process; each has its own node and topics.",
             ),
             DeclareLaunchArgument(
                 "display",

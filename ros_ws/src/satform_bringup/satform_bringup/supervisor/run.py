@@ -45,7 +45,7 @@ def fly(
         out: existing folder; gets the scenario as every node reads it, the bag and the nodes' logs.
         record: whether to record a bag.
         progress: called now and then with the steps flown and the steps to fly.
-        group: how many satellites share a process; they talk over DDS all the same.
+        group: how many satellites share a process; each has its own node and topics.
         policy: what is done about losses; by default nothing is restarted and the recorder is needed.
         display: whether to show the flight on topics that RViz and Foxglove draw.
         host: of the scenario's hosts the one that this machine is; None when it runs everything.
