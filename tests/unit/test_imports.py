@@ -46,6 +46,7 @@ ROOMS = (
 TAKE_A_SCENARIO = {
     "satform.campaign.cases",
     "satform.campaign.chunk",
+    "satform.campaign.stack",
     "satform.campaign.model",
     "satform.campaign.paths",
     "satform.campaign.plan_digest",

@@ -137,7 +137,14 @@ def test_a_stopped_campaign_ends_its_workers_and_has_what_was_finished(tmp_path:
 
 @pytest.mark.parametrize(
     ("cases", "workers", "satellites", "size"),
-    [(1000, 2, 3, 125), (10, 7, 3, 1), (1_000_000, 2, 3, 512), (1000, 1, 1000, 4), (5, 1, 10_000, 1)],
+    [
+        (1000, 2, 3, 250),
+        (10_000, 2, 3, 512),
+        (10, 7, 3, 2),
+        (1_000_000, 2, 3, 512),
+        (1000, 1, 1000, 4),
+        (5, 1, 10_000, 1),
+    ],
 )
 def test_a_chunk_has_a_share_of_the_cases_within_the_bounds_of_memory(
     cases: int, workers: int, satellites: int, size: int

@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flies some cases of a campaign in this process, and gives each its result."""
+"""Flies some cases of a campaign in this process, and gives each its result.
+
+Cases that are alike are flown as one formation, with the same figures to the bit as one by one. A case that
+ends early, or whose record is retained, is flown alone.
+"""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -13,6 +17,7 @@ from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.engine import ChunkObserver
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult, Columns, Kind, failure_text
+from satform.campaign.stack import Case, fly_stack, stacks
 from satform.evaluation.evaluate import judge
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.files.durable_file import reason_text
@@ -22,6 +27,9 @@ from satform.record.archive import RECORD, save_record
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, ScenarioError, save_scenario
 from satform.scenario.expectation import Verdict
+
+FEWEST_IN_A_STACK = 2
+"""Cases from which on they are flown as one formation."""
 
 SCENARIO_FILE = "scenario.json"
 """Name of the scenario in the folder of a retained record, as in that of a run."""
@@ -45,15 +53,55 @@ def fly_chunk(
         A result for each case, in the order of the numbers. A case that cannot be flown has the reason in its
         result.
     """
-    results = []
+    found: dict[int, CaseResult] = {}
+    alone = records is not None and campaign.keep.record == "always"
+    for cases in [] if alone or len(numbers) < FEWEST_IN_A_STACK else stacks(campaign, numbers):
+        if observer is not None:
+            observer.begin([case.number for case in cases])
+        flown = _stacked_results(campaign, cases, records)
+        if observer is not None and flown:
+            observer.finished(flown)
+        found.update({result.number: result for result in flown})
     for number in numbers:
+        if number in found:
+            continue
         if observer is not None:
             observer.begin([number])
-        result = fly_case(campaign, number, records)
+        found[number] = fly_case(campaign, number, records)
         if observer is not None:
-            observer.finished([result])
-        results.append(result)
-    return results
+            observer.finished([found[number]])
+    return [found[number] for number in numbers]
+
+
+def _stacked_results(campaign: Campaign, cases: Sequence[Case], records: str | None) -> list[CaseResult]:
+    """Results of cases flown as one formation; of none that ended early, or whose record is retained."""
+    try:
+        flown = fly_stack(campaign, cases)
+    except Exception:  # of a user's own part: each case is flown alone, and says what is wrong with it
+        return []
+    results = [_result(campaign, own.case, own.figures, series=own.series) for own in flown]
+    return [result for result in results if records is None or not is_retained(campaign, result)]
+
+
+def _result(campaign: Campaign, case: Case, figures: Sequence[float], series: dict[str, Array]) -> CaseResult:
+    own = [figure.measure for figure in campaign.figures]
+    expectations = [*own, *case.scenario.expect]
+    names = campaign.figure_names
+    verdicts = [
+        expectation.verdict(figure) for expectation, figure in zip(expectations, figures, strict=True)
+    ]
+    judged = dict(zip(names[len(own) :], verdicts[len(own) :], strict=True))
+    reason = reason_of("", judged)
+    return CaseResult(
+        number=case.number,
+        changes=case_values(campaign, case.number),
+        figures={name: verdict.figure for name, verdict in zip(names, verdicts, strict=True)},
+        met={name: verdict.met for name, verdict in judged.items()},
+        success=not reason,
+        reason=reason,
+        stacked=True,
+        series=series,
+    )
 
 
 def fly_case(campaign: Campaign, number: int, records: str | None = None) -> CaseResult:

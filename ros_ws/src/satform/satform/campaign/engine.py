@@ -22,6 +22,9 @@ CHUNKS_PER_WORKER = 4
 MOST_CASES = 512
 """Cases in a chunk at most; larger stacks are hardly faster, and a chunk may be lost."""
 
+WIDE_STACK = 750
+"""Satellites of all cases in a stack from which on a step costs little more than its arithmetic."""
+
 MOST_SATELLITES = 4096
 """Satellites of all cases in a chunk at most, which bounds the memory of a stack."""
 
@@ -132,7 +135,10 @@ def chunk_size(cases: int, workers: int, satellites: int) -> int:
         workers: chunks that are flown at the same time.
         satellites: in one case.
     """
-    share = math.ceil(cases / (CHUNKS_PER_WORKER * max(1, workers)))
+    workers = max(1, workers)
+    share = math.ceil(cases / (CHUNKS_PER_WORKER * workers))
+    # Rather fewer chunks than narrow ones, as long as every worker has one.
+    share = max(share, min(math.ceil(WIDE_STACK / max(1, satellites)), math.ceil(cases / workers)))
     return max(1, min(share, MOST_CASES, MOST_SATELLITES // max(1, satellites)))
 
 

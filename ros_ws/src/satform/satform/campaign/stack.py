@@ -1,0 +1,146 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Flies alike cases of a campaign as one formation and makes their figures while they fly."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from satform.campaign.cases import case_scenario
+from satform.campaign.model import Campaign
+from satform.evaluation.flight_figures import FlightFigures
+from satform.evaluation.sampled_loops import sampled_loops
+from satform.flight.compile import FormationPlan, compile_scenario
+from satform.flight.stacked_plans import group_runs
+from satform.flight.stacked_runs import fly_stacked
+from satform.numeric.elementwise import Array
+from satform.record.flight_block import FlightBlock
+from satform.record.reducer import FlightShape
+from satform.record.series import DecimatedSeries
+from satform.scenario import Scenario
+from satform.scenario.expectation import Expectation
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case that can be flown.
+
+    Attributes:
+        number: of the case.
+        scenario: with its changes.
+        plan: compiled from it.
+    """
+
+    number: int
+    scenario: Scenario
+    plan: FormationPlan
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What a case gave that was flown with others to its end.
+
+    Attributes:
+        case: that was flown.
+        figures: of the campaign's figures and the scenario's expectations, in order.
+        series: retained quantities over time by name, shape (T, N, ...).
+    """
+
+    case: Case
+    figures: tuple[float, ...]
+    series: dict[str, Array]
+
+
+def stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
+    """Cases that can be flown together.
+
+    A case that cannot be flown, or with no other, is in none of them.
+
+    Args:
+        campaign: that they belong to.
+        numbers: of the cases.
+    """
+    measures = [figure.measure for figure in campaign.figures]
+    cases = [case for case in (_case(campaign, number) for number in numbers) if case is not None]
+    found = []
+    for group in group_runs([case.plan for case in cases]).groups:
+        first = cases[group[0]].scenario
+        shape = _shape(cases[group[0]].plan)
+        if FlightFigures([*measures, *first.expect], shape).whole_records or _series(campaign, shape) is None:
+            continue
+        alike = [cases[index] for index in group if cases[index].scenario.expect == first.expect]
+        if len(alike) > 1:
+            found.append(alike)
+    return found
+
+
+def fly_stack(campaign: Campaign, cases: Sequence[Case]) -> list[Flown]:
+    """Fly cases as one formation.
+
+    Args:
+        campaign: that they belong to.
+        cases: of one of its `stacks`.
+
+    Returns:
+        What those gave that were flown to their end. A case that ended early is to be flown alone.
+    """
+    first = cases[0]
+    expectations = [*(figure.measure for figure in campaign.figures), *first.scenario.expect]
+    figures, series = FlightFigures(expectations, _shape(first.plan)), _series(campaign, _shape(first.plan))
+
+    def observe(block: FlightBlock) -> None:
+        figures.update(block)
+        for own in (series or {}).values():
+            own.update(block)
+
+    needs = figures.needs.union(*(own.needs for own in (series or {}).values()))
+    ends = fly_stacked([case.plan for case in cases], observe, needs)
+    if len(ends) == len(cases):
+        return []
+    made = figures.figures()
+    kept = {name: own.series() for name, own in (series or {}).items()}
+    return [
+        Flown(
+            case,
+            tuple(_with_loops(expectations, figures.of_loops, case, made[:, run].tolist())),
+            {name: values[run] for name, values in kept.items()},
+        )
+        for run, case in enumerate(cases)
+        if run not in ends
+    ]
+
+
+def _with_loops(
+    expectations: Sequence[Expectation], of_loops: Sequence[int], case: Case, figures: list[float]
+) -> list[float]:
+    for index in of_loops:
+        figures[index] = expectations[index].figure_of_loops(
+            case.plan.names, lambda: sampled_loops(case.scenario)
+        )
+    return figures
+
+
+def _case(campaign: Campaign, number: int) -> Case | None:
+    try:
+        scenario = case_scenario(campaign, number)
+        plan = compile_scenario(scenario)
+        # What cannot be compiled is found here, and not when many are flown.
+        plan.plant  # noqa: B018
+    except Exception:
+        return None
+    return Case(number, scenario, plan)
+
+
+def _shape(plan: FormationPlan) -> FlightShape:
+    return FlightShape(plan.names, plan.timing.step, plan.timing.steps)
+
+
+def _series(campaign: Campaign, shape: FlightShape) -> dict[str, DecimatedSeries] | None:
+    """What keeps the series that the campaign retains, by quantity; None where blocks do not hold them."""
+    strides = {
+        wanted.quantity: 1 if wanted.every is None else max(1, round(wanted.every / shape.step))
+        for wanted in campaign.keep.series
+    }
+    try:
+        return {name: DecimatedSeries(name, stride, shape) for name, stride in strides.items()}
+    except KeyError:
+        return None
