@@ -4,6 +4,7 @@
 
 import os
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -25,13 +26,13 @@ from satform.files.durable_file import write_durably
 from satform_nodes.runtime.signals import StopRequest
 from satform_tools import console
 from satform_tools.campaign import bags, junit, library, progress
+from satform_tools.campaign import report as reports
+from satform_tools.campaign.report import SUMMARY
 from satform_tools.campaign.summary import Speed, Summary, summarise
 from satform_tools.errors import CommandError, sentence_of
+from satform_tools.report.formats import Format
 from satform_tools.run import folders
 from satform_tools.run.scenario_library import SCENARIOS
-
-SUMMARY = "summary.json"
-"""What came of the campaign, in its folder."""
 
 LOG = "workers.log"
 """What the worker processes of this machine wrote to standard error."""
@@ -130,19 +131,30 @@ def resume(target: Path, options: Options, resumption: Resumption) -> Summary:
     return _flown(folder, campaign, options, resumption)
 
 
-def report(path: Path, junit_file: Path | None = None) -> Summary:
-    """What came of a campaign so far.
+def report(
+    path: Path, junit_file: Path | None = None, out: Path | None = None, formats: Sequence[Format] = ()
+) -> Summary:
+    """What came of a campaign so far, with a page for a browser and exports.
+
+    Args:
+        path: folder of the campaign.
+        junit_file: to write as JUnit XML; None for none.
+        out: folder of the report; None for `report` in that of the campaign.
+        formats: to be written besides the page.
 
     Raises:
-        CommandError: the folder holds none, or its results are damaged.
+        CommandError: the folder holds none, its results are damaged, or the report cannot be written.
     """
     folder = library.opened(path)
     try:
         summary = summarise(folder, folder.campaign())
+        files = reports.write(summary, out or folder.path / reports.REPORT, formats)
     except (FolderError, ResultFileError) as error:
         raise CommandError(f"{error}{_repair_advice(folder, error)}") from None
+    except OSError as error:
+        raise CommandError(f"the report cannot be written: {sentence_of(error)}") from None
     _write_junit(summary, junit_file)
-    return summary
+    return replace(summary, files=files)
 
 
 def _require_fitting(options: Options) -> None:
@@ -172,6 +184,7 @@ def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumpt
             with suppress(OSError):
                 # A full disk is in the summary already.
                 write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
+            summary = _with_page(summary)
     except (FolderError, ResultFileError) as error:
         raise CommandError(f"{error}{_repair_advice(folder, error)}") from None
     except OSError as error:
@@ -186,6 +199,17 @@ def _with_bags(summary: Summary) -> Summary:
         return summary
     reason, stopped = bags.record(summary.folder, summary.campaign)
     return replace(summary, reason=reason, stopped=stopped)
+
+
+def _with_page(summary: Summary) -> Summary:
+    """Write the page of a campaign that was not stopped; the summary with its path."""
+    if summary.stopped or not summary.flown:
+        return summary
+    try:
+        return replace(summary, files=reports.write(summary, summary.folder.path / reports.REPORT))
+    except OSError as error:
+        console.note(f"the report cannot be written: {sentence_of(error)}")
+        return summary
 
 
 def _prepare(folder: CampaignFolder, resumption: Resumption) -> None:

@@ -3,8 +3,10 @@
 """What came of a campaign: success rate, verdicts, figures, failures, and the hash over all results."""
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -107,6 +109,7 @@ class Summary:
         stopped: whether the user stopped it.
         reason: why cases are missing, in a sentence; empty when none are or it was stopped.
         speed: None where nothing was flown.
+        files: of its report, the page first; empty where none is written.
     """
 
     folder: CampaignFolder
@@ -124,6 +127,7 @@ class Summary:
     stopped: bool = False
     reason: str = ""
     speed: Speed | None = None
+    files: Sequence[Path] = ()
 
     @property
     def cases(self) -> int:
@@ -156,7 +160,7 @@ class Summary:
 
     def command(self, number: int) -> str:
         """The command that flies a case."""
-        return f"satform run --campaign {self.file} --case {number}"
+        return f"satform run --campaign {shlex.quote(self.file)} --case {number}"
 
     def data(self) -> dict[str, Any]:
         """Everything, for `summary.json` and `--json`."""
@@ -188,6 +192,8 @@ class Summary:
             "speed": None if self.speed is None else asdict(self.speed),
             "started": self.folder.manifest.started,
             "versions": dict(self.folder.manifest.versions),
+            "report": str(self.files[0]) if self.files else None,
+            "files": [str(file) for file in self.files],
         }
 
 

@@ -27,6 +27,8 @@ def print_summary(summary: Summary) -> None:
     console.line(f"Results: {summary.folder.path}")
     if summary.results_hash:
         console.line(f"Hash over all results: {summary.results_hash}")
+    for index, file in enumerate(summary.files):
+        console.line(f"        {file}" if index else f"Report: {file}")
     _print_conclusion(summary)
 
 

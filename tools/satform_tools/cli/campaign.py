@@ -14,6 +14,7 @@ from satform_tools import console
 from satform_tools.cli.run import RunMode
 from satform_tools.cli.shared_options import Json
 from satform_tools.errors import CommandError
+from satform_tools.report.formats import Format
 
 if TYPE_CHECKING:
     from satform_tools.campaign.summary import Summary
@@ -124,11 +125,24 @@ def resume(
 
 
 @app.command(epilog=EPILOG)
-def report(folder: Folder, json: Json = False, junit: Junit = None) -> None:
-    """Report a campaign: success rate, figures, failures with the commands that fly them again."""
+def report(
+    folder: Folder,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "--output", metavar="DIR", help="Folder of the report; by default `report` in DIR."
+        ),
+    ] = None,
+    export: Annotated[
+        list[Format] | None, typer.Option(help="Also write this format. Repeatable.", show_choices=True)
+    ] = None,
+    json: Json = False,
+    junit: Junit = None,
+) -> None:
+    """Report a campaign: print success rate, figures and failures, write a page for a browser and files."""
     from satform_tools.campaign import command
 
-    _end(command.report(folder, junit), as_json=json)
+    _end(command.report(folder, junit, out, export or ()), as_json=json)
 
 
 @app.command()

@@ -2,19 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders a report as one HTML file that needs a browser, no network and no other file."""
 
-import base64
-import gzip
-import json
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
-from importlib.metadata import distribution
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
 
 from satform.numeric.elementwise import Array
 from satform.plot.style import Unit, length_unit, time_unit
@@ -22,11 +14,11 @@ from satform_tools.report.comparison import Comparison
 from satform_tools.report.event_log import flight_events
 from satform_tools.report.page import content
 from satform_tools.report.page.charts import Chart, Dash, Drawer, Line, charts, graph_charts
+from satform_tools.report.page.document import packed, rendered
 from satform_tools.report.page.view3d import Space, box, space
 from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import StoredRun
 
-_PARTS = Path(__file__).parent
 _SIDES = ("A", "B")
 
 
@@ -64,7 +56,7 @@ def page_of(stored: StoredRun) -> str:
         "events": [{"time": entry.time / clock.size, "kind": entry.kind} for entry in found],
         "keys": [],
     }
-    return _rendered(page, data)
+    return rendered("report", page, data)
 
 
 def page_of_both(first: StoredRun, second: StoredRun, comparison: Comparison) -> str:
@@ -124,7 +116,7 @@ def page_of_both(first: StoredRun, second: StoredRun, comparison: Comparison) ->
         "keys": ["A solid", "B dashed"],
         "sameOrbits": same_scenario,
     }
-    return _rendered(page, data)
+    return rendered("report", page, data)
 
 
 def _duration(flights: Sequence[StoredRun]) -> float:
@@ -201,8 +193,8 @@ def _chart(chart: Chart) -> dict[str, Any]:
         "lines": [
             {
                 "name": line.name,
-                "time": _packed(line.time),
-                "values": _packed(line.values),
+                "time": packed(line.time),
+                "values": packed(line.values),
                 "satellite": line.satellite,
                 "colour": colours[line.name.removesuffix(" · A").removesuffix(" · B")],
                 "dash": line.dash,
@@ -216,39 +208,12 @@ def _space(flight: Space, suffix: str) -> dict[str, Any]:
     return {
         "names": list(flight.names),
         "suffix": suffix,
-        "time": _packed(flight.time),
-        "position": _packed(flight.position),
-        "orbits": [_packed(orbit) if len(orbit) else None for orbit in flight.orbits],
+        "time": packed(flight.time),
+        "position": packed(flight.position),
+        "orbits": [packed(orbit) if len(orbit) else None for orbit in flight.orbits],
         "links": [
             {"moment": links.moment, "pairs": links.pairs, "alive": links.alive} for links in flight.links
         ],
         "trail": flight.trail,
         "triangle": flight.triangle,
     }
-
-
-def _packed(values: Array) -> str:
-    """Numbers with the seven digits that a figure needs, as text."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()
-
-
-@cache
-def _library() -> str:
-    """The plotting script, compressed; nothing else of its Python package is used."""
-    file = Path(str(distribution("plotly").locate_file("plotly/package_data/plotly.min.js")))
-    return base64.b64encode(gzip.compress(file.read_bytes(), 6, mtime=0)).decode()
-
-
-def _rendered(page: dict[str, Any], data: dict[str, Any]) -> str:
-    environment = Environment(
-        loader=FileSystemLoader(_PARTS), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    # In a script element only this sign could end it.
-    figures = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
-    return environment.get_template("report.html.j2").render(
-        page=page,
-        style=Markup((_PARTS / "report.css").read_text(encoding="utf-8")),  # noqa: S704 - our own file
-        script=Markup((_PARTS / "report.js").read_text(encoding="utf-8")),  # noqa: S704 - our own file
-        data=Markup(figures),  # noqa: S704 - escaped above
-        library=Markup(_library()),  # noqa: S704 - base64
-    )

@@ -97,7 +97,7 @@ def write_results(folder: Path, results: Sequence[CaseResult], columns: Columns)
     """
     retained = any(result.series for result in results)
     series = _write(folder / SERIES, results, *_series_columns(results)) if retained else ""
-    _write(folder / RESULTS, results, _result_columns(results, columns), {_SERIES_FILE: series})
+    _write(folder / RESULTS, results, result_columns(results, columns), {_SERIES_FILE: series})
 
 
 def read_results(file: ResultFile, columns: Columns) -> Iterator[CaseResult]:
@@ -281,7 +281,16 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:16]
 
 
-def _result_columns(results: Sequence[CaseResult], columns: Columns) -> dict[str, Any]:
+def result_columns(results: Sequence[CaseResult], columns: Columns) -> dict[str, Any]:
+    """Columns of a table with a row for each result, as the files have them.
+
+    Args:
+        results: with all columns of the campaign.
+        columns: of the campaign.
+
+    Returns:
+        Arrow arrays by name.
+    """
     from arro3.core import Array as Column  # noqa: PLC0415 - an extra
     from arro3.core import DataType  # noqa: PLC0415
 

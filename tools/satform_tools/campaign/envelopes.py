@@ -1,0 +1,133 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Percentiles over time of what a campaign retains, in memory that does not grow with the number of cases."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.campaign.folder import CampaignFolder
+from satform.campaign.model import Campaign
+from satform.campaign.result_files import all_series
+from satform.numeric.elementwise import Array
+from satform.record.tables import UNITS
+from satform_tools.campaign.summary import PERCENTILES
+
+MOST_SAMPLED = 5000
+"""Cases whose values are held; of more a random sample."""
+
+MOST_TIMES = 200
+"""Times at which an envelope is computed."""
+
+_MOST_VALUES = 4_000_000
+"""Numbers of a series that are held for an envelope."""
+
+_MOST_COMPONENTS = 3
+_SEED = 20260101
+
+_UNITS = {
+    **UNITS,
+    **dict.fromkeys(("position_error", "tracking_error", "navigation_error", "estimation_error"), "m"),
+    **dict.fromkeys(("velocity_error", "effort"), "m/s"),
+    "control": "m/s²",
+    "estimation_error_squared": "1",
+}
+"""Of everything that can be retained."""
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Percentiles of a retained quantity over time; every satellite of every case is one member.
+
+    Attributes:
+        quantity: name of the quantity, with its component.
+        unit: of it.
+        time: s, shape (T,).
+        percentiles: 5 %, 50 % and 95 %, shape (T, 3).
+        members: shape (T,); fewer where flights ended early.
+        cases: from which it is computed.
+    """
+
+    quantity: str
+    unit: str
+    time: Array
+    percentiles: Array
+    members: NDArray[np.int64]
+    cases: int
+
+
+def sampled_cases(cases: int, most: int) -> NDArray[np.int64]:
+    """Numbers of the cases that are sampled, ascending: all, or a random choice that is always the same."""
+    if cases <= most:
+        return np.arange(cases)
+    chosen = np.random.default_rng(_SEED).choice(cases, most, replace=False)
+    return np.sort(chosen).astype(np.int64)
+
+
+class _Members:
+    """Values of one quantity at the times of its envelope, one member for each satellite of each case."""
+
+    def __init__(self, every: float | None, campaign: Campaign) -> None:
+        timing = campaign.base.timing
+        stride = 1 if every is None else max(1, round(every / timing.step))
+        rows = timing.steps // stride + 1
+        self.rows = np.unique(np.linspace(0, rows - 1, min(rows, MOST_TIMES)).round().astype(np.int64))
+        self.time: Array = (self.rows * stride).astype(np.float64) * timing.step
+        self.held: list[Array] = []
+
+    def add(self, series: Array) -> None:
+        """Take the series of a case, shape (K, N, ...)."""
+        flat = series.reshape(len(series), series.shape[1], -1) if series.ndim > 1 else series[:, None, None]
+        if flat.shape[2] > _MOST_COMPONENTS:
+            flat = np.max(np.abs(flat), axis=2, keepdims=True)
+        values = np.full((len(self.rows), *flat.shape[1:]), np.nan)
+        there = self.rows[self.rows < len(flat)]
+        values[: len(there)] = flat[there]
+        self.held.append(values)
+
+    def envelopes(self, quantity: str) -> Iterator[Envelope]:
+        """An envelope of each component."""
+        values = np.concatenate(self.held, axis=1)
+        components = values.shape[2]
+        for component in range(components):
+            suffix = f" {'xyz'[component]}" if components > 1 else ""
+            name, unit = quantity.replace("_", " ") + suffix, _UNITS.get(quantity, "")
+            members = [row[np.isfinite(row)] for row in values[:, :, component]]
+            known = [index for index, row in enumerate(members) if len(row)]
+            if known:
+                yield Envelope(
+                    quantity=name,
+                    unit=unit,
+                    time=self.time[known],
+                    percentiles=np.array([np.percentile(members[index], PERCENTILES) for index in known]),
+                    members=np.array([len(members[index]) for index in known]),
+                    cases=len(self.held),
+                )
+
+
+def envelopes(folder: CampaignFolder, campaign: Campaign) -> Iterator[Envelope]:
+    """The envelopes of all retained series, component by component.
+
+    Args:
+        folder: of the campaign.
+        campaign: that is flown there.
+
+    Raises:
+        OSError: a file of results cannot be read.
+        ResultFileError: a file of results is damaged.
+    """
+    if not campaign.keep.series:
+        return
+    most = _MOST_VALUES // (MOST_TIMES * len(campaign.base.satellites) * _MOST_COMPONENTS)
+    chosen = set(sampled_cases(folder.manifest.cases, min(MOST_SAMPLED, max(most, 20))).tolist())
+    members = {series.quantity: _Members(series.every, campaign) for series in campaign.keep.series}
+    for number, found in all_series(folder.path):
+        if number in chosen:
+            for quantity, values in found.items():
+                if quantity in members:
+                    members[quantity].add(values)
+    for quantity, held in members.items():
+        if held.held:
+            yield from held.envelopes(quantity)

@@ -1,0 +1,87 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Exports the results of a campaign: figures as PNG, SVG or PDF, a row for each case as CSV or Parquet."""
+
+import csv
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from satform.campaign.folder import CampaignFolder
+from satform.campaign.result_files import result_columns
+from satform.campaign.results import CaseResult
+from satform_tools.campaign.study import Study
+from satform_tools.report.formats import Format
+
+_ROWS = 5000
+"""Cases that are held at once."""
+
+
+def export(study: Study, folder: Path, formats: Sequence[Format]) -> list[Path]:
+    """Write the exports of a campaign.
+
+    Args:
+        study: its statistics.
+        folder: existing; files of the same name are replaced.
+        formats: figures as PNG, SVG or PDF, the results as CSV or Parquet.
+
+    Returns:
+        The files.
+
+    Raises:
+        OSError: a file cannot be written.
+        ResultFileError: a file of results is damaged.
+    """
+    from satform_tools.campaign import plots  # noqa: PLC0415 - matplotlib takes long to load
+
+    files: list[Path] = []
+    for wanted in dict.fromkeys(formats):
+        if wanted is Format.CSV:
+            files.append(_write_csv(study.summary.folder, folder / "cases.csv"))
+        elif wanted is Format.PARQUET:
+            files.append(_write_parquet(study.summary.folder, folder / "cases.parquet"))
+        else:
+            files += plots.draw(study, folder, wanted.value)
+    return files
+
+
+def _write_csv(campaign: CampaignFolder, file: Path) -> Path:
+    """Every number with all its digits; an empty cell where there is none."""
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        is_first = True
+        for results in _parts(campaign):
+            columns = result_columns(results, campaign.manifest.columns)
+            if is_first:
+                writer.writerow(columns)
+                is_first = False
+            for row in zip(*(column.to_pylist() for column in columns.values()), strict=True):
+                # NaN is not equal to itself.
+                writer.writerow(["" if value is None or value != value else value for value in row])  # noqa: PLR0124
+    return file
+
+
+def _write_parquet(campaign: CampaignFolder, file: Path) -> Path:
+    """All cases in order of their numbers in one file, bitwise."""
+    from arro3.core import Field, RecordBatch, RecordBatchReader, Schema  # noqa: PLC0415 - only this needs it
+    from arro3.io import write_parquet  # noqa: PLC0415
+
+    empty = result_columns([], campaign.manifest.columns)
+    schema = Schema([Field(name, column.type) for name, column in empty.items()])
+
+    def batches() -> Iterator[Any]:
+        for results in _parts(campaign):
+            columns = result_columns(results, campaign.manifest.columns)
+            yield RecordBatch.from_arrays(list(columns.values()), schema=schema)
+
+    metadata = {"campaign": campaign.manifest.name, "digest": campaign.manifest.digest}
+    reader = RecordBatchReader.from_batches(schema, batches())
+    write_parquet(reader, file, compression="zstd(3)", key_value_metadata=metadata)
+    return file
+
+
+def _parts(campaign: CampaignFolder) -> Iterator[list[CaseResult]]:
+    results = campaign.results()
+    while part := list(islice(results, _ROWS)):
+        yield part

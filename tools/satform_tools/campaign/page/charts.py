@@ -1,0 +1,194 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Charts of a campaign's page, as its script draws them."""
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.numeric.elementwise import Array
+from satform.plot.style import time_unit
+from satform_tools.campaign.envelopes import Envelope
+from satform_tools.campaign.study import Correlation, Histogram, RateByValue, Study
+from satform_tools.report.page.document import packed
+
+Chart: TypeAlias = dict[str, Any]
+
+MOST_SCATTERS = 12
+"""Pairs of an input and a figure that are drawn."""
+
+MOST_POINTS = 1000
+"""Cases in a scatter plot."""
+
+_MOST_ROWS, _MOST_COLUMNS = 30, 16
+_WIDE = 100.0
+
+
+def charts(study: Study) -> dict[str, list[Chart]]:
+    """All charts by the section of the page."""
+    ranks = _ranks(study)
+    return {
+        "rates": [_rate(index, found) for index, found in enumerate(study.rates)],
+        "figures": [_histogram(index, found) for index, found in enumerate(study.histograms)],
+        "series": [_envelope(index, found) for index, found in enumerate(study.envelopes)],
+        "ranks": [ranks] if ranks else [],
+        "scatters": [_scatter(index, pair, study) for index, pair in enumerate(drawn_pairs(study))],
+    }
+
+
+def drawn_pairs(study: Study) -> list[Correlation]:
+    """The strongest pairs of an input and a figure, which are drawn case by case."""
+    return [pair for pair in study.correlations if pair.figure != "success"][:MOST_SCATTERS]
+
+
+def scatter_of(pair: Correlation, study: Study) -> tuple[NDArray[np.int64], Array, Array, NDArray[np.bool_]]:
+    """Numbers of the cases, input, figure and success of a pair, of at most as many cases as are drawn."""
+    sample = study.sample
+    first, second = sample.inputs[pair.input], sample.figures[pair.figure]
+    rows = np.flatnonzero(np.isfinite(first) & np.isfinite(second))
+    if len(rows) > MOST_POINTS:
+        rows = np.sort(np.random.default_rng(0).choice(rows, MOST_POINTS, replace=False))
+    return sample.numbers[rows], first[rows], second[rows], sample.success[rows]
+
+
+def is_wide(values: Array) -> bool:
+    """Whether values need a logarithmic axis."""
+    known = values[np.isfinite(values)]
+    return bool(known.size and known.min() > 0.0 and known.max() > _WIDE * known.min())
+
+
+def with_unit(name: str, unit: str) -> str:
+    """The title of an axis."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def _chart(key: str, title: str, x: dict[str, Any], y: dict[str, Any], parts: Sequence[Any]) -> Chart:
+    return {
+        "key": key,
+        "title": title,
+        "note": "",
+        "kind": "",
+        "x": x,
+        "y": y,
+        "parts": list(parts),
+        "limits": [],
+        "height": 0,
+    }
+
+
+def _rate(index: int, found: RateByValue) -> Chart:
+    numeric = all(isinstance(value, int | float) for value in found.values)
+    values = np.array(found.values, dtype=np.float64) if numeric else np.arange(float(len(found.values)))
+    rate, low, high = 100.0 * found.rates.T
+    part = {
+        "kind": "range",
+        "name": "success rate",
+        "colour": "accent",
+        "x": packed(values),
+        "names": None if numeric else [str(value) for value in found.values],
+        "y": packed(rate),
+        "low": packed(low),
+        "high": packed(high),
+        "cases": list(found.cases),
+    }
+    x = {"title": found.input.path, "log": is_wide(values) if numeric else False, "names": not numeric}
+    title = f"Success by {found.input.name}"
+    chart = _chart(f"rate-{index}", title, x, {"title": "success rate [%]", "zero": True}, [part])
+    chart["note"] = "Bars: 95 % interval (Wilson)."
+    return chart
+
+
+def _histogram(index: int, found: Histogram) -> Chart:
+    edges = packed(found.edges)
+    parts = [
+        {"kind": "steps", "name": "all cases", "colour": "accent", "x": edges, "y": packed(found.counts)}
+    ]
+    if np.any(found.failed):
+        failed = packed(found.failed)
+        parts.append({"kind": "steps", "name": "failed cases", "colour": "bad", "x": edges, "y": failed})
+    figure = found.figure
+    x = {"title": with_unit("", figure.unit).strip() or "[1]", "log": found.logarithmic}
+    chart = _chart(f"figure-{index}", figure.name, x, {"title": "cases", "zero": True}, parts)
+    low, high = found.edges[0], found.edges[-1]
+    reach = high - low
+    for limit in found.limits:
+        # A limit far away would leave no room for the cases.
+        near = low - reach <= limit.value <= high + reach if not found.logarithmic else limit.value > 0.0
+        if near:
+            chart["limits"].append({"at": limit.value, "text": limit.text})
+        else:
+            chart["note"] += f"{limit.text} {limit.value:g} is outside of this range. "
+    return chart
+
+
+def _envelope(index: int, found: Envelope) -> Chart:
+    unit = time_unit(float(found.time[-1]))
+    time = packed(found.time / unit.size)
+    low, middle, high = found.percentiles.T
+    logarithmic = is_wide(found.percentiles)
+    parts = [
+        {
+            "kind": "band",
+            "name": "5 to 95 %",
+            "colour": "accent",
+            "x": time,
+            "low": packed(low),
+            "high": packed(high),
+        },
+        {"kind": "line", "name": "median", "colour": "ink", "x": time, "y": packed(middle)},
+    ]
+    x = {"title": f"time [{unit.name}]", "log": False}
+    y = {"title": with_unit("", found.unit).strip() or "[1]", "log": logarithmic}
+    chart = _chart(f"series-{index}", found.quantity, x, y, parts)
+    chart["kind"] = "time"
+    chart["note"] = members_text(found)
+    return chart
+
+
+def members_text(found: Envelope) -> str:
+    """How many members an envelope has."""
+    least, most = int(found.members.min()), int(found.members.max())
+    counted = f"{most} members" if least == most else f"{least} to {most} members"
+    return f"{counted}: the satellites of {found.cases} cases."
+
+
+def _ranks(study: Study) -> Chart | None:
+    """Coefficients of the strongest inputs and all figures."""
+    rows = list(dict.fromkeys(pair.input for pair in study.correlations))[:_MOST_ROWS]
+    columns = list(dict.fromkeys(pair.figure for pair in study.correlations))[:_MOST_COLUMNS]
+    if len(rows) * len(columns) < 2:
+        return None
+    found = {(pair.input, pair.figure): round(pair.coefficient, 4) for pair in study.correlations}
+    z = [[found.get((row, column)) for column in columns] for row in rows]
+    part = {"kind": "heat", "rows": rows, "columns": columns, "z": z}
+    names = {"title": "", "names": True}
+    chart = _chart("ranks", "Rank correlation of inputs (rows) and figures (columns)", names, names, [part])
+    chart["kind"] = "heat"
+    chart["height"] = 190 + 22 * len(rows)
+    return chart
+
+
+def _scatter(index: int, pair: Correlation, study: Study) -> Chart:
+    numbers, first, second, success = scatter_of(pair, study)
+    parts = []
+    for name, colour, rows in (("success", "accent", success), ("failed", "bad", ~success)):
+        if np.any(rows):
+            parts.append(
+                {
+                    "kind": "points",
+                    "name": name,
+                    "colour": colour,
+                    "x": packed(first[rows]),
+                    "y": packed(second[rows]),
+                    "cases": numbers[rows].tolist(),
+                }
+            )
+    unit = study.summary.campaign.figure_units.get(pair.figure, "")
+    x = {"title": pair.input, "log": is_wide(first)}
+    y = {"title": with_unit("", unit).strip() or "[1]", "log": is_wide(second)}
+    title = f"{pair.figure} by {pair.input}"
+    chart = _chart(f"scatter-{index}", title, x, y, parts)
+    chart["note"] = f"ρ = {pair.coefficient:.3f}, {pair.cases} cases, {len(numbers)} of them drawn."
+    return chart

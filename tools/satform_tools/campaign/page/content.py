@@ -1,0 +1,230 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Texts and tables of a campaign's page."""
+
+import io
+import json
+from typing import Any
+
+from ruamel.yaml import YAML
+
+from satform_tools.campaign.envelopes import MOST_SAMPLED
+from satform_tools.campaign.progress import duration_text, rate_text
+from satform_tools.campaign.study import Study
+from satform_tools.campaign.summary import Speed, Summary
+from satform_tools.console import number
+from satform_tools.report.page.content import Fact, PageTable, Status
+from satform_tools.run.run_result import versions
+
+MOST_PAIRS = 60
+"""Rank correlations that are listed."""
+
+_MOST_REASONS = 30
+_MOST_FAILURES = 100
+
+
+def page_content(study: Study, speed: Speed | None) -> dict[str, Any]:
+    """Everything that the page prints.
+
+    Args:
+        study: of the campaign.
+        speed: how fast it was flown; None where that is not known.
+    """
+    summary = study.summary
+    campaign = summary.campaign
+    text = campaign.text or campaign.title
+    return {
+        "heading": campaign.title,
+        "overline": f"{campaign.name} · {summary.folder.path.name}",
+        "status": status(summary),
+        "facts": facts(study, speed),
+        "expectations": expectations(summary),
+        "figures": figures(summary),
+        "figures_note": "Percentiles are of the cases that have the figure.",
+        "has_series": bool(study.envelopes),
+        "series_note": "5, 50 and 95 % percentiles; every satellite of every case is one member.",
+        "inputs_note": _inputs_note(study),
+        "correlations": correlations(study),
+        "correlations_note": _correlations_note(study),
+        "reasons": reasons(summary),
+        "failures": [
+            {
+                "number": failure.number,
+                "reason": failure.reason,
+                "command": summary.command(failure.number),
+            }
+            for failure in summary.failures[:_MOST_FAILURES]
+        ],
+        "failures_note": _failures_note(summary),
+        "paragraphs": [" ".join(part.split()) for part in text.strip().split("\n\n")],
+        "yaml": _yaml(summary),
+        "provenance": provenance(summary, speed),
+    }
+
+
+def status(summary: Summary) -> Status:
+    """The conclusion about a campaign."""
+    if not summary.complete:
+        missing = summary.cases - summary.flown
+        return Status("partial", f"Not complete: {missing} of {summary.cases} cases are not flown")
+    if not summary.verdicts:
+        return Status("plain", "Flown to the end and not judged: the campaign expects nothing")
+    count, missed = len(summary.verdicts), sum(not verdict.met for verdict in summary.verdicts)
+    if missed:
+        return Status("missed", f"Missed: {missed} of {count} expectations")
+    return Status("met", f"As expected: {count} of {count} expectations met")
+
+
+def facts(study: Study, speed: Speed | None) -> list[Fact]:
+    """The facts at the head of the page."""
+    summary = study.summary
+    rate, low, high = summary.rate
+    campaign = summary.campaign
+    found = [
+        Fact("Success", f"{summary.succeeded} of {summary.flown} cases"),
+        Fact("Success rate", f"{100 * rate:.4g} % ({100 * low:.4g} to {100 * high:.4g} %)"),
+        Fact("Cases", f"{summary.flown} of {summary.cases} flown"),
+        Fact("Scenario", campaign.base.name),
+        Fact("Sampling", str(getattr(campaign.sampling, "kind", "own")).replace("_", " ")),
+        Fact("Dispersed", f"{len(study.inputs)} independent inputs"),
+        Fact("Flown", f"{summary.stacked} in stacks, {summary.flown - summary.stacked} alone"),
+    ]
+    if speed is not None and speed.cases:
+        found.append(Fact("Speed", speed_text(speed)))
+    return found
+
+
+def speed_text(speed: Speed) -> str:
+    """How fast cases were flown."""
+    workers = f"{speed.workers} {'worker' if speed.workers == 1 else 'workers'}"
+    rate = rate_text(speed.cases / speed.seconds) if speed.seconds else "-"
+    return f"{speed.cases} cases in {duration_text(speed.seconds)} by {workers} ({rate})"
+
+
+def expectations(summary: Summary) -> PageTable:
+    """Each expectation of the campaign with statistic, interval and verdict."""
+    rows = [
+        (
+            verdict.label,
+            verdict.allowed,
+            f"{number(verdict.statistic)} {verdict.unit}".rstrip(),
+            f"{number(verdict.low)} to {number(verdict.high)} ({100 * verdict.confidence:g} %)",
+            verdict.compared,
+            "passed" if verdict.met else "missed",
+        )
+        for verdict in summary.verdicts
+    ]
+    styles = {row: "met" if verdict.met else "missed" for row, verdict in enumerate(summary.verdicts)}
+    headings = ("expectation of all cases", "allowed", "found", "interval", "compared", "result")
+    return PageTable("Expectations", headings, rows, frozenset({2, 3}), styles)
+
+
+def figures(summary: Summary) -> PageTable:
+    """Percentiles of each figure."""
+    rows = []
+    for figure in summary.figures:
+        low, middle, high = figure.percentiles
+        shown = (figure.minimum, low, middle, high, figure.maximum, figure.mean)
+        met = "-" if figure.met is None else f"{figure.met} of {summary.flown}"
+        rows.append((figure.name, figure.unit, *(number(value) for value in shown), str(figure.cases), met))
+    headings = ("figure", "unit", "minimum", "5 %", "50 %", "95 %", "maximum", "mean", "cases", "as expected")
+    return PageTable("Figures", headings, rows, frozenset(range(2, 10)))
+
+
+def correlations(study: Study) -> PageTable:
+    """The strongest rank correlations."""
+    rows = [
+        (
+            pair.input,
+            pair.figure,
+            f"{pair.coefficient:+.3f}",
+            f"{pair.p_value:.1e}",
+            str(pair.cases),
+            "yes" if pair.significant else "no",
+        )
+        for pair in study.correlations[:MOST_PAIRS]
+    ]
+    headings = ("input", "figure", "rank correlation ρ", "p-value", "cases", "significant")
+    return PageTable("Rank correlations", headings, rows, frozenset({2, 3, 4}))
+
+
+def reasons(summary: Summary) -> PageTable:
+    """Reasons without their numbers, the most frequent first."""
+    rows = [(str(count), kind) for kind, count in list(summary.kinds.items())[:_MOST_REASONS]]
+    more = len(summary.kinds) - _MOST_REASONS
+    if more > 0:
+        rest = sum(list(summary.kinds.values())[_MOST_REASONS:])
+        rows.append((str(rest), f"{more} more reasons"))
+    return PageTable("Reasons", ("cases", "reason"), rows, frozenset({0}))
+
+
+def provenance(summary: Summary, speed: Speed | None) -> PageTable:
+    """Campaign, digests, versions and hash."""
+    campaign, manifest = summary.campaign, summary.folder.manifest
+    found = {
+        "stored in": str(summary.folder.path),
+        "campaign": campaign.name,
+        "file": summary.file,
+        "digest of campaign and scenario": manifest.digest,
+        "scenario": campaign.base.name,
+        "scenario digest": campaign.base.digest(),
+        "seed": str(campaign.seed),
+        "sampling": f"{campaign.sampling.model_dump_json()}, {summary.cases} cases",
+        "started": manifest.started,
+        "engine": "not recorded" if speed is None else f"{speed.engine}, {speed_text(speed)}",
+        "flown in stacks": str(summary.stacked),
+        "flown one by one": str(summary.flown - summary.stacked),
+        "ended by a time-out or with their worker": str(summary.lost),
+        "hash over all results": summary.results_hash or "none while cases are missing",
+        "flown with": _listed(dict(manifest.versions)),
+        "reported with": _listed(versions()),
+    }
+    return PageTable("Provenance", ("what", "value"), list(found.items()))
+
+
+def _inputs_note(study: Study) -> str:
+    if not study.inputs:
+        return ""
+    of_text = len(study.inputs) - len(study.sample.inputs)
+    cases = len(study.sample.numbers)
+    note = (
+        "Spearman's rank correlation: 1 where the figure rises with the input, -1 where it falls, 0 where it "
+        f"does neither. Computed from {cases} cases"
+    )
+    if study.summary.flown > cases:
+        note += f", a random sample of at most {MOST_SAMPLED} of {study.summary.flown}"
+    note += "."
+    return note + (f" {of_text} inputs that are text have no rank." if of_text else "")
+
+
+def _correlations_note(study: Study) -> str:
+    count = len(study.correlations)
+    note = f"Significant: p-value below 0.05 / {count}, the number of all pairs (Bonferroni)."
+    if count > MOST_PAIRS:
+        note += f" {count - MOST_PAIRS} weaker pairs are not listed."
+    return note
+
+
+def _failures_note(summary: Summary) -> str:
+    if not summary.flown:
+        return "No case is flown."
+    if not summary.failed:
+        return f"None: all {summary.flown} flown cases succeeded."
+    shown = min(len(summary.failures), _MOST_FAILURES)
+    more = summary.failed - shown
+    rest = f" {more} more failed cases are in the results." if more else ""
+    return f"The first {shown} of {summary.failed} failed cases; a click on a command selects it.{rest}"
+
+
+def _listed(parts: dict[str, str]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in parts.items())
+
+
+def _yaml(summary: Summary) -> str:
+    fields = json.loads((summary.folder.path / "campaign.json").read_text(encoding="utf-8"))
+    writer = YAML()
+    writer.default_flow_style = None
+    writer.width = 110
+    stream = io.StringIO()
+    writer.dump(fields, stream)
+    return stream.getvalue()

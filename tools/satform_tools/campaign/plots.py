@@ -1,0 +1,163 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of a campaign for papers and documentation."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from satform.plot.style import FAINT, INK, STYLE, figure, time_unit
+from satform_tools.campaign.envelopes import Envelope
+from satform_tools.campaign.page.charts import (
+    drawn_pairs,
+    is_wide,
+    members_text,
+    scatter_of,
+    with_unit,
+)
+from satform_tools.campaign.study import Correlation, Histogram, RateByValue, Study
+
+_BLUE, _RED = "#0072B2", "#D55E00"
+_COLUMNS = 3
+_MOST_PANELS = 12
+_PANEL = (4.6, 3.2)
+"""Width and height of a panel, inches."""
+
+
+def draw(study: Study, folder: Path, form: str) -> list[Path]:
+    """Draw the figures of a campaign: distributions, envelopes, success by value, dependences.
+
+    Args:
+        study: its statistics.
+        folder: existing; files of the same name are replaced.
+        form: of the files: png, svg or pdf.
+
+    Returns:
+        The files.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    files = []
+    with mpl.rc_context(STYLE):
+        for name, panels in _figures(study).items():
+            if panels:
+                file = folder / f"{name}.{form}"
+                tiled(panels[:_MOST_PANELS]).savefig(file)
+                files.append(file)
+    return files
+
+
+def overview(study: Study) -> Figure:
+    """What came of a campaign in one figure: success by value, envelopes, distributions, dependences."""
+    found = _figures(study)
+    panels = [*found["success"][:2], *found["envelopes"][:2], *found["figures"][:3]]
+    panels += found["dependences"][: max(1, 6 - len(panels))]
+    drawn = tiled(panels[:6])
+    rate, low, high = (100.0 * value for value in study.summary.rate)
+    drawn.suptitle(
+        f"{study.summary.campaign.title}\n{study.summary.succeeded} of {study.summary.flown} cases succeed: "
+        f"{rate:.3g} % ({low:.3g} to {high:.3g} %)",
+        fontsize=12,
+        color=INK,
+    )
+    return drawn
+
+
+def tiled(panels: list[Callable[[Axes], None]]) -> Figure:
+    """Panels side by side, three in a row."""
+    columns = min(_COLUMNS, len(panels))
+    rows = -(-len(panels) // columns)
+    drawn = figure(_PANEL[0] * columns, _PANEL[1] * rows)
+    axes = np.atleast_1d(drawn.subplots(rows, columns, squeeze=False)).ravel()
+    for panel, own in zip(panels, axes, strict=False):
+        panel(own)
+    for own in axes[len(panels) :]:
+        own.set_axis_off()
+    return drawn
+
+
+def _figures(study: Study) -> dict[str, list[Callable[[Axes], None]]]:
+    """Panels of each figure by its name."""
+    return {
+        "success": [partial(rate_by_value, found) for found in study.rates],
+        "envelopes": [partial(envelope, found) for found in study.envelopes],
+        "figures": [partial(histogram, found) for found in study.histograms],
+        "dependences": [partial(dependence, pair, study) for pair in drawn_pairs(study)],
+    }
+
+
+def rate_by_value(found: RateByValue, axes: Axes) -> None:
+    """Draw success rate and its interval over the values of an input."""
+    rate, low, high = 100.0 * found.rates.T
+    numeric = all(isinstance(value, int | float) for value in found.values)
+    values = np.array(found.values if numeric else range(len(found.values)), dtype=np.float64)
+    axes.errorbar(
+        values, rate, (rate - low, high - rate), color=_BLUE, marker="o", ms=4, lw=1.2, elinewidth=1
+    )
+    if not numeric:
+        axes.set_xticks(values, [str(value) for value in found.values])
+    elif is_wide(values):
+        axes.set_xscale("log")
+    axes.set_ylim(-3.0, 103.0)
+    axes.set_xlabel(_short(found.input.name))
+    axes.set_ylabel("success rate [%]")
+
+
+def histogram(found: Histogram, axes: Axes) -> None:
+    """Draw the distribution of a figure, its limits, and the part of failed cases."""
+    axes.stairs(found.counts, found.edges, fill=True, color=_BLUE, alpha=0.35, label="all cases")
+    axes.stairs(found.counts, found.edges, color=_BLUE)
+    if np.any(found.failed):
+        axes.stairs(found.failed, found.edges, fill=True, color=_RED, alpha=0.6, label="failed")
+        axes.legend(loc="best")
+    if found.logarithmic:
+        axes.set_xscale("log")
+    low, high = axes.get_xlim()
+    for limit in found.limits:
+        if low - (high - low) <= limit.value <= high + (high - low):
+            axes.axvline(limit.value, color=_RED, ls="--", lw=1.2)
+    axes.set_xlabel(_short(with_unit(found.figure.name, found.figure.unit)))
+    axes.set_ylabel("cases")
+
+
+def envelope(found: Envelope, axes: Axes) -> None:
+    """Draw the percentiles of a retained quantity over time."""
+    unit = time_unit(float(found.time[-1]))
+    time = found.time / unit.size
+    low, middle, high = found.percentiles.T
+    axes.fill_between(time, low, high, color=_BLUE, alpha=0.25, lw=0, label="5 to 95 %")
+    axes.plot(time, middle, color=_BLUE, label="median")
+    if is_wide(found.percentiles):
+        axes.set_yscale("log")
+    axes.set_xlim(time[0], time[-1])
+    axes.set_xlabel(f"time [{unit.name}]")
+    axes.set_ylabel(_short(with_unit(found.quantity, found.unit)))
+    axes.set_title(members_text(found), fontsize=8, fontweight="normal", color=FAINT)
+    axes.legend(loc="best")
+
+
+def dependence(pair: Correlation, study: Study, axes: Axes) -> None:
+    """Draw a figure over an input, case by case."""
+    _, first, second, success = scatter_of(pair, study)
+    axes.scatter(first[success], second[success], s=6, color=_BLUE, alpha=0.6, lw=0)
+    axes.scatter(first[~success], second[~success], s=8, color=_RED, alpha=0.8, lw=0)
+    if is_wide(first):
+        axes.set_xscale("log")
+    if is_wide(second):
+        axes.set_yscale("log")
+    unit = study.summary.campaign.figure_units.get(pair.figure, "")
+    axes.set_xlabel(_short(pair.input))
+    axes.set_ylabel(_short(with_unit(pair.figure, unit)))
+    axes.set_title(f"ρ = {pair.coefficient:.2f}, {pair.cases} cases", fontsize=9, fontweight="normal")
+
+
+def _short(text: str) -> str:
+    """Text that fits a panel and has no signs of formulas."""
+    text = text.replace("$", r"\$")
+    return text if len(text) <= 48 else f"{text[:30]}…{text[-16:]}"

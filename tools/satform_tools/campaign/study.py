@@ -1,0 +1,369 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Statistics of a campaign for its report: histograms, rank correlations, success by value, envelopes.
+
+Memory does not grow with the number of cases: what is counted is counted over all cases in one pass, and what
+needs the values themselves takes a random sample of the cases, the same in every report.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.campaign.expectations import success_rate
+from satform.campaign.folder import CampaignFolder
+from satform.campaign.model import Campaign
+from satform.campaign.results import CaseResult, ChangeValue
+from satform.numeric.elementwise import Array
+from satform_tools.campaign.envelopes import MOST_SAMPLED, Envelope, envelopes, sampled_cases
+from satform_tools.campaign.summary import CONFIDENCE, FigureSummary, Summary
+
+_MOST_BINS = 40
+_WIDE = 100.0
+"""A figure whose values differ by more than this factor has bins of equal ratio."""
+
+_MOST_VALUES_OF_AN_INPUT = 200
+_BATCH = 4096
+
+
+@dataclass(frozen=True)
+class Input:
+    """A dispersed field, or several of one draw.
+
+    Attributes:
+        name: of the dispersion, or path of the field.
+        path: of the field.
+        fields: that have this draw.
+        values: to which it is set one by one; empty for a continuous distribution.
+    """
+
+    name: str
+    path: str
+    fields: int
+    values: tuple[ChangeValue, ...]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of a figure, with the words that a chart prints beside it."""
+
+    value: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Histogram:
+    """How a figure is distributed over all cases that have it.
+
+    Attributes:
+        figure: its percentiles and number of cases.
+        edges: of the bins, shape (B + 1,).
+        counts: cases in each bin, shape (B,); the last bin has its upper edge, too.
+        failed: cases among them that were no success, shape (B,).
+        logarithmic: whether the bins have equal ratios.
+        limits: that the scenario sets every case, and the campaign all of them together.
+    """
+
+    figure: FigureSummary
+    edges: Array
+    counts: NDArray[np.int64]
+    failed: NDArray[np.int64]
+    logarithmic: bool
+    limits: tuple[Limit, ...]
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """Spearman's rank correlation of an input and a figure.
+
+    Attributes:
+        input: name of the input.
+        figure: name of the figure.
+        coefficient: from -1 to 1.
+        p_value: probability of a coefficient at least as large without any dependence.
+        cases: that it is computed from.
+        significant: whether the p-value is below 5 % divided by the number of all pairs (Bonferroni).
+    """
+
+    input: str
+    figure: str
+    coefficient: float
+    p_value: float
+    cases: int
+    significant: bool
+
+
+@dataclass(frozen=True)
+class RateByValue:
+    """Success rate for each value of an input that has listed values.
+
+    Attributes:
+        input: the input.
+        values: that were flown, in order.
+        cases: flown with each.
+        rates: success rate and limits of its 95 % interval (Wilson), shape (V, 3).
+    """
+
+    input: Input
+    values: tuple[ChangeValue, ...]
+    cases: tuple[int, ...]
+    rates: Array
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Inputs and figures of sampled cases.
+
+    Attributes:
+        numbers: of the cases, shape (S,).
+        success: of each, shape (S,).
+        inputs: by name of the input, shape (S,); NaN where a case leaves it out. Inputs that are text are not
+            among them.
+        figures: by name, shape (S,).
+    """
+
+    numbers: NDArray[np.int64]
+    success: NDArray[np.bool_]
+    inputs: dict[str, Array]
+    figures: dict[str, Array]
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a report shows besides the summary.
+
+    Attributes:
+        summary: of the campaign.
+        inputs: all that is dispersed.
+        histograms: of the figures that some case has.
+        sample: of the cases.
+        correlations: strongest first.
+        rates: success by value.
+        envelopes: of the retained series.
+    """
+
+    summary: Summary
+    inputs: tuple[Input, ...]
+    histograms: tuple[Histogram, ...]
+    sample: Sample
+    correlations: tuple[Correlation, ...]
+    rates: tuple[RateByValue, ...]
+    envelopes: tuple[Envelope, ...]
+
+
+@dataclass
+class _Counts:
+    """What one pass over all cases gathers."""
+
+    histograms: dict[str, tuple[Array, NDArray[np.int64], NDArray[np.int64]]]
+    by_value: dict[str, dict[ChangeValue, list[int]]]
+    sampled: list[CaseResult] = field(default_factory=list)
+
+
+def study(summary: Summary) -> Study:
+    """Compute the statistics of a campaign, complete or under way.
+
+    Args:
+        summary: of it.
+
+    Raises:
+        OSError: a file of results cannot be read.
+        ResultFileError: a file of results is damaged.
+    """
+    campaign, folder = summary.campaign, summary.folder
+    inputs = inputs_of(campaign)
+    known = [figure for figure in summary.figures if figure.cases]
+    wanted = sampled_cases(summary.cases, MOST_SAMPLED)
+    counts = _counted(folder, known, inputs, wanted)
+    sample = _sample(counts.sampled, inputs, summary)
+    return Study(
+        summary=summary,
+        inputs=inputs,
+        histograms=tuple(
+            Histogram(
+                figure,
+                *counts.histograms[figure.name],
+                logarithmic=_is_wide(figure),
+                limits=limits_of(campaign, figure.name),
+            )
+            for figure in known
+        ),
+        sample=sample,
+        correlations=tuple(correlations(sample)),
+        rates=tuple(_rates(inputs, counts.by_value)),
+        envelopes=tuple(envelopes(folder, campaign)),
+    )
+
+
+def inputs_of(campaign: Campaign) -> tuple[Input, ...]:
+    """All that is dispersed; fields that share a draw are one input."""
+    found = []
+    for dispersion, fields in zip(campaign.dispersions, campaign.targets, strict=True):
+        # A path with one field is that field; of several each has its own path.
+        parts = fields[:1] if dispersion.shared else fields
+        for part in parts:
+            name = dispersion.label if len(parts) == 1 else part.text
+            if dispersion.name and len(parts) > 1:
+                name = f"{dispersion.name}: {part.text}"
+            count = len(fields) if dispersion.shared else 1
+            values = dispersion.values() if dispersion.applied == "replace" else ()
+            found.append(Input(name, part.text, count, values))
+    return tuple(found)
+
+
+def limits_of(campaign: Campaign, figure: str) -> tuple[Limit, ...]:
+    """Limits of a figure: those of the scenario for every case, then those of the campaign for all."""
+    found = []
+    own = len(campaign.figures)
+    index = campaign.figure_names.index(figure) - own
+    if index >= 0:
+        expected = campaign.base.expect[index]
+        if expected.value is not None:
+            reach = expected.absolute
+            if reach is None:
+                reach = abs(expected.value) * (expected.relative or 0.0)
+            found += [
+                Limit(expected.value - reach, "lower limit"),
+                Limit(expected.value + reach, "upper limit"),
+            ]
+        if expected.above is not None:
+            found.append(Limit(expected.above, "lower limit"))
+        if expected.below is not None:
+            found.append(Limit(expected.below, "upper limit"))
+    for wanted in campaign.expect:
+        if getattr(wanted, "figure", None) == figure:
+            for sign, value in (("≥", wanted.lowest), ("≤", wanted.highest)):
+                if value is not None:
+                    found.append(Limit(value, f"{_statistic(wanted)} {sign} {value:g}"))
+    return tuple(found)
+
+
+def correlations(sample: Sample) -> list[Correlation]:
+    """Spearman's rank correlation of every input and figure, and of every input and success; strongest first.
+
+    Pairs of which one is the same in all cases are left out, as are fewer than four cases.
+    """
+    figures = dict(sample.figures)
+    if 0 < np.count_nonzero(sample.success) < len(sample.success):
+        figures["success"] = sample.success.astype(np.float64)
+    pairs = [
+        (first, second, *found)
+        for second, values in figures.items()
+        for first, found in _correlated(sample.inputs, values)
+    ]
+    level = 0.05 / max(1, len(pairs))
+    found = [
+        Correlation(first, second, coefficient, p_value, cases, p_value < level)
+        for first, second, coefficient, p_value, cases in pairs
+    ]
+    return sorted(found, key=lambda pair: (-abs(pair.coefficient), pair.figure, pair.input))
+
+
+def _correlated(inputs: dict[str, Array], figure: Array) -> Iterator[tuple[str, tuple[float, float, int]]]:
+    from scipy.stats import spearmanr  # noqa: PLC0415 - slow to import
+
+    has_figure = np.isfinite(figure)
+    for name, values in inputs.items():
+        both = has_figure & np.isfinite(values)
+        first, second = values[both], figure[both]
+        if len(first) >= 4 and np.ptp(first) > 0.0 and np.ptp(second) > 0.0:
+            result = spearmanr(first, second)
+            yield name, (float(result.statistic), float(result.pvalue), len(first))
+
+
+def _statistic(wanted: object) -> str:
+    percentile = getattr(wanted, "percentile", None)
+    return "mean" if percentile is None else f"{percentile:g} % percentile"
+
+
+def _is_wide(figure: FigureSummary) -> bool:
+    return figure.minimum > 0.0 and figure.maximum > _WIDE * figure.minimum
+
+
+def _edges(figure: FigureSummary) -> Array:
+    """Edges of the bins of a histogram."""
+    low, high = figure.minimum, figure.maximum
+    if not low < high:
+        room = max(abs(low) * 0.05, 1e-9)
+        return np.array([low - room, low + room])
+    count = min(_MOST_BINS, max(8, math.ceil(math.sqrt(figure.cases))))
+    edges = np.geomspace(low, high, count + 1) if _is_wide(figure) else np.linspace(low, high, count + 1)
+    # Rounded ends would leave the extremes out.
+    edges[0], edges[-1] = low, high
+    return edges
+
+
+def _counted(
+    folder: CampaignFolder,
+    figures: Sequence[FigureSummary],
+    inputs: Sequence[Input],
+    wanted: NDArray[np.int64],
+) -> _Counts:
+    counts = _Counts({}, {})
+    for figure in figures:
+        edges = _edges(figure)
+        counts.histograms[figure.name] = (edges, *np.zeros((2, len(edges) - 1), dtype=np.int64))
+    listed = [found for found in inputs if 0 < len(found.values) <= _MOST_VALUES_OF_AN_INPUT]
+    counts.by_value = {found.path: {} for found in listed}
+    chosen = set(wanted.tolist())
+    for results in _batches(folder):
+        success = np.array([result.success for result in results])
+        for name, (edges, cases, failed) in counts.histograms.items():
+            values = np.array([result.figures[name] for result in results])
+            known = np.isfinite(values)
+            cases[:] += np.histogram(values[known], edges)[0]
+            failed[:] += np.histogram(values[known & ~success], edges)[0]
+        for path, found in counts.by_value.items():
+            for result in results:
+                if path in result.changes:
+                    entry = found.setdefault(result.changes[path], [0, 0])
+                    entry[0] += 1
+                    entry[1] += result.success
+        counts.sampled += [result for result in results if result.number in chosen]
+    return counts
+
+
+def _batches(folder: CampaignFolder) -> Iterator[list[CaseResult]]:
+    batch: list[CaseResult] = []
+    for result in folder.results():
+        batch.append(result)
+        if len(batch) == _BATCH:
+            yield batch
+            batch = []
+    if batch:
+        yield batch
+
+
+def _sample(results: Sequence[CaseResult], inputs: Sequence[Input], summary: Summary) -> Sample:
+    kinds = summary.folder.manifest.columns.changes
+    return Sample(
+        numbers=np.array([result.number for result in results], dtype=np.int64),
+        success=np.array([result.success for result in results], dtype=np.bool_),
+        inputs={
+            found.name: np.array([float(result.changes.get(found.path, math.nan)) for result in results])
+            for found in inputs
+            if kinds[found.path] != "text"
+        },
+        figures={
+            figure.name: np.array([result.figures[figure.name] for result in results])
+            for figure in summary.figures
+        },
+    )
+
+
+def _rates(
+    inputs: Sequence[Input], by_value: dict[str, dict[ChangeValue, list[int]]]
+) -> Iterator[RateByValue]:
+    for found in inputs:
+        counted = by_value.get(found.path, {})
+        if len(counted) < 2:
+            continue
+        values = sorted(counted, key=lambda value: (isinstance(value, str), value))
+        rates = [
+            success_rate(np.arange(counted[value][0]) < counted[value][1], CONFIDENCE, "wilson")
+            for value in values
+        ]
+        yield RateByValue(found, tuple(values), tuple(counted[value][0] for value in values), np.array(rates))
