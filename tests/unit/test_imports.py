@@ -54,6 +54,7 @@ TAKE_A_SCENARIO = {
     "satform.evaluation.conclusion",
     "satform.evaluation.evaluate",
     "satform.evaluation.sampled_loops",
+    "satform.evaluation.stability_borders",
     "satform.flight.compile",
     "satform.flight.simulate",
     "satform.plot.formation",
