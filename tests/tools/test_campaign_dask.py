@@ -75,7 +75,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
         process.terminate()
     for process in processes:
         try:
-            process.wait(30)
+            process.wait(5)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
@@ -85,10 +85,14 @@ def scheduler(start: Start, folder: Path, host: str = "127.0.0.1", before: tuple
     """Address of a scheduler that was started."""
     file = folder / "scheduler.json"
     words = ("--host", host, "--port", "0", "--no-dashboard", "--no-show", "--scheduler-file", str(file))
-    process = start("scheduler", *words, before=before)
+    return written_address(file, start("scheduler", *words, before=before))
+
+
+def written_address(file: Path, process: subprocess.Popen[bytes]) -> str:
+    """The address that a scheduler writes to a file once it can be reached."""
     end = time.monotonic() + 120.0
     while True:
-        assert process.poll() is None, (folder / "dask-0.log").read_text()
+        assert process.poll() is None, (file.parent / "dask-0.log").read_text()
         assert time.monotonic() < end
         try:
             return str(json.loads(file.read_text())["address"])
@@ -159,6 +163,34 @@ def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("satform.campaign.dask_engine._CONNECT_LIMIT", 0.5)
     with pytest.raises(EngineError, match="there is no dask scheduler at tcp://127"):
         DaskEngine(Job(chunks.fly, {}), "tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize("lost", ["scheduler", "worker"])
+def test_a_scheduler_or_the_last_worker_that_is_gone_ends_the_campaign_with_a_sentence(
+    lost: str, tmp_path: Path, start: Start, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("satform.campaign.dask_engine._CONNECT_LIMIT", 5.0)
+    monkeypatch.setattr("satform.campaign.dask_engine._NO_WORKER_LIMIT", 1.0)
+    monkeypatch.setattr("satform.campaign.dask_engine._LOOK_PERIOD", 0.2)
+    words = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
+    file = tmp_path / "scheduler.json"
+    processes = {"scheduler": start("scheduler", *words, "--scheduler-file", str(file))}
+    address = written_address(file, processes["scheduler"])
+    processes["worker"] = worker(start, address)
+    found: list[CaseResult] = []
+    engine = DaskEngine(Job(chunks.fly, {9: "hang"}), address)
+
+    def end_it(done: int) -> None:
+        if done == 8:
+            processes[lost].kill()
+
+    flights = Flights(chunks.changes, found.extend, report=end_it)
+    try:
+        with pytest.raises(EngineError, match=r"dask (scheduler|worker)"):
+            flights.fly(range(12), 4, engine)
+    finally:
+        engine.close()
+    assert sorted(result.number for result in found)[:8] == list(range(8))
 
 
 @pytest.fixture

@@ -12,8 +12,10 @@ import pickle
 import platform
 import subprocess
 import threading
+import time
 import zlib
 from collections.abc import Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from multiprocessing.connection import wait
 from typing import Any
@@ -24,10 +26,19 @@ from satform.campaign.results import CaseResult
 from satform.campaign.software import software
 
 _CONNECT_LIMIT = 20.0
-"""Wall-clock time in which the scheduler and a first worker have to answer, s."""
+"""Wall-clock time in which the scheduler has to answer, also after a lost connection, s."""
+
+_FIRST_WORKER_LIMIT = 30.0
+"""Wall-clock time in which the scheduler has to have a worker, s."""
 
 _QUEUED_PER_WORKER = 2
 """Chunks that a thread of a worker has, so that it does not wait for the next."""
+
+_NO_WORKER_LIMIT = 60.0
+"""Wall-clock time for which there may be no worker, as while they are restarted, s."""
+
+_LOOK_PERIOD = 2.0
+"""Wall-clock time after which the workers are counted again, s."""
 
 _MOST_STARTS = 3
 _PERIOD = 0.5
@@ -59,16 +70,34 @@ class DaskEngine:
         except (OSError, ValueError, TimeoutError) as error:
             raise EngineError(f"there is no dask scheduler at {address}: {error}") from None
         try:
-            self._client.wait_for_workers(1, timeout=_CONNECT_LIMIT)
+            self._client.wait_for_workers(1, timeout=_FIRST_WORKER_LIMIT)
         except TimeoutError:
             self._client.close()
             raise EngineError(
                 f"the dask scheduler at {address} has no worker; start some with: dask worker {address}"
             ) from None
-        self._threads = self._count()
+        self._threads = 1
+        self._had_workers = self._next_look = time.monotonic()
+        self._count()
 
-    def _count(self) -> int:
-        return sum(self._client.nthreads().values())
+    def _count(self) -> None:
+        """Count the threads of all workers now and then.
+
+        Raises:
+            EngineError: the scheduler does not answer, or there has been no worker for a while.
+        """
+        now = time.monotonic()
+        if now < self._next_look:
+            return
+        self._next_look = now + _LOOK_PERIOD
+        try:
+            self._threads = sum(self._client.nthreads().values())
+        except (OSError, TimeoutError) as error:
+            raise EngineError(f"the dask scheduler does not answer any more: {error}") from None
+        if self._threads:
+            self._had_workers = now
+        elif now - self._had_workers > _NO_WORKER_LIMIT:
+            raise EngineError(f"there has been no dask worker for {_NO_WORKER_LIMIT:g} s")
 
     @property
     def workers(self) -> int:
@@ -95,13 +124,12 @@ class DaskEngine:
         """
         from distributed import wait as wait_for  # noqa: PLC0415 - an extra
 
-        with suppress(TimeoutError), self._client.as_current():
+        with suppress(TimeoutError, CancelledError), self._client.as_current():
             wait_for(list(self._futures), timeout=duration, return_when="FIRST_COMPLETED")
-        if self._client.status not in {"running", "connecting"}:
-            raise EngineError(f"the dask scheduler is gone ({self._client.status})")
+        if self._client.status != "running":
+            raise EngineError(f"the dask scheduler is gone: the connection is {self._client.status}")
+        self._count()
         done = [future for future in self._futures if future.done()]
-        if done:
-            self._threads = self._count()
         return [self._outcome(future, self._futures.pop(future)) for future in done]
 
     def _outcome(self, future: Any, chunk: Chunk) -> Outcome:

@@ -202,9 +202,9 @@ class Flights:
             return
         del self._under_way[outcome.chunk]
         if missing:
-            self._store(self._given_up(outcome, missing))
+            self._store(self._abandoned(outcome, missing))
 
-    def _given_up(self, outcome: Outcome, missing: set[int]) -> list[CaseResult]:
+    def _abandoned(self, outcome: Outcome, missing: set[int]) -> list[CaseResult]:
         """Results of cases that are not flown again; all others are put into new chunks."""
         suspects = sorted(missing.intersection(outcome.suspects))
         alone = len(suspects) == 1
