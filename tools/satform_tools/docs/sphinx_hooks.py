@@ -112,7 +112,11 @@ def _allow_pages_outside_docs(_app: Any, environment: Any) -> None:
 def _leave_folders_as_text(app: Any, _environment: Any, node: Any, content: Any) -> Any:
     # A folder of the project is worth a link in a checkout; on the site there is nothing to show for it.
     path = Path(app.srcdir, node.get("refdoc", "")).parent / node.get("reftarget", "")
-    return content if path.is_dir() else None
+    try:
+        return content if path.is_dir() else None
+    except OSError:
+        # The text of a type can be longer than the name of a file may be.
+        return None
 
 
 def _copy_equation_script(app: Any, error: Exception | None) -> None:
