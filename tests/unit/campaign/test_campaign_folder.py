@@ -71,7 +71,8 @@ def test_a_flight_that_ends_early_and_one_that_cannot_be_flown_are_results_with_
     assert {result.changes["orbit.period"] for result in results} == {6000.0, -1.0}
     for result in results:
         cannot_be_flown = result.changes["orbit.period"] < 0.0
-        assert result.reason.startswith("the scenario cannot be flown: orbit.period: ") == cannot_be_flown
+        names_it = f"the scenario cannot be flown: case {result.number}, orbit.period = -1: found -1.0"
+        assert result.reason.startswith(names_it) == cannot_be_flown
 
 
 def test_retained_series_have_every_so_many_steps_of_the_record() -> None:

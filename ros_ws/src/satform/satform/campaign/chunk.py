@@ -112,7 +112,9 @@ def fly_case(campaign: Campaign, number: int, records: str | None = None) -> Cas
         record = simulate(scenario)
         result = result_of(campaign, number, scenario, record)
     except ScenarioError as error:
-        sentences = "; ".join(f"{found.field}: {found.sentence}" for found in error.problems[:3])
+        sentences = "; ".join(
+            f"{found.field or found.file}: {found.sentence}" for found in error.problems[:3]
+        )
         return CaseResult(number, changes, reason=f"the scenario cannot be flown: {sentences}")
     except MemoryError as error:
         return CaseResult(number, changes, reason=failure_text(error), lost=True)

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from satform.campaign.results import CaseResult
 
 CHUNKS_PER_WORKER = 4
-"""Chunks of a worker in a campaign, so that all workers end at about the same time."""
+"""Chunks of a worker in a campaign of many cases, so that all workers end at about the same time."""
 
 MOST_CASES = 512
 """Cases in a chunk at most; larger stacks are hardly faster, and a chunk may be lost."""
@@ -136,9 +136,10 @@ def chunk_size(cases: int, workers: int, satellites: int) -> int:
         satellites: in one case.
     """
     workers = max(1, workers)
-    share = math.ceil(cases / (CHUNKS_PER_WORKER * workers))
-    # Rather fewer chunks than narrow ones, as long as every worker has one.
-    share = max(share, min(math.ceil(WIDE_STACK / max(1, satellites)), math.ceil(cases / workers)))
+    # Rather fewer chunks than narrow ones, and as many for every worker.
+    wide = workers * math.ceil(WIDE_STACK / max(1, satellites))
+    rounds = max(1, min(CHUNKS_PER_WORKER, cases // wide))
+    share = math.ceil(cases / (rounds * workers))
     return max(1, min(share, MOST_CASES, MOST_SATELLITES // max(1, satellites)))
 
 

@@ -52,7 +52,8 @@ class StackedReceiver:
             stamp: simulated time to which they belong, s.
         """
         values = sent.take(self._neighbours, axis=1).T
-        stamps: Array = np.broadcast_to(np.float64(stamp), self._linked.shape)
+        stamps = np.empty_like(self._linked)
+        stamps.fill(stamp)
         received = Received(values, stamps, self._linked, self._linked, complete=True)
         return received if self._channel is None else self._channel.transmit(step, received)
 

@@ -21,6 +21,8 @@ from satform.orbits.earth import EQUATORIAL_RADIUS
 Rows = NDArray[np.int64]
 
 _NONE = np.empty(0, dtype=np.int64)
+_DIAGONAL = 1.7320509
+"""At least the length of a vector with components of 1."""
 _SLACK = 1e-9
 """Relative: squared lengths so close to a limit are computed anew as a single flight computes them."""
 
@@ -39,6 +41,7 @@ class StackedLimitCheck:
         self._lowest = EQUATORIAL_RADIUS + limits.altitude
         radius = np.repeat(np.array([plan.chief_radius for plan in plans]), count)
         self._radius = np.where(radius > max(self._lowest, EQUATORIAL_RADIUS), radius, np.inf)
+        self._least_radius = float(self._radius.min())
         self._has_ground = bool(np.isfinite(self._radius).any())
 
     def keep(self, rows: Rows) -> None:
@@ -89,7 +92,11 @@ class StackedLimitCheck:
         return np.concatenate((found, self._below(plant))) if self._has_ground else found
 
     def _below(self, plant: Plant) -> Rows:
+        position = plant.motion().position.T
         # No satellite is nearer to the Earth's centre than its chief less its distance from it.
+        longest = _DIAGONAL * max(float(position.max()), -float(position.min()))
+        if self._least_radius - longest >= self._lowest:
+            return _NONE
         least = self._radius - np.sqrt(_squares(plant.motion().position)) * (1.0 + _SLACK)
         suspects = np.flatnonzero(~(least >= self._lowest))
         if not suspects.size:
@@ -104,14 +111,17 @@ def encode_alike(parts: Sequence[Array]) -> Array:
 
 
 def _any_beyond(checked: Sequence[tuple[Array, float]]) -> Rows:
-    found = [_beyond(values, limit) for values, limit in checked]
-    return np.concatenate(found) if any(rows.size for rows in found) else _NONE
+    # As a rule the squares of all satellites' components together are below that of the limit.
+    found = [
+        _beyond(values, limit)
+        for values, limit in checked
+        if not np.vdot(values.T, values.T) <= limit * limit
+    ]
+    return np.concatenate(found) if found else _NONE
 
 
 def _beyond(values: Array, limit: float) -> Rows:
     """Rows of vectors (M, n) that are not finite or longer than a limit."""
-    if np.vdot(values.T, values.T) <= limit * limit:
-        return _NONE
     suspects = np.flatnonzero(~(_squares(values) <= limit * limit * (1.0 - _SLACK)))
     lengths = [math.hypot(*row) for row in values[suspects].tolist()]
     return suspects[[not (math.isfinite(length) and length <= limit) for length in lengths]]

@@ -177,7 +177,7 @@ class _StackedFlight:
         whole = self._whole
         for group in self._groups:
             message = group.satellite.announce()
-            whole.stamp = float(np.ravel(message.time)[0])
+            whole.stamp = float(message.time.flat[0])
             whole.announced(group.rows, _numbers(group.satellite))
 
     def _end(self, rows: Rows, step: int) -> None:
