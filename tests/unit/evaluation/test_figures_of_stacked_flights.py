@@ -69,7 +69,6 @@ def expectations(scenario: Scenario) -> list[Expectation]:
 def test_figures_and_series_of_runs_flown_as_one_are_those_of_each_alone(name: str) -> None:
     step = shipped(name).timing.step
     base = shipped(name, f"timing.duration={STEPS * step}", "expect=[]")
-
     runs = [
         base.with_({"seed": 5 + run, "satellites[*].position_error": [3.0 * run, 1.0, 0.5 * run]})
         for run in range(RUNS)
