@@ -55,6 +55,20 @@ def show(figures: Sequence[Figure], folder: Path | None, *, as_json: bool) -> No
         console.line(f"stored in {path}")
 
 
+_UNITS = {"memory": (1e-6, "MB"), "one_by_one": (1e6, "us")}
+"""Factor and unit in which a detail is printed, where it is not SI."""
+
+
+def details(figures: Sequence[Figure]) -> None:
+    """Print what else is known of figures."""
+    rows = []
+    for figure in figures:
+        for name, value in figure.details.items():
+            factor, unit = _UNITS.get(name, (1.0, ""))
+            rows.append((figure.name, name.replace("_", " "), f"{factor * value:.4g} {unit}".rstrip()))
+    console.table(Table(("what", "detail", "value"), rows, frozenset({2})))
+
+
 def compare(before: Path, after: Path | None, folder: Path, *, as_json: bool) -> bool:
     """Print what has changed between two histories.
 

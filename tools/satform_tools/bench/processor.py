@@ -23,7 +23,7 @@ class ProcessorClock:
         """
         if not self._processes:
             self._processes = _node_processes()
-        times = [_processor_time(process) for process in self._processes]
+        times = [processor_time(process) for process in self._processes]
         if times and None not in times:
             self._readings.append((steps, sum(time for time in times if time is not None)))
 
@@ -48,7 +48,7 @@ def _node_processes() -> list[int]:
     return found
 
 
-def _processor_time(process: int) -> float | None:
+def processor_time(process: int) -> float | None:
     """User and system time of a process and of all its threads, s; None when it has ended."""
     fields = _stat(process)
     return (int(fields[11]) + int(fields[12])) * _TICK if len(fields) > 12 else None

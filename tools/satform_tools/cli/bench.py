@@ -230,6 +230,38 @@ def inprocess(
 
 
 @app.command()
+def campaign(
+    quick: Annotated[bool, typer.Option("--quick", help="Few and short cases, for trying it out.")] = False,
+    runs: Annotated[
+        int | None, typer.Option(min=10, help="Cases of the triangle; 1000 when left out.")
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, max=1024, help="Processes that fly cases.")] = 2,
+    repetitions: Repetitions = 1,
+    history: History = None,
+    json: Json = False,
+) -> None:
+    """Cases of a campaign beside the same cases one by one, the engine's share of short cases, memory.
+
+    1000 runs of the triangle, 10,000 short cases; a satellite's step beside Basilisk's if it is installed.
+    """
+    from dataclasses import replace
+
+    from satform_tools.bench import campaign as measurement
+    from satform_tools.bench import output as bench_output
+    from satform_tools.errors import CommandError
+
+    size = replace(measurement.QUICK if quick else measurement.Size(), workers=workers)
+    size = size if runs is None else replace(size, runs=runs)
+    try:
+        found = measurement.measure(size, repetitions)
+    except RuntimeError as error:
+        raise CommandError(str(error)) from None
+    bench_output.show(found, history, as_json=json)
+    if not json:
+        bench_output.details(found)
+
+
+@app.command()
 def compare(
     before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Earlier history file.")],
     after: Annotated[
