@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from satform.campaign.chunk import is_retained
 from satform.campaign.expectations import CampaignVerdict, judge, success_rate
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
@@ -101,6 +102,7 @@ class Summary:
         rate: success rate of the flown cases and the limits of its 95 % interval (Wilson).
         lost: cases that a time-out or the end of a worker process ended.
         stacked: cases that were flown in stacks.
+        records_missing: cases whose record the campaign retains, and could not be stored.
         verdicts: one for each expectation of the campaign.
         figures: one for each figure.
         kinds: reasons without their numbers, and how many cases have each; the most frequent first.
@@ -119,6 +121,7 @@ class Summary:
     rate: tuple[float, float, float]
     lost: int
     stacked: int
+    records_missing: int
     verdicts: Sequence[CampaignVerdict]
     figures: Sequence[FigureSummary]
     kinds: Mapping[str, int]
@@ -179,6 +182,7 @@ class Summary:
             "success_rate": {"estimate": rate, "low": low, "high": high, "confidence": CONFIDENCE},
             "lost": self.lost,
             "stacked": self.stacked,
+            "records_missing": self.records_missing,
             "expectations": [asdict(verdict) for verdict in self.verdicts],
             "figures": [asdict(figure) for figure in self.figures],
             "reasons": dict(self.kinds),
@@ -204,6 +208,7 @@ class _Gathered:
     flown: int = 0
     lost: int = 0
     stacked: int = 0
+    records_missing: int = 0
     kinds: dict[str, int] = field(default_factory=dict)
     failures: list[Failure] = field(default_factory=list)
 
@@ -245,6 +250,9 @@ def summarise(
         found.flown = row + 1
         found.lost += result.lost
         found.stacked += result.stacked
+        # One that could not be flown has no record.
+        has_none = result.record_path is None and result.state_hash is not None
+        found.records_missing += has_none and is_retained(campaign, result)
         if not result.success:
             _add_failure(found, Failure(result.number, result.reason, result.record_path or "", result.lost))
     success = success[: found.flown]
@@ -258,6 +266,7 @@ def summarise(
         rate=success_rate(success, CONFIDENCE, "wilson"),
         lost=found.lost,
         stacked=found.stacked,
+        records_missing=found.records_missing,
         verdicts=judge(campaign.expect, success, figures, units) if found.flown else (),
         figures=[
             _figure(name, units.get(name, ""), values, met.get(name)) for name, values in figures.items()

@@ -49,6 +49,8 @@ def _print_cases(summary: Summary) -> None:
         )
         if summary.lost:
             console.line(f"Ended by a time-out or with their worker process: {summary.lost}")
+        if summary.records_missing:
+            console.line(f"Records that could not be stored, as on a full disk: {summary.records_missing}")
         alone = summary.flown - summary.stacked
         console.line(f"Flown in stacks: {summary.stacked}, one by one: {alone}")
 
