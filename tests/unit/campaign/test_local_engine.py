@@ -152,7 +152,7 @@ def test_a_chunk_has_a_share_of_the_cases_within_the_bounds_of_memory(
     assert chunk_size(cases, workers, satellites) == size
 
 
-def test_cases_of_a_stack_that_ends_its_worker_are_flown_again_one_by_one() -> None:
+def test_a_stack_that_ends_its_worker_is_halved_until_the_case_is_alone_that_does_so() -> None:
     flown_chunks: list[Chunk] = []
 
     class Stacks:
@@ -178,5 +178,6 @@ def test_cases_of_a_stack_that_ends_its_worker_are_flown_again_one_by_one() -> N
 
     found: list[CaseResult] = []
     assert Flights(chunks.changes, found.extend).fly(range(6), 4, Stacks())  # type: ignore[arg-type]
-    assert [chunk.numbers for chunk in flown_chunks] == [(0, 1, 2, 3), (0,), (1,), (2,), (3,), (4, 5)]
+    stacks = [(0, 1, 2, 3), (0, 1), (2, 3), (2,), (3,), (2,), (4, 5)]
+    assert [chunk.numbers for chunk in flown_chunks] == stacks
     assert [result.reason for result in sorted(found, key=lambda result: result.number)][2] == "died"

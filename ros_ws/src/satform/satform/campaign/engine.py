@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Flies the cases of a campaign in chunks through an engine, and gives every case a result.
 
-Which cases share a chunk, where and in which order they are flown has no effect on the results. A chunk whose
-worker process dies is flown again case by case; the case that ends its worker once more becomes a result with
-the reason. Imports `results` only, so that engines and workers need no more.
+Which cases share a chunk, where and in which order they are flown has no effect on the results. The cases of
+a chunk whose worker process dies are flown again in halves; the one that ends its worker twice while it is
+flown alone becomes a result with the reason. Imports `results` only, so that engines and workers need no
+more.
 """
 
 import math
@@ -206,21 +207,24 @@ class Flights:
             self._store(self._abandoned(outcome, missing))
 
     def _abandoned(self, outcome: Outcome, missing: set[int]) -> list[CaseResult]:
-        """Results of cases that are not flown again; all others are put into new chunks."""
-        suspects = sorted(missing.intersection(outcome.suspects))
-        alone = len(suspects) == 1
-        # A case that was flown alone and did not end in time would not end in time once more.
-        guilty = suspects[0] if alone and (outcome.timed_out or outcome.chunk.again) else None
-        if outcome.chunk.again and guilty is None:
-            guilty = outcome.chunk.numbers[0]
-        rest = sorted(missing - {guilty})
-        if outcome.timed_out and guilty is not None and rest:
+        """Results of cases that are not flown again; all others are put into new chunks.
+
+        A stack is halved until the case is alone that ends it: the others are flown in stacks again.
+        """
+        suspects = sorted(missing.intersection(outcome.suspects)) or sorted(missing)
+        rest = sorted(missing.difference(suspects))
+        if rest:
             self._again.append(Chunk(tuple(rest)))
-        else:
-            self._again.extend(Chunk((number,), again=True) for number in rest)
-        if guilty is None:
+        if len(suspects) > 1:
+            half = len(suspects) // 2
+            self._again += [Chunk(tuple(suspects[:half])), Chunk(tuple(suspects[half:]))]
             return []
-        return [CaseResult(guilty, self.changes(guilty), reason=outcome.failure, lost=True)]
+        (suspect,) = suspects
+        # A case that was flown alone and did not end in time would not end in time once more.
+        if outcome.timed_out or outcome.chunk.again:
+            return [CaseResult(suspect, self.changes(suspect), reason=outcome.failure, lost=True)]
+        self._again.append(Chunk((suspect,), again=True))
+        return []
 
     def _store(self, results: Sequence[CaseResult]) -> None:
         if results:
