@@ -87,9 +87,14 @@ def _figures(study: Study) -> dict[str, list[Callable[[Axes], None]]]:
     return {
         "success": [partial(rate_by_value, found) for found in study.rates],
         "envelopes": [partial(envelope, found) for found in study.envelopes],
-        "figures": [partial(histogram, found) for found in study.histograms],
+        "figures": [partial(histogram, found) for found in most_judged(study)],
         "dependences": [partial(dependence, pair, study) for pair in drawn_pairs(study)],
     }
+
+
+def most_judged(study: Study) -> list[Histogram]:
+    """Distributions of the figures: first those with limits, then others, then those without any spread."""
+    return sorted(study.histograms, key=lambda found: (len(found.counts) == 1, not found.limits))
 
 
 def rate_by_value(found: RateByValue, axes: Axes) -> None:

@@ -178,6 +178,29 @@ def case(
     console.table(console.Table(("field", "value"), rows, right=frozenset({1})))
 
 
+@app.command()
+def gallery(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Campaigns to fly; by default all.")
+    ] = None,
+    stale: Annotated[
+        bool,
+        typer.Option("--stale", help="Only the campaigns that have changed since their figure was made."),
+    ] = False,
+    workers: Workers = None,
+    folders: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Keep the campaigns in this folder, and resume those that are there already."
+        ),
+    ] = None,
+) -> None:
+    """Fly the shipped campaigns and write docs/campaign_gallery.md and its figures."""
+    from satform_tools.campaign import gallery as campaign_gallery
+
+    raise typer.Exit(campaign_gallery.make(names or (), workers, stale=stale, folders=folders))
+
+
 def _end(summary: "Summary", *, as_json: bool) -> None:
     from satform_tools.campaign import tables
 
