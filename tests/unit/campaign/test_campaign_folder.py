@@ -3,6 +3,7 @@
 """The folder of a campaign: what is refused, what a repair puts aside, and what a chunk leaves there."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -73,6 +74,27 @@ def test_a_flight_that_ends_early_and_one_that_cannot_be_flown_are_results_with_
         cannot_be_flown = result.changes["orbit.period"] < 0.0
         names_it = f"the scenario cannot be flown: case {result.number}, orbit.period = -1: found -1.0"
         assert result.reason.startswith(names_it) == cannot_be_flown
+
+
+def test_a_chunk_reports_what_begins_how_far_it_is_and_every_result_once() -> None:
+    reported: list[tuple[str, object]] = []
+
+    class Observer:
+        def begin(self, numbers: Sequence[int]) -> None:
+            reported.append(("begin", tuple(numbers)))
+
+        def advanced(self, part: float) -> None:
+            reported.append(("advanced", part))
+
+        def finished(self, results: Sequence[CaseResult]) -> None:
+            reported.append(("finished", tuple(result.number for result in results)))
+
+    results = fly_chunk(small(), range(6), Observer())
+    assert all(result.stacked for result in results)
+    assert reported == [("begin", tuple(range(6))), ("advanced", 1.0), ("finished", tuple(range(6)))]
+    reported.clear()
+    fly_chunk(small(), [3], Observer())
+    assert reported == [("begin", (3,)), ("finished", (3,))]
 
 
 def test_retained_series_have_every_so_many_steps_of_the_record() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import chunks
-from satform.campaign.engine import Chunk, EngineError, Flights, Job, chunk_size
+from satform.campaign.engine import Chunk, EngineError, Flights, Job, Outcome, chunk_size
 from satform.campaign.local_engine import LocalEngine
 from satform.campaign.results import CaseResult, ResultsHash
 
@@ -152,6 +152,39 @@ def test_a_chunk_has_a_share_of_the_cases_within_the_bounds_of_memory(
     assert chunk_size(cases, workers, satellites) == size
 
 
+def test_cases_that_are_flown_in_part_count_as_that_part_until_they_have_results() -> None:
+    chunk = Chunk((0, 1, 2, 3))
+    results = tuple(map(chunks.result, chunk.numbers))
+
+    class Stack:
+        """Flies a chunk in steps."""
+
+        workers, free = 1, 1
+
+        def __init__(self) -> None:
+            self.outcomes = [
+                Outcome(chunk, ended=False, under_way=1.0),
+                Outcome(chunk, ended=False, under_way=3.5),
+                Outcome(chunk, results[:3], ended=False),
+                Outcome(chunk, results[3:]),
+            ]
+
+        def submit(self, _chunk: Chunk) -> None:
+            self.free = 0
+
+        def wait(self, _duration: float) -> list[Outcome]:
+            self.free = int(len(self.outcomes) == 1)
+            return [self.outcomes.pop(0)]
+
+        def close(self) -> None:
+            """Nothing to end."""
+
+    reported: list[int] = []
+    flights = Flights(chunks.changes, lambda _: None, report=reported.append)
+    assert flights.fly(range(4), 4, Stack())
+    assert list(dict.fromkeys(reported)) == [1, 3, 4]
+
+
 def test_a_stack_that_ends_its_worker_is_halved_until_the_case_is_alone_that_does_so() -> None:
     flown_chunks: list[Chunk] = []
 
@@ -165,8 +198,6 @@ def test_a_stack_that_ends_its_worker_is_halved_until_the_case_is_alone_that_doe
             self.free = 0
 
         def wait(self, _duration: float) -> Sequence[object]:
-            from satform.campaign.engine import Outcome
-
             chunk = flown_chunks[-1]
             self.free = 1
             if 2 in chunk.numbers:

@@ -58,7 +58,7 @@ def fly_chunk(
     for cases in [] if alone or len(numbers) < FEWEST_IN_A_STACK else stacks(campaign, numbers):
         if observer is not None:
             observer.begin([case.number for case in cases])
-        flown = _stacked_results(campaign, cases, records)
+        flown = _stacked_results(campaign, cases, records, observer)
         if observer is not None and flown:
             observer.finished(flown)
         found.update({result.number: result for result in flown})
@@ -73,10 +73,12 @@ def fly_chunk(
     return [found[number] for number in numbers]
 
 
-def _stacked_results(campaign: Campaign, cases: Sequence[Case], records: str | None) -> list[CaseResult]:
+def _stacked_results(
+    campaign: Campaign, cases: Sequence[Case], records: str | None, observer: ChunkObserver | None
+) -> list[CaseResult]:
     """Results of cases flown as one formation; of none that ended early, or whose record is retained."""
     try:
-        flown = fly_stack(campaign, cases)
+        flown = fly_stack(campaign, cases, None if observer is None else observer.advanced)
     except Exception:  # of a user's own part: each case is flown alone, and says what is wrong with it
         return []
     results = [_result(campaign, own.case, own.figures, series=own.series) for own in flown]

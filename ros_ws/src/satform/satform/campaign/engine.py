@@ -36,6 +36,9 @@ class ChunkObserver(Protocol):
     def begin(self, numbers: Sequence[int]) -> None:
         """From now on these cases are flown: one alone, or several in a stack."""
 
+    def advanced(self, part: float) -> None:
+        """Of the cases that were begun last this part is flown, from 0 to 1; called as often as is known."""
+
     def finished(self, results: Sequence[CaseResult]) -> None:
         """These cases have their results."""
 
@@ -86,6 +89,7 @@ class Outcome:
         failure: why cases of it have no result, in a sentence without a full stop; empty when all have.
         suspects: cases that were flown when it failed.
         timed_out: whether it failed by the time limit.
+        under_way: cases of the chunk that are flown without a result yet, those in part counted as that part.
     """
 
     chunk: Chunk
@@ -94,6 +98,7 @@ class Outcome:
     failure: str = ""
     suspects: tuple[int, ...] = ()
     timed_out: bool = False
+    under_way: float = 0.0
 
 
 class EngineError(RuntimeError):
@@ -151,7 +156,8 @@ class Flights:
     Attributes:
         changes: gives the changes of a case, for the result of one whose flight gave none.
         store: takes results, in any order.
-        report: called with the number of cases that are done since the start, as often as that changes.
+        report: called with the number of cases that are done since the start, as often as that changes; cases
+            that are flown in part are counted as that part.
         stop: asked again and again whether to end; what is finished then is stored.
         period: wall-clock time after which it is asked, s.
     """
@@ -163,6 +169,7 @@ class Flights:
     period: float = 0.2
     _again: deque[Chunk] = field(default_factory=deque)
     _under_way: dict[Chunk, set[int]] = field(default_factory=dict)
+    _parts: dict[Chunk, float] = field(default_factory=dict)
     _done: int = 0
 
     def fly(self, numbers: Iterable[int], size: int, engine: Engine) -> bool:
@@ -199,8 +206,13 @@ class Flights:
     def _take(self, outcome: Outcome) -> None:
         missing = self._under_way[outcome.chunk]
         missing.difference_update(result.number for result in outcome.results)
+        if outcome.ended:
+            self._parts.pop(outcome.chunk, None)
+        else:
+            self._parts[outcome.chunk] = outcome.under_way
         self._store(outcome.results)
         if not outcome.ended:
+            self._report()
             return
         del self._under_way[outcome.chunk]
         if missing:
@@ -230,7 +242,10 @@ class Flights:
         if results:
             self.store(results)
             self._done += len(results)
-            self.report(self._done)
+            self._report()
+
+    def _report(self) -> None:
+        self.report(self._done + int(sum(self._parts.values())))
 
 
 def _chunks(numbers: Iterator[int], size: int) -> Iterator[Chunk]:

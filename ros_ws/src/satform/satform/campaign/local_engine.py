@@ -121,10 +121,10 @@ class WorkerProcess:
         chunk, begun = self.chunk, self._begun
         if chunk is None:
             return None
-        ended = message.kind != "results"
-        if ended:
-            self.chunk = None
-        return Outcome(chunk, message.results, ended=ended, failure=message.failure, suspects=begun)
+        if message.kind in {"results", "advanced"}:
+            return Outcome(chunk, message.results, ended=False, under_way=message.part * len(begun))
+        self.chunk = None
+        return Outcome(chunk, message.results, failure=message.failure, suspects=begun)
 
     def overdue(self) -> Outcome | None:
         """End it if its time is over; what has come of its chunk then.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Flies alike cases of a campaign as one formation and makes their figures while they fly."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from satform.campaign.cases import case_scenario
@@ -73,12 +73,15 @@ def stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
     return found
 
 
-def fly_stack(campaign: Campaign, cases: Sequence[Case]) -> list[Flown]:
+def fly_stack(
+    campaign: Campaign, cases: Sequence[Case], advanced: Callable[[float], None] | None = None
+) -> list[Flown]:
     """Fly cases as one formation.
 
     Args:
         campaign: that they belong to.
         cases: of one of its `stacks`.
+        advanced: called now and then with the part of the steps that is flown, from 0 to 1.
 
     Returns:
         What those gave that were flown to their end. A case that ended early is to be flown alone.
@@ -91,6 +94,8 @@ def fly_stack(campaign: Campaign, cases: Sequence[Case]) -> list[Flown]:
         figures.update(block)
         for own in (series or {}).values():
             own.update(block)
+        if advanced is not None:
+            advanced((block.first_step + block.steps) / first.plan.timing.steps)
 
     needs = figures.needs.union(*(own.needs for own in (series or {}).values()))
     ends = fly_stacked([case.plan for case in cases], observe, needs)

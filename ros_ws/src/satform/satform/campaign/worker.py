@@ -29,21 +29,24 @@ class Message:
     """What a worker sends.
 
     Attributes:
-        kind: `ready` once it has its job, `begin` before cases are flown, `results` of some cases, `done` at
-            the end of a chunk with the results that were not sent before, `failed` in its stead.
+        kind: `ready` once it has its job, `begin` before cases are flown, `advanced` while they are,
+            `results` of some cases, `done` at the end of a chunk with the results that were not sent before,
+            `failed` in its stead.
         numbers: of the cases that begin.
+        part: of these cases that is flown.
         results: of finished cases.
         failure: what went wrong, in a sentence without a full stop.
     """
 
-    kind: Literal["ready", "begin", "results", "done", "failed"]
+    kind: Literal["ready", "begin", "advanced", "results", "done", "failed"]
     numbers: tuple[int, ...] = ()
+    part: float = 0.0
     results: tuple[CaseResult, ...] = ()
     failure: str = ""
 
 
 class _Reports:
-    """Sends what a chunk under way reports, results not more often than once a period."""
+    """Sends what a chunk under way reports, results and advances not more often than once a period."""
 
     def __init__(self, connection: "Connection[Any, Any]") -> None:
         self._connection = connection
@@ -54,14 +57,23 @@ class _Reports:
     def begin(self, numbers: Sequence[int]) -> None:
         self._connection.send(Message("begin", tuple(numbers)))
 
+    def advanced(self, part: float) -> None:
+        if self._is_due():
+            self._connection.send(Message("advanced", part=part))
+
     def finished(self, results: Sequence[CaseResult]) -> None:
         self._waiting += results
-        now = time.monotonic()
-        if now >= self._next:
-            self._next = now + _PERIOD
+        if self._is_due():
             self._connection.send(Message("results", results=tuple(self._waiting)))
             self.sent.update(result.number for result in self._waiting)
             self._waiting = []
+
+    def _is_due(self) -> bool:
+        now = time.monotonic()
+        if now < self._next:
+            return False
+        self._next = now + _PERIOD
+        return True
 
 
 def main(descriptor: int) -> None:
