@@ -1,0 +1,81 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The command `check` on campaign files: errors with their lines, warnings, shipped ones by name."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from satform_tools.cli import main as cli
+
+UNWISE = """\
+name: unwise
+scenario: triangle
+runs: 1000
+sampling: {kind: sobol}
+dispersions:
+  - path: satellites[1].scale
+    distribution: {kind: normal, mean: 0.75, standard_deviation: 0.25}
+  - path: node_timeout
+    distribution: {kind: uniform, low: 5.0, high: 10.0}
+  - path: orbit.period
+    distribution: {kind: choice, values: [6000.0]}
+"""
+
+
+def written(folder: Path, text: str) -> str:
+    file = folder / "study.yaml"
+    file.write_text(text)
+    return str(file)
+
+
+def test_check_warns_of_values_that_cannot_fly_and_dispersions_without_effect(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = written(tmp_path, UNWISE)
+    assert cli.main(["check", file]) == 0
+    *warnings, end = capsys.readouterr().out.splitlines()
+    assert end == f"{file}: OK"
+    beginnings = [
+        f"{file}:6: warning: dispersions[0]: some cases cannot fly: a case, satellites[1].scale = -",
+        f"{file}:8: warning: dispersions[1]: node_timeout changes nothing of what is flown",
+        f"{file}:10: warning: dispersions[2]: orbit.period has the same value in all cases",
+        f"{file}:3: warning: runs: 1000 runs of a Sobol sequence are less evenly spread than a power of two, "
+        "such as 1024",
+    ]
+    assert len(warnings) == len(beginnings)
+    assert all(found.startswith(begin) for found, begin in zip(warnings, beginnings, strict=True))
+
+
+def test_check_prints_all_errors_of_a_campaign_with_their_lines(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = UNWISE.replace("satellites[1].scale", "satellites[1].scal").replace("high: 10.0", "high: 1.0")
+    file = written(tmp_path, wrong)
+    assert cli.main(["check", file, "triangle"]) == 2
+    captured = capsys.readouterr()
+    assert (
+        f"{file}:6: dispersions[0].path: there is no satellites[1].scal; did you mean scale?" in captured.err
+    )
+    assert f"{file}:9: dispersions[1].distribution: low 5 is above high 1" in captured.err
+    assert captured.out.endswith("triangle: OK\n")
+
+
+def test_check_prints_json_of_a_campaign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = written(tmp_path, UNWISE)
+    assert cli.main(["check", file, "--json"]) == 0
+    [found] = json.loads(capsys.readouterr().out)
+    assert (found["file"], found["ok"], found["problems"]) == (file, True, [])
+    assert found["warnings"][1] == "dispersions[1]: node_timeout changes nothing of what is flown"
+
+
+def test_a_path_of_a_scenario_is_checked_as_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["check", "triangle", "triangle_dispersed"]) == 0
+    *_, scenario, campaign = capsys.readouterr().out.splitlines()
+    assert (scenario, campaign) == ("triangle: OK", "triangle_dispersed: OK")
+
+
+def test_the_schema_of_campaigns_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["schema", "--campaign"]) == 0
+    assert "dispersions" in json.loads(capsys.readouterr().out)["properties"]
