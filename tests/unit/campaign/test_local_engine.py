@@ -138,7 +138,7 @@ def test_a_stopped_campaign_ends_its_workers_and_has_what_was_finished(tmp_path:
 @pytest.mark.parametrize(
     ("cases", "workers", "satellites", "size"),
     [
-        (1000, 2, 3, 250),
+        (1000, 2, 3, 500),
         (10_000, 2, 3, 512),
         (10, 7, 3, 2),
         (1_000_000, 2, 3, 512),

@@ -249,3 +249,24 @@ def test_the_chief_s_orbit_and_the_masses_may_differ_from_run_to_run() -> None:
     assert ends == {}
     for run, scenario in enumerate(runs):
         assert unlike(blocks, run, simulate(scenario)) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("directed_triangle", {"dynamics.linear": (-0.2, -0.3), "dynamics.wave": (0.4, 0.2)}),
+        (
+            "leo_drag_srp",
+            {"dynamics.satellite_bodies[0].drag_area": (1.0, 2.0)},
+        ),
+    ],
+)
+def test_what_acts_on_satellites_may_differ_from_run_to_run(
+    name: str, changes: dict[str, tuple[float, float]]
+) -> None:
+    runs = [short(name, 4).with_({path: values[run] for path, values in changes.items()}) for run in range(2)]
+    blocks, _ = flown(runs, block_steps=3)
+    records = [simulate(run) for run in runs]
+    for run, record in enumerate(records):
+        assert unlike(blocks, run, record) == []
+    assert records[0].position.tobytes() != records[1].position.tobytes()

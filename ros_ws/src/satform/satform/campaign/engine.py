@@ -23,7 +23,7 @@ CHUNKS_PER_WORKER = 4
 MOST_CASES = 512
 """Cases in a chunk at most; larger stacks are hardly faster, and a chunk may be lost."""
 
-WIDE_STACK = 750
+WIDE_STACK = 1000
 """Satellites of all cases in a stack from which on a step costs little more than its arithmetic."""
 
 MOST_SATELLITES = 4096

@@ -13,6 +13,7 @@ from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.common.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Spec
 from satform.numeric.elementwise import Array
 from satform.numeric.seeded_numbers import SeededSigned
+from satform.numeric.stacking import component_major, take
 
 
 @dataclass(frozen=True)
@@ -124,11 +125,13 @@ class BoundedNoise:
         """
         self._largest = largest
         self._numbers = numbers
+        self._held: tuple[int, Array] = (-1, largest)
 
     def acceleration(self, step: int, offset: float) -> Array:
         """The value held over the step, m/s^2, shape (N, 3)."""
-        value: Array = self._largest * self._numbers.at(step)
-        return value
+        if self._held[0] != step:
+            self._held = (step, self._largest * self._numbers.at(step))
+        return self._held[1]
 
     def bound(self) -> Array:
         """The noise's bound, m/s^2, shape (N, 3)."""
@@ -148,11 +151,11 @@ class BoundedNoise:
             [satellite for part in own for satellite in part.satellites],
             own[0].width,
         )
-        return cls(np.concatenate([noise._largest for noise in noises]), numbers)
+        return cls(component_major(np.concatenate([noise._largest for noise in noises])), numbers)
 
     def keep(self, rows: NDArray[np.int64]) -> "BoundedNoise":
         """The noise of some of the satellites, by their indices here."""
-        return BoundedNoise(self._largest[rows], self._numbers.keep(rows))
+        return BoundedNoise(take(self._largest, rows), self._numbers.keep(rows))
 
 
 class PerturbationSpec(Spec):

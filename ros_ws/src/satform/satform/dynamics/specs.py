@@ -19,6 +19,9 @@ Degree = Annotated[int, Field(ge=0, le=120)]
 EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
 """Of time zero where a scenario gives none."""
 
+OF_SATELLITES = frozenset({"perturbations", "satellite_bodies", "linear", "wave", "wave_number", "quadratic"})
+"""Fields of truth models that may differ in runs that are flown as one."""
+
 
 class PerturbedDynamicsSpec(DynamicsSpec):
     """What all the truth models here have in common: a list of perturbations."""

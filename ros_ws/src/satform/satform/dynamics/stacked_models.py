@@ -26,6 +26,9 @@ from satform.numeric.elementwise import Array
 
 Rows = NDArray[np.int64]
 
+_FORCE = ("linear", "wave", "wave_number", "quadratic")
+"""Numbers of a force that depends on the velocity."""
+
 
 class StackedCwDynamics:
     """The CW equations of the satellites of many runs, the same operations as `CwDynamics` has."""
@@ -119,10 +122,10 @@ _SharedModel = (
 
 @dataclass(frozen=True)
 class StackedDynamics:
-    """A truth model that is the same in many runs but for perturbations, with the satellites of all of them.
+    """A truth model that many runs share but for what acts on their satellites, with all of these.
 
     Attributes:
-        model: with the perturbations of all satellites.
+        model: with what belongs to the satellites of all runs.
     """
 
     model: Any
@@ -148,6 +151,8 @@ class StackedDynamics:
         }
         if isinstance(model, InertialDynamics):
             changes["bodies"] = (model.bodies[0], *(model.bodies[1 + row] for row in rows.tolist()))
+        if isinstance(model, VelocityDependentDynamics):
+            changes |= {name: getattr(model, name)[rows] for name in _FORCE}
         kept = type(self)(replace(model, **changes))
         if isinstance(model, InertialDynamics | PropagatedChiefDynamics):
             with_chief = np.concatenate(([0], 1 + rows))
@@ -208,4 +213,9 @@ def stack_dynamics(models: Sequence[Dynamics], satellites: int) -> StackedCwDyna
         of_satellites = [model.bodies[1:] for model in models if isinstance(model, InertialDynamics)]
         changes["bodies"] = (first.bodies[0], *(body for bodies in of_satellites for body in bodies))
         return StackedInertialDynamics(replace(first, **changes))
+    if isinstance(first, VelocityDependentDynamics):
+        changes |= {
+            name: np.repeat([[getattr(model, name)] for model in models], satellites, axis=0)
+            for name in _FORCE
+        }
     return StackedDynamics(replace(first, **changes))

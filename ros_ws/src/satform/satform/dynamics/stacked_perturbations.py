@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from satform.dynamics.prescribed_disturbances import BoundedNoise, Constant, Harmonic, Perturbation
 from satform.numeric.elementwise import Array
+from satform.numeric.stacking import component_major
 
 Rows = NDArray[np.int64]
 
@@ -104,7 +105,7 @@ def _concatenated(runs: Sequence[Perturbation]) -> Constant | Harmonic | Bounded
     waves = [run for run in runs if isinstance(run, Harmonic)]
     noises = [run for run in runs if isinstance(run, BoundedNoise)]
     if constants:
-        return Constant(np.concatenate([run.value for run in constants]))
+        return Constant(component_major(np.concatenate([run.value for run in constants])))
     if noises:
         return BoundedNoise.stacked(noises)
     frequency = [np.full((len(run.phase), 1), run.angular_frequency) for run in waves]

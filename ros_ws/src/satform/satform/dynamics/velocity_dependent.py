@@ -20,7 +20,7 @@ class VelocityDependentDynamics:
     """The same function of the velocity on each axis, integrated by the classical Runge-Kutta method.
 
     Attributes:
-        linear: acceleration per velocity, 1/s.
+        linear: acceleration per velocity, 1/s; this and the next three of satellites of many runs (N, 1).
         wave: amplitude of the acceleration that goes as the sine of the velocity, m/s^2.
         wave_number: angle of that sine per velocity, rad s/m.
         quadratic: acceleration per velocity times speed, 1/m.
@@ -29,10 +29,10 @@ class VelocityDependentDynamics:
         parts: of equal length into which it is divided.
     """
 
-    linear: float
-    wave: float
-    wave_number: float
-    quadratic: float
+    linear: float | Array
+    wave: float | Array
+    wave_number: float | Array
+    quadratic: float | Array
     perturbations: tuple[Perturbation, ...]
     duration: float
     parts: int

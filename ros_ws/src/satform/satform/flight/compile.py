@@ -22,6 +22,7 @@ from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.specs import OF_SATELLITES
 from satform.equipment.estimator import Estimator
 from satform.flight.plans import (
     AttitudePlan,
@@ -132,11 +133,9 @@ class FormationPlan:
 
     @property
     def dynamics_text(self) -> str:
-        """All that the dynamics model is built from but its perturbations, as JSON."""
-        dynamics = self._scenario.dynamics
-        return json.dumps(
-            [self._scenario.orbit.rate, dynamics.model_dump(mode="json", exclude={"perturbations"})]
-        )
+        """What the dynamics model is built from and all runs that are flown as one have to share, as JSON."""
+        shared = self._scenario.dynamics.model_dump(mode="json", exclude=set(OF_SATELLITES))
+        return json.dumps([self._scenario.orbit.rate, shared])
 
 
 def compile_scenario(scenario: Scenario) -> FormationPlan:

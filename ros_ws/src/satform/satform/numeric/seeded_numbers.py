@@ -12,8 +12,8 @@ from satform.numeric.elementwise import Array
 
 _BLOCK = 256
 """Steps whose numbers come from one generator."""
-_PART = 16
-"""Steps of a block that are drawn at once for many satellites, so that their numbers stay in the cache."""
+_PART = 128
+"""Steps of a block that are drawn at once for many satellites, which bounds the memory."""
 _MANY = 64
 """Satellites from which on a block is drawn part by part."""
 
@@ -85,27 +85,33 @@ class SeededNormals:
             ]
             if begin:
                 for generator in self._generators:
-                    self._drawn(generator, begin)
-        drawn = [self._drawn(generator, self._part_steps) for generator in self._generators]
-        self._numbers = np.ascontiguousarray(np.array(drawn).transpose(1, 2, 0))
+                    self._fill(generator, np.empty((begin, self.width)))
+        drawn = np.empty((len(self._generators), self._part_steps, self.width))
+        for generator, numbers in zip(self._generators, drawn, strict=True):
+            self._fill(generator, numbers)
+        self._numbers = np.ascontiguousarray(self._spread(drawn).transpose(1, 2, 0))
         self._part = part
 
-    def _drawn(self, generator: np.random.Generator, steps: int) -> Array:
-        return generator.standard_normal((steps, self.width))
+    def _fill(self, generator: np.random.Generator, numbers: Array) -> None:
+        generator.standard_normal(out=numbers)
+
+    def _spread(self, numbers: Array) -> Array:
+        return numbers
 
 
 class SeededUniforms(SeededNormals):
     """The same with numbers that are evenly spread over [0, 1)."""
 
-    def _drawn(self, generator: np.random.Generator, steps: int) -> Array:
-        return generator.random((steps, self.width))
+    def _fill(self, generator: np.random.Generator, numbers: Array) -> None:
+        generator.random(out=numbers)
 
 
-class SeededSigned(SeededNormals):
+class SeededSigned(SeededUniforms):
     """The same with numbers that are evenly spread over [-1, 1)."""
 
-    def _drawn(self, generator: np.random.Generator, steps: int) -> Array:
-        return generator.uniform(-1.0, 1.0, (steps, self.width))
+    def _spread(self, numbers: Array) -> Array:
+        # As `Generator.uniform` does it.
+        return -1.0 + 2.0 * numbers
 
 
 def _generator(*numbers: int) -> np.random.Generator:
