@@ -16,7 +16,7 @@ from rclpy.node import Node
 
 from satform_bringup import PACKAGE
 from satform_bringup.deployment import local_discovery
-from satform_bringup.deployment.domain import on_domain, own_domain
+from satform_bringup.deployment.domain_lock import on_domain, own_domain
 from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
 

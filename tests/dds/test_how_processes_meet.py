@@ -12,7 +12,7 @@ from satform_bringup.deployment import local_discovery
 from satform_tools.cli import main as cli
 from satform_tools.report import trace as flight_trace
 from satform_tools.report.plots import trace as trace_plot
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 
 pytestmark = pytest.mark.unmeasured
 
@@ -71,7 +71,7 @@ def test_a_profiled_run_leaves_its_trace_for_viewers_and_as_a_picture(tmp_path: 
     out = tmp_path / "run"
     words = ["--set", "timing.duration=100.0", "--set", "expect=[]", "--profile", "--out", str(out)]
     assert cli.main(["run", "triangle", *words]) == 0
-    spans = flight_trace.spans(out / folders.TRACE)
+    spans = flight_trace.spans(out / output_folders.TRACE)
     assert {"plant", "recorder", "sat1", "sat2", "sat3"} == {span.process for span in spans}
     assert '"traceEvents"' in (out / flight_trace.FILE).read_text()[:100]
     # There is none where a busy machine had some command said twice.

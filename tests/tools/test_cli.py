@@ -21,7 +21,7 @@ from satform.scenario import load_scenario
 from satform_bringup import SCENARIO_FILE
 from satform_tools.cli import main as cli
 from satform_tools.run import command as run_command
-from satform_tools.run import folders, ros_packages
+from satform_tools.run import output_folders, ros_packages
 
 SHORT = ("--set", "timing.duration=20.0", "--set", "expect=[]")
 
@@ -46,7 +46,7 @@ def test_a_run_that_gives_what_it_promises_ends_with_0_and_keeps_the_flight(
     assert result["steps"] == result["steps_planned"] == 20
     assert result["expectations"][0]["origin"] == "a test"
     assert result["versions"]["numpy"]
-    assert folders.load_record(tmp_path / "run" / "record.npz").steps == 20
+    assert output_folders.load_record(tmp_path / "run" / "record.npz").steps == 20
 
 
 def test_a_run_that_misses_a_promise_ends_with_1_and_says_which(
@@ -208,7 +208,7 @@ def test_two_runs_of_one_moment_get_folders_of_their_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    made = {folders.make(None, "triangle") for _ in range(3)}
+    made = {output_folders.make(None, "triangle") for _ in range(3)}
     assert len(made) == 3
     assert all(folder.is_dir() and folder.name.startswith("triangle-") for folder in made)
 
@@ -273,7 +273,7 @@ def test_the_scenario_of_a_run_is_kept_once_by_those_who_fly_it(
 ) -> None:
     fly_like(monkeypatch)
     assert run_lockstep(tmp_path / "over_dds") == 0
-    assert [path.name for path in (tmp_path / "over_dds").iterdir()] == [folders.RESULT]
+    assert [path.name for path in (tmp_path / "over_dds").iterdir()] == [output_folders.RESULT]
     assert run_in_process(tmp_path / "in_process", *SHORT) == 0
     kept = load_scenario(tmp_path / "in_process" / SCENARIO_FILE)
     assert kept.digest() == shortened("ring_six", 20.0).digest()
@@ -377,7 +377,7 @@ def test_a_flight_in_process_that_was_stopped_keeps_what_was_flown(
     result = json.loads((folder / "result.json").read_text())
     assert result["reason"] == f"stopped by {number.name}"
     assert (result["stopped"], result["steps"], result["exit_code"]) == (True, 7, 130)
-    kept = folders.load_record(folder / "record.npz")
+    kept = output_folders.load_record(folder / "record.npz")
     assert simulate(shortened("ring_six", 7.0)).differences(kept) == []
     assert cli.main(["report", str(folder), "--json", "--out", str(tmp_path / "report")]) == 0
     assert json.loads(capsys.readouterr().out)["cut_short"] == "cut short at step 7 of 20"

@@ -15,7 +15,7 @@ from satform.scenario import parse_scenario
 from satform_tools import errors
 from satform_tools.cli import main as cli
 from satform_tools.describe import scenario_list
-from satform_tools.run import folders, scenario_library
+from satform_tools.run import output_folders, scenario_library
 
 COMMAND = [sys.executable, "-m", "satform_tools"]
 
@@ -64,7 +64,7 @@ def test_a_folder_whose_name_is_no_text_is_refused_before_anything_is_made(
 
 def test_a_run_lands_where_the_user_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    first, second = folders.make(None, "triangle"), folders.make(None, "triangle")
+    first, second = output_folders.make(None, "triangle"), output_folders.make(None, "triangle")
     assert first.parent == second.parent == tmp_path / "runs"
     assert first != second
     assert not first.is_relative_to(scenario_library.ROOT)

@@ -35,7 +35,7 @@ from satform.attitude.gyrostat import (
     relative_mrp,
     short_way,
 )
-from satform.attitude.tracking import AttitudeTrackingSpec, attitude_error
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec, attitude_error
 from satform.dynamics.linear import multiply
 from satform.numeric.stacking import stack
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER

@@ -11,8 +11,8 @@ from flights import satellite_of, shipped, shortened
 from satform.attitude.ground_pointing import CircularOrbit
 from satform.attitude.guidance import Attitude
 from satform.attitude.gyrostat import direction_cosines
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointingSpec, inertial_line, to_inertial
-from satform.attitude.tracking import AttitudeTrackingSpec
 from satform.attitude.wheels import Turning, Wheels
 from satform.common.spec import specs
 from satform.communication.neighbour_buffer import Received

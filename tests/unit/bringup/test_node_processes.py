@@ -18,8 +18,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from flights import shipped
 from satform.flight.compile import compile_scenario
-from satform_bringup.deployment import domain as domains
-from satform_bringup.deployment.domain import FIRST, LAST, DomainError, on_domain, own_domain
+from satform_bringup.deployment import domain_lock as domains
+from satform_bringup.deployment.domain_lock import FIRST, LAST, DomainError, on_domain, own_domain
 from satform_bringup.deployment.node_processes import NodeProcess, processes
 
 FILE = Path("/somewhere/scenario.json")

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from satform_bringup.deployment import domain, runtime_folder
+from satform_bringup.deployment import domain_lock, runtime_folder
 from satform_bringup.deployment.runtime_folder import RuntimeFolderError
 from satform_bringup.supervisor.run_registry import described, registered_runs
 
@@ -29,7 +29,7 @@ def shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.chmod(0o1777)
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
-    monkeypatch.setattr(domain, "ABSTRACT", f"\0test {os.getpid()}/", raising=False)
+    monkeypatch.setattr(domain_lock, "ABSTRACT", f"\0test {os.getpid()}/", raising=False)
     return folder
 
 
@@ -105,30 +105,30 @@ def test_the_runtime_folder_of_the_session_is_used_where_it_is_the_users_own(
 
 HOLD_AS_NOBODY = f"""
 import os
-from satform_bringup.deployment import domain
+from satform_bringup.deployment import domain_lock
 os.setgid({NOBODY}); os.setuid({NOBODY})
-domain.ABSTRACT = {{abstract!r}}
-print(domain.hold(17), domain.hold(18) is not None, domain.holder(17) == (os.getppid(), 0))
+domain_lock.ABSTRACT = {{abstract!r}}
+print(domain_lock.hold(17), domain_lock.hold(18) is not None, domain_lock.holder(17) == (os.getppid(), 0))
 """
 
 
 def test_a_domain_that_one_user_holds_is_held_for_all_users() -> None:
     if os.geteuid() != 0:
         pytest.skip("NOT TESTED: only root can become another user")
-    lock = domain.hold(17)
+    lock = domain_lock.hold(17)
     assert lock is not None
-    script = HOLD_AS_NOBODY.format(abstract=domain.ABSTRACT)
+    script = HOLD_AS_NOBODY.format(abstract=domain_lock.ABSTRACT)
     other = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert other.stdout.split() == ["None", "True", "True"]
     os.close(lock)
-    assert domain.holder(17) is None
+    assert domain_lock.holder(17) is None
 
 
 @pytest.fixture
 def bound() -> Iterator[int]:
     """A domain in which something listens on a port: RTPS 2.2, 9.6.1.1: 7400 + 250 d + 10 + 2 p."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
-        for number in range(domain.LAST, 0, -1):
+        for number in range(domain_lock.LAST, 0, -1):
             try:
                 participant.bind(("127.0.0.1", 7400 + 250 * number + 10 + 2 * 7))
             except OSError:
@@ -142,18 +142,22 @@ def test_a_domain_in_which_others_already_are_is_taken_last(
     bound: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
-    assert bound in domain.domains_with_participants()
-    monkeypatch.setattr(domain, "domains_with_participants", lambda: set(range(1, 100)) - {bound})
-    with domain.own_domain() as number:
+    assert bound in domain_lock.domains_with_participants()
+    monkeypatch.setattr(domain_lock, "domains_with_participants", lambda: set(range(1, 100)) - {bound})
+    with domain_lock.own_domain() as number:
         assert number == bound
-    monkeypatch.setattr(domain, "domains_with_participants", lambda: {bound})
+    monkeypatch.setattr(domain_lock, "domains_with_participants", lambda: {bound})
     monkeypatch.setattr(os, "getpid", lambda: bound - 1)
-    with domain.own_domain() as number:
+    with domain_lock.own_domain() as number:
         assert number != bound
 
 
 def test_the_sentence_about_a_domain_in_use_names_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "23")
     sentence = rf"ROS_DOMAIN_ID=23 is in use by another run on this machine \(process {os.getpid()}\)"
-    with domain.own_domain(), pytest.raises(domain.DomainError, match=sentence), domain.own_domain():
+    with (
+        domain_lock.own_domain(),
+        pytest.raises(domain_lock.DomainError, match=sentence),
+        domain_lock.own_domain(),
+    ):
         pass

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flights import shipped, shortened
-from satform.attitude.tracking import AttitudeTrackingSpec, attitude_transition
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec, attitude_transition
 from satform.control.artificial_potential import ArtificialPotentialSpec
 from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.protocol import ControllerSpec, ControlStep, FlightSetting, Motion, RelativeNeighbour

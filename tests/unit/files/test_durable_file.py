@@ -24,7 +24,7 @@ from satform.scenario import Scenario
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_tools.errors import sentence_of
 from satform_tools.run import command as run_command
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 
 ROOM = 64 * 1024
 """Size of the disk, bytes."""
@@ -98,7 +98,7 @@ def test_a_run_whose_record_has_no_room_is_lost_and_leaves_no_part_of_a_file(dis
     assert "the disk is full" in outcome.reason
     assert f"{disk} has" in outcome.reason
     assert not (disk / "run" / RECORD).exists()
-    result = disk / "run" / folders.RESULT
+    result = disk / "run" / output_folders.RESULT
     assert not result.exists() or json.loads(result.read_text())["exit_code"] == EXIT_LOST
     assert not [file.name for file in (disk / "run").iterdir() if file.name.startswith(".")]
 
@@ -118,7 +118,7 @@ def test_a_run_without_room_for_its_result_leaves_no_empty_one(
     outcome = run_command.run(shortened("triangle", 10.0), "inprocess", record=False, out=disk / "run")
     assert outcome.exit_code == EXIT_LOST
     assert outcome.reason.startswith(f"the result cannot be stored: {disk}/run/result.json: the disk is full")
-    assert not (disk / "run" / folders.RESULT).exists()
+    assert not (disk / "run" / output_folders.RESULT).exists()
 
 
 def test_the_record_is_read_back_as_it_was_written(tmp_path: Path) -> None:
@@ -126,4 +126,4 @@ def test_the_record_is_read_back_as_it_was_written(tmp_path: Path) -> None:
 
     flight = simulate(shortened("triangle", 10.0))
     save_record(flight, tmp_path / RECORD)
-    assert np.array_equal(folders.load_record(tmp_path / RECORD).position, flight.position)
+    assert np.array_equal(output_folders.load_record(tmp_path / RECORD).position, flight.position)

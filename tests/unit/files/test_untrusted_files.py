@@ -33,7 +33,7 @@ from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform_tools.cli import main as cli
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 
 SECONDS = 120
 """After which an example counts as a hang, on however loaded a machine."""
@@ -100,10 +100,10 @@ def test_a_result_that_cannot_be_read_is_done_without(
     tmp_path: Path, run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     # A report only takes from it which versions flew.
-    kept = (run / folders.RESULT).read_bytes()
-    (run / folders.RESULT).write_bytes(b"[" * 100_000)
+    kept = (run / output_folders.RESULT).read_bytes()
+    (run / output_folders.RESULT).write_bytes(b"[" * 100_000)
     assert cli.main(["report", str(run), "--out", str(tmp_path / "report"), "--json"]) == 0
-    (run / folders.RESULT).write_bytes(kept)
+    (run / output_folders.RESULT).write_bytes(kept)
     assert json.loads(capsys.readouterr().out)["steps"] == 40
 
 
@@ -153,8 +153,8 @@ def test_an_archive_of_any_kind_is_refused_in_a_sentence(data: bytes, sentence: 
         with pytest.raises(ValueError, match="this is no checkpoint"):
             restore(Satellite(flight_plan(scenario, 0), 2), data)
         (tmp_path / "record.npz").write_bytes(data)
-        with pytest.raises(folders.CommandError, match="is not the record of a run"):
-            folders.load_record(tmp_path / "record.npz")
+        with pytest.raises(output_folders.CommandError, match="is not the record of a run"):
+            output_folders.load_record(tmp_path / "record.npz")
 
 
 def bag(path: Path, content: bytes, compression: str, announced: int | None = None) -> Path:

@@ -26,7 +26,7 @@ from satform.record.archive import RECORD
 from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario, ScenarioError
 from satform_tools.cli import main as cli
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 
 EARTH_RADIUS = 6378137.0
 GRAVITATIONAL_PARAMETER = 3.986004418e14
@@ -268,9 +268,9 @@ def test_a_diverging_flight_in_one_process_ends_with_4_and_says_why(
     assert "RuntimeWarning" not in printed.err
     assert "ENDED EARLY after step 9 of 1000: commanded acceleration of sat1 is" in printed.out
     assert "2 of 4 expectations missed" in printed.out
-    result = json.loads((run / folders.RESULT).read_text())
+    result = json.loads((run / output_folders.RESULT).read_text())
     assert (result["exit_code"], result["steps"], result["complete"], result["judged"]) == (4, 9, False, True)
-    kept = folders.load_record(run / RECORD)
+    kept = output_folders.load_record(run / RECORD)
     assert kept.digest() == result["state_hash"]
     assert kept.early_end is not None
     assert result["early_end"] == kept.early_end.data()
@@ -286,7 +286,7 @@ def test_a_flight_that_ends_at_its_first_step_has_no_figures(tmp_path: Path) -> 
     changes = ("limits.distance=1.0", "timing.duration=500.0", EXPECT)
     options = [word for change in changes for word in ("--set", change)]
     assert cli.main(["run", "triangle", "--mode", "inprocess", "--out", str(run), *options]) == 4
-    result = json.loads((run / folders.RESULT).read_text())
+    result = json.loads((run / output_folders.RESULT).read_text())
     assert (result["steps"], result["summary"], result["state_hash"]) == (0, None, None)
     assert [verdict["met"] for verdict in result["expectations"]] == [False] * 4
 

@@ -8,7 +8,7 @@ import pytest
 
 from formations import formation
 from satform.consensus.graph import NoneSpec
-from satform.membership.manager import Change, Loss, MembershipManager
+from satform.membership.membership_manager import Change, Loss, MembershipManager
 from satform.membership.state import SatelliteRejoined, TopologyChanged
 from satform.scenario import Scenario
 

@@ -19,7 +19,7 @@ from satform.common.spec import NonNegative, NonNegativePerAxis, Number, PerAxis
 from satform.control.sliding_mode import SlidingModeSpec
 from satform.orbits.curve_specs import FixedPointSpec
 from satform.scenario.yaml_reader import read_value
-from satform_bringup.deployment.domain import own_domain
+from satform_bringup.deployment.domain_lock import own_domain
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.parameters import (
     ParameterError,

@@ -13,7 +13,7 @@ from flights import shortened
 from satform.communication import topic_table
 from satform.communication.topic_table import PLANT, channels, subscribed_by, topic_name
 from satform.flight.compile import topic_plan
-from satform.membership.manager import MembershipManager
+from satform.membership.membership_manager import MembershipManager
 from satform.scenario import Scenario
 from satform_nodes.plant import subscriptions as plant_subscriptions
 from satform_nodes.plant.subscriptions import PlantSubscriptions

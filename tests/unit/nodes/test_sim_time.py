@@ -10,7 +10,7 @@ import rclpy
 from rclpy.parameter import Parameter
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
-from satform_bringup.deployment.domain import on_domain, own_domain
+from satform_bringup.deployment.domain_lock import on_domain, own_domain
 from satform_nodes.plant import flight_loop as plant_node
 from satform_nodes.recorder import flight_loop as recorder_node
 from satform_nodes.runtime.formation_node import FormationNode

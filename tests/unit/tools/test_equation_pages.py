@@ -11,8 +11,8 @@ import pytest
 from pydantic.fields import FieldInfo
 
 from satform.attitude.ground_pointing import GroundPointingSpec
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointingSpec
-from satform.attitude.tracking import AttitudeTrackingSpec
 from satform.common.spec import Spec, specs
 
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "controllers"

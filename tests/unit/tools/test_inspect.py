@@ -19,9 +19,9 @@ from rcl_interfaces.msg import Log, ParameterType
 from rcl_interfaces.srv import SetParameters
 from satform_msgs.msg import FormationStatus, ParameterChange, RelativeState
 
-from satform_bringup.deployment import domain as domains
+from satform_bringup.deployment import domain_lock as domains
 from satform_bringup.deployment import runtime_folder
-from satform_bringup.deployment.domain import DomainError, hold
+from satform_bringup.deployment.domain_lock import DomainError, hold
 from satform_bringup.supervisor.run_registry import described, file_name, hold_shell_domain, registered_runs
 from satform_tools.cli import main as cli
 from satform_tools.errors import CommandError

@@ -20,8 +20,8 @@ from satform_bringup.deployment.node_processes import processes
 from satform_tools.cli import main as cli
 from satform_tools.describe.scenario import describe
 from satform_tools.errors import CommandError
-from satform_tools.security.documents import ANY_DOMAIN
 from satform_tools.security.keystore import make
+from satform_tools.security.permission_documents import ANY_DOMAIN
 
 RING = "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}"
 """Each of the three hears the next one and is not heard back."""

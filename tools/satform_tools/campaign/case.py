@@ -9,7 +9,7 @@ from satform.files.durable_file import write_durably
 from satform.scenario import Scenario
 from satform_tools import console
 from satform_tools.campaign import library
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 
 CASE = "case.json"
 """In the folder of a run: of which campaign it is a case, and what that sets."""
@@ -32,7 +32,7 @@ def prepare(name: str, number: int, out: Path | None) -> tuple[Scenario, Path]:
     """
     campaign, _ = library.load(name)
     scenario = library.case(campaign, number)
-    return scenario, folders.make(out, f"{campaign.name}-case-{number}")
+    return scenario, output_folders.make(out, f"{campaign.name}-case-{number}")
 
 
 def describe(name: str, number: int, folder: Path) -> None:

@@ -31,7 +31,7 @@ from satform_tools.campaign.report import SUMMARY
 from satform_tools.campaign.summary import Speed, Summary, summarise
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.report.formats import Format
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 from satform_tools.run.scenario_library import SCENARIOS
 
 LOG = "workers.log"
@@ -94,7 +94,7 @@ def run(name: str, out: Path | None, options: Options) -> Summary:
             f"{out} already holds the campaign {there.name}: go on with satform campaign resume {out}, or "
             "name another folder with --out"
         )
-    path = folders.make(out, campaign.name)
+    path = output_folders.make(out, campaign.name)
     try:
         folder = CampaignFolder.create(path, campaign, file, datetime.now(UTC).isoformat(timespec="seconds"))
     except OSError as error:

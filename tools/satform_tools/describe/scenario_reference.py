@@ -5,7 +5,7 @@
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
-from satform.attitude.tracking import AttitudeTrackingSpec
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.common.spec import Spec, specs
 from satform.control.protocol import ControllerSpec
 from satform.orbits.curve_specs import CurveSpec

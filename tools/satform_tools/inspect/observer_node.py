@@ -23,7 +23,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform.communication import topic_table
 from satform.communication.topic_table import OF_ALL_NAMESPACES, PLANT, in_namespace
-from satform_bringup.deployment.domain import stay_on_this_machine
+from satform_bringup.deployment.domain_lock import stay_on_this_machine
 from satform_nodes.runtime.signals import interrupting
 from satform_nodes.transport.node_names import local_name
 from satform_tools.errors import CommandError

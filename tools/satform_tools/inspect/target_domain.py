@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The DDS domain of the formation to inspect."""
 
-from satform_bringup.deployment.domain import DomainError, shell_domain
+from satform_bringup.deployment.domain_lock import DomainError, shell_domain
 from satform_bringup.deployment.runtime_folder import RuntimeFolderError
 from satform_bringup.supervisor import run_registry
 from satform_bringup.supervisor.run_registry import RegisteredRun

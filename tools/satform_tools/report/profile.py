@@ -7,7 +7,7 @@ from pathlib import Path
 from satform_tools import console
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.report import trace
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 
 
 def write(run: Path) -> None:
@@ -26,7 +26,7 @@ def write(run: Path) -> None:
 
 
 def _write(run: Path) -> None:
-    spans = trace.spans(run / folders.TRACE)
+    spans = trace.spans(run / output_folders.TRACE)
     trace.write(spans, run / trace.FILE)
     parts = trace.parts(spans)
     if not parts:

@@ -18,7 +18,7 @@ from satform_bringup.supervisor.flight import Flight, Policy
 from satform_nodes.runtime.signals import StopRequest
 from satform_tools import console
 from satform_tools.errors import CommandError, sentence_of
-from satform_tools.run import folders, host_part, progress, ros_packages
+from satform_tools.run import host_part, output_folders, progress, ros_packages
 from satform_tools.run.flight_summary import Summary, summarise
 from satform_tools.run.round_trip import median_round_trip
 from satform_tools.run.run_result import Mode, RunResult, Speed
@@ -77,7 +77,7 @@ def run(
     options = options or RunOptions()
     _require_fitting(options, mode)
     part = None if options.host is None else host_part.part(scenario, options.host, mode, record=record)
-    folder = folders.make(out, scenario.name)
+    folder = output_folders.make(out, scenario.name)
     try:
         if mode == "inprocess":
             save_scenario(scenario, folder / SCENARIO_FILE)
@@ -94,7 +94,7 @@ def run(
 def _write_result(result: RunResult) -> RunResult:
     """Write the result; where that fails its reason says so, and it is still returned."""
     try:
-        result.write(result.folder / folders.RESULT)
+        result.write(result.folder / output_folders.RESULT)
     except OSError as error:
         reason = f"the result cannot be stored: {sentence_of(error)}"
         return replace(result, reason="; ".join(filter(None, (result.reason, reason))))
@@ -177,7 +177,7 @@ def _tracing(folder: Path) -> dict[str, str]:
     """The environment variable with which every process of a run writes its trace."""
     from satform_nodes.transport import trace  # noqa: PLC0415 - in-process runs do without
 
-    traces = folder / folders.TRACE
+    traces = folder / output_folders.TRACE
     traces.mkdir()
     return {trace.FOLDER: str(traces.absolute())}
 

@@ -37,7 +37,7 @@ def part(scenario: Scenario, name: str, mode: Mode, *, record: bool) -> HostSpec
         raise CommandError(f"--host {name} is for lockstep: {_ONE_MACHINE[mode]}")
     ros_packages.require()
     from satform_bringup.deployment import multi_host_discovery  # noqa: PLC0415 - in-process runs do without
-    from satform_bringup.deployment.domain import DomainError  # noqa: PLC0415
+    from satform_bringup.deployment.domain_lock import DomainError  # noqa: PLC0415
 
     try:
         host = multi_host_discovery.find_host(scenario, name)

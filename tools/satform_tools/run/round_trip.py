@@ -15,7 +15,7 @@ def median_round_trip(count: int) -> float:
     Raises:
         RuntimeError: there is no free DDS domain, or the other process does not answer.
     """
-    from satform_bringup.deployment.domain import on_domain, own_domain  # noqa: PLC0415 - needs ROS
+    from satform_bringup.deployment.domain_lock import on_domain, own_domain  # noqa: PLC0415 - needs ROS
     from satform_bringup.deployment.local_discovery import run_environment  # noqa: PLC0415
     from satform_nodes.runtime import round_trip  # noqa: PLC0415
 

@@ -14,7 +14,7 @@ from satform.scenario import Scenario, load_scenario
 from satform.scenario.expectation import Verdict
 from satform_bringup import BAG_FOLDER, SCENARIO_FILE
 from satform_tools.errors import CommandError, sentence_of
-from satform_tools.run import folders
+from satform_tools.run import output_folders
 
 
 @dataclass(frozen=True)
@@ -107,14 +107,14 @@ def _find(run: Path) -> StoredRun:
         return _from_bag(run / BAG_FOLDER)
     if (run / RECORD).is_file():
         return _from_record(run)
-    if (run / folders.RESULT).is_file():
+    if (run / output_folders.RESULT).is_file():
         raise CommandError(f"{run}: this run was not recorded, so there is nothing to report")
     return _from_bag(run)
 
 
 def _from_record(folder: Path) -> StoredRun:
     scenario = load_scenario(folder / SCENARIO_FILE, recorded=True)
-    record = folders.load_record(folder / RECORD)
+    record = output_folders.load_record(folder / RECORD)
     names = tuple(satellite.name for satellite in scenario.satellites)
     if record.satellites != names:
         raise CommandError(
@@ -145,7 +145,7 @@ def _from_bag(path: Path) -> StoredRun:
 def _noted_versions(folder: Path) -> dict[str, str]:
     """Versions as a run's result names them; none where it does not."""
     try:
-        noted = read_json(folder / folders.RESULT, folders.MOST_BYTES)["versions"]
+        noted = read_json(folder / output_folders.RESULT, output_folders.MOST_BYTES)["versions"]
         return {str(name): str(version) for name, version in noted.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}

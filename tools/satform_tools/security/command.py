@@ -9,8 +9,8 @@ from satform_tools import console
 from satform_tools.console import Table
 from satform_tools.run import ros_packages
 from satform_tools.security.access import OPERATOR
-from satform_tools.security.documents import ANY_DOMAIN
 from satform_tools.security.keystore import POLICIES, make
+from satform_tools.security.permission_documents import ANY_DOMAIN
 
 
 def secure(scenario: Scenario, out: Path | None, days: int, domain: int | None, *, as_json: bool) -> None:

@@ -15,7 +15,7 @@ from cryptography.x509.oid import NameOID
 
 from satform.scenario import Scenario
 from satform_tools.errors import CommandError, sentence_of
-from satform_tools.security import documents
+from satform_tools.security import permission_documents
 from satform_tools.security.access import Access, accesses
 
 POLICIES = "policies.xml"
@@ -85,12 +85,12 @@ def _fill(folder: Path, granted: list[Access], validity: timedelta, domains: tup
     for purpose in ("identity_ca", "permissions_ca"):
         (public / f"{purpose}.cert.pem").symlink_to("ca.cert.pem")
         (private / f"{purpose}.key.pem").symlink_to("ca.key.pem")
-    (folder / POLICIES).write_bytes(documents.policies(granted))
-    rules = documents.governance(domains)
+    (folder / POLICIES).write_bytes(permission_documents.policies(granted))
+    rules = permission_documents.governance(domains)
     (enclaves / "governance.xml").write_bytes(rules)
     (enclaves / "governance.p7s").write_bytes(authority.sign(rules))
     for access in granted:
-        permitted = documents.permissions(access, begin, end, domains)
+        permitted = permission_documents.permissions(access, begin, end, domains)
         _make_enclave(enclaves / access.enclave.lstrip("/"), access, authority, permitted)
 
 

@@ -15,7 +15,7 @@ _MODULES = {
     "ArcLengthConsensusSpec": "satform.consensus.arc_length",
     "ArtificialPotentialSpec": "satform.control.artificial_potential",
     "AttitudeSpec": "satform.attitude.guidance",
-    "AttitudeTrackingSpec": "satform.attitude.tracking",
+    "AttitudeTrackingSpec": "satform.attitude.mrp_tracking",
     "Bag": "satform.bag.reader",
     "BagError": "satform.bag.errors",
     "BodySpec": "satform.dynamics.specs",

@@ -4,8 +4,8 @@
 from satform import plot as plot
 from satform.attitude.ground_pointing import GroundPointingSpec as GroundPointingSpec
 from satform.attitude.guidance import AttitudeSpec as AttitudeSpec
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec as AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointingSpec as SatellitePointingSpec
-from satform.attitude.tracking import AttitudeTrackingSpec as AttitudeTrackingSpec
 from satform.bag.errors import BagError as BagError
 from satform.bag.reader import Bag as Bag
 from satform.bag.reader import read_bag as read_bag

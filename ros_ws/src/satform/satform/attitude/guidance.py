@@ -18,8 +18,8 @@ from satform.attitude.ground_pointing import (
     GroundPointingSpec,
 )
 from satform.attitude.gyrostat import AttitudeState, direction_cosines, gravity_gradient_torque
+from satform.attitude.mrp_tracking import AttitudeTracking, AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointing, SatellitePointingSpec
-from satform.attitude.tracking import AttitudeTracking, AttitudeTrackingSpec
 from satform.attitude.yaw_steering import Mask
 from satform.common.spec import Positive, Spec, Vector
 from satform.communication.messages import NeighbourStates

@@ -14,8 +14,8 @@ from satform.attitude.ground_pointing import (
 )
 from satform.attitude.guidance import Orientation
 from satform.attitude.gyrostat import direction_cosines
+from satform.attitude.mrp_tracking import attitude_error
 from satform.attitude.satellite_pointing import inertial_line
-from satform.attitude.tracking import attitude_error
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, dot, norm
 from satform.numeric.time_derivatives import Jet

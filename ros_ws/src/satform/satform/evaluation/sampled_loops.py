@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from satform.attitude.tracking import attitude_transition
+from satform.attitude.mrp_tracking import attitude_transition
 from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.stability import Gains, sampled_modes

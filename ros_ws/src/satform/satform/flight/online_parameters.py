@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from satform.attitude.tracking import AttitudeTrackingSpec
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.common.spec import Number, Spec
 from satform.control.protocol import ControllerSpec
 from satform.flight.plans import ParameterPlan

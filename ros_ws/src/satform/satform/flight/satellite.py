@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from satform.attitude.guidance import Attitude, PointingReference
-from satform.attitude.tracking import AttitudeTrackingSpec
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.communication.messages import WIDTH, NeighbourMessage, NeighbourStates, PhaseMessage, decode
 from satform.communication.neighbour_buffer import NeighbourBuffer, Received
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate

@@ -14,7 +14,7 @@ from typing import Any
 from satform.scenario import Scenario
 from satform.scenario.deployment import HostSpec
 from satform_bringup.deployment import middleware
-from satform_bringup.deployment.domain import HIGHEST_SECURED, own_domain
+from satform_bringup.deployment.domain_lock import HIGHEST_SECURED, own_domain
 
 FIRST_SHARED, LAST_SHARED = 215, HIGHEST_SECURED
 """Domains for flights on several machines, apart from those that a flight on one machine takes.

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
 from satform_bringup import LOG_FOLDER
-from satform_bringup.deployment.domain import DomainError, shell_domain
+from satform_bringup.deployment.domain_lock import DomainError, shell_domain
 from satform_bringup.deployment.local_discovery import RANGE
 from satform_bringup.deployment.middleware import VARIABLES as PROFILES
 

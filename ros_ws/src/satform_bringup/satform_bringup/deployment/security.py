@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from satform_bringup import PACKAGE
-from satform_bringup.deployment.domain import HIGHEST_SECURED
+from satform_bringup.deployment.domain_lock import HIGHEST_SECURED
 from satform_bringup.deployment.node_processes import NodeProcess
 
 ENCLAVES = "/formation"

@@ -28,7 +28,7 @@ from typing import Any
 
 from satform_bringup import PACKAGE
 from satform_bringup.deployment import preflight
-from satform_bringup.deployment.domain import enter_domain
+from satform_bringup.deployment.domain_lock import enter_domain
 from satform_nodes.programs import MODULES
 
 _PRELOADED = f"{PACKAGE}.preload"

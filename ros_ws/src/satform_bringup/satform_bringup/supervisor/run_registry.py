@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from satform_bringup.deployment import runtime_folder
-from satform_bringup.deployment.domain import DomainError, hold, shell_domain
+from satform_bringup.deployment.domain_lock import DomainError, hold, shell_domain
 
 _NAME = re.compile(r"run-\d+-\d+\.json")
 """Names of descriptions."""

@@ -21,7 +21,7 @@ from satform.flight.command_timeout import held_steps
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
-from satform.membership.manager import ALL_LOST, Change, MembershipManager
+from satform.membership.membership_manager import ALL_LOST, Change, MembershipManager
 from satform.membership.state import Event
 from satform.record.early_end import EarlyEnd
 from satform_nodes.plant.publishers import PlantPublishers
@@ -31,8 +31,8 @@ from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import start_timeout
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
-from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.missing_endpoints import in_words, shortcomings
 from satform_nodes.transport.sim_time import Stamps
 

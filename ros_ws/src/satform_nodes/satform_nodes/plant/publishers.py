@@ -15,13 +15,13 @@ from satform.communication import topic_table
 from satform.communication.topic_table import Channel, relative, topic_name
 from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
-from satform.membership.manager import Change
+from satform.membership.membership_manager import Change
 from satform.membership.state import Formation
 from satform.record.early_end import EarlyEnd
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import MatchedEndpoints
+from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 

@@ -15,13 +15,13 @@ from satform_msgs.msg import Command, NodeReady, RecorderProgress
 from satform.communication import topic_table
 from satform.communication.topic_table import RECORDER, Channel, topic_name
 from satform.flight.limits import QUANTITIES, Violation
-from satform.membership.manager import Change, MembershipManager
+from satform.membership.membership_manager import Change, MembershipManager
 from satform_nodes.runtime.realtime_loop import CommandMonitor
 from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS, StepExecutor
+from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_validator import (
     CONTRADICTION,
     MessageValidator,

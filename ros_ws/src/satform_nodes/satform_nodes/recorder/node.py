@@ -27,8 +27,8 @@ from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_definitions import described
 from satform_nodes.transport.message_validator import (
     CONTRADICTION,

@@ -28,7 +28,7 @@ from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import MatchedEndpoints
+from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 

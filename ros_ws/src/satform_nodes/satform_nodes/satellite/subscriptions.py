@@ -16,8 +16,8 @@ from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.discovery_barrier import MatchedEndpoints
 from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_validator import MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 

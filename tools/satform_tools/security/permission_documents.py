@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from datetime import datetime
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from satform_bringup.deployment.domain import HIGHEST_SECURED
+from satform_bringup.deployment.domain_lock import HIGHEST_SECURED
 from satform_tools.security.access import Access
 
 _SCHEMAS = "http://www.omg.org/spec/DDS-SECURITY/20170901/"

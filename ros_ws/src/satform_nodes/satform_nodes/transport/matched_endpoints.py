@@ -1,8 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Discovery barrier: whether the endpoints of all required nodes are matched, by node name.
+"""Matched endpoints: whether DDS has matched the endpoints of all required nodes, by node name.
 
-The nodes wait for it: `plant.flight_loop`, `satellite.flight_loop` and `recorder.flight_loop`.
+Nothing waits here. The flight loops wait until all are matched: `plant.flight_loop` (which also waits until
+every node has published that it is ready), `satellite.flight_loop` and `recorder.flight_loop`.
 """
 
 from collections import Counter
