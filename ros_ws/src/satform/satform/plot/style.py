@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from satform.numeric.elementwise import Array
-from satform.record.flight_record import FlightRecord
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Distinguishable with any colour vision (Okabe & Ito 2008)."""
@@ -131,37 +130,3 @@ def axes_or_new(axes: Axes | None) -> Axes:
 
     with mpl.rc_context(STYLE):
         return plt.subplots(figsize=(9.0, 4.6), layout="constrained")[1]
-
-
-def series(
-    axes: Axes | None, record: FlightRecord, values: Array, title: str, label: str, *, logarithmic: bool
-) -> Axes:
-    """Draw a quantity of each satellite over time.
-
-    Args:
-        axes: to draw on; new ones with a legend where none are given.
-        record: of the flight.
-        values: shape (K, N).
-        title: of the axes.
-        label: of the vertical axis, with its unit.
-        logarithmic: whether the axis is.
-
-    Returns:
-        The axes.
-    """
-    own, axes = axes is None, axes_or_new(axes)
-    unit = time_unit(record.steps * record.step)
-    time, thin = thinned(record.time[:-1], values)
-    named = len(record.satellites) <= MOST_NAMES
-    for column, colour in enumerate(colours(len(record.satellites))):
-        name = record.satellites[column] if named else None
-        axes.plot(time / unit.size, thin[:, column], color=colour, label=name)
-    if logarithmic and np.any(thin > 0.0):
-        axes.set_yscale("log")
-    axes.set_xlabel(f"time [{unit.name}]")
-    axes.set_ylabel(label)
-    axes.set_title(title)
-    axes.set_xlim(0.0, record.steps * record.step / unit.size)
-    if own and named:
-        axes.legend(loc="upper right")
-    return axes

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from satform.evaluation import arc_lengths
 from satform.numeric.elementwise import Array
 from satform.plot import prediction
-from satform.plot.style import axes_or_new, series, thinned, time_unit
+from satform.plot.style import MOST_NAMES, axes_or_new, colours, thinned, time_unit
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
@@ -20,19 +20,19 @@ def tracking_error(record: FlightRecord, axes: Axes | None = None) -> Axes:
         record: of the flight.
         axes: to draw on; new ones when left out, as for all functions here.
     """
-    return series(
+    return _series(
         axes, record, record.tracking_error, "Distance to the reference", "error [m]", logarithmic=True
     )
 
 
 def control(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Magnitude of each satellite's commanded acceleration over time, m/s^2."""
-    return series(axes, record, record.control, "Control", "acceleration [m/s²]", logarithmic=True)
+    return _series(axes, record, record.control, "Control", "acceleration [m/s²]", logarithmic=True)
 
 
 def delta_v(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Delta-v that each satellite has spent over time, m/s."""
-    return series(
+    return _series(
         axes, record, np.cumsum(record.effort, axis=0), "Delta-v so far", "delta-v [m/s]", logarithmic=False
     )
 
@@ -40,18 +40,18 @@ def delta_v(record: FlightRecord, axes: Axes | None = None) -> Axes:
 def sliding_variable(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Largest component of each satellite's sliding variable over time, m/s."""
     values = np.max(np.abs(record.sliding_variable), axis=-1)
-    return series(axes, record, values, "Sliding variable", "largest component [m/s]", logarithmic=True)
+    return _series(axes, record, values, "Sliding variable", "largest component [m/s]", logarithmic=True)
 
 
 def pointing_error(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Angle between each satellite's boresight and its target over time, rad."""
-    return series(axes, record, record.pointing_error, "Pointing error", "angle [rad]", logarithmic=True)
+    return _series(axes, record, record.pointing_error, "Pointing error", "angle [rad]", logarithmic=True)
 
 
 def wheel_torque(record: FlightRecord, axes: Axes | None = None) -> Axes:
     """Largest commanded torque of each satellite's wheels over time, N m."""
     values = np.max(np.abs(record.wheel_torque), axis=-1)
-    return series(axes, record, values, "Commanded wheel torque", "torque [N m]", logarithmic=True)
+    return _series(axes, record, values, "Commanded wheel torque", "torque [N m]", logarithmic=True)
 
 
 def phases(record: FlightRecord, axes: Axes | None = None) -> Axes:
@@ -59,7 +59,7 @@ def phases(record: FlightRecord, axes: Axes | None = None) -> Axes:
     flying = np.isfinite(record.arc_length)
     count = np.maximum(flying.sum(axis=1, keepdims=True), 1)
     mean = np.where(flying, record.arc_length, 0.0).sum(axis=1, keepdims=True) / count
-    return series(
+    return _series(
         axes, record, (record.arc_length - mean)[:-1], "Phases", "phase less mean [m]", logarithmic=False
     )
 
@@ -101,3 +101,37 @@ def arc_length_spread(record: FlightRecord, scenario: Scenario, axes: Axes | Non
 def _positive(values: Array) -> Array:
     """Zeros as gaps, since a logarithmic axis has no place for them."""
     return np.where(values > 0.0, values, np.nan)
+
+
+def _series(
+    axes: Axes | None, record: FlightRecord, values: Array, title: str, label: str, *, logarithmic: bool
+) -> Axes:
+    """Draw a quantity of each satellite over time.
+
+    Args:
+        axes: to draw on; new ones with a legend where none are given.
+        record: of the flight.
+        values: shape (K, N).
+        title: of the axes.
+        label: of the vertical axis, with its unit.
+        logarithmic: whether the axis is.
+
+    Returns:
+        The axes.
+    """
+    own, axes = axes is None, axes_or_new(axes)
+    unit = time_unit(record.steps * record.step)
+    time, thin = thinned(record.time[:-1], values)
+    named = len(record.satellites) <= MOST_NAMES
+    for column, colour in enumerate(colours(len(record.satellites))):
+        name = record.satellites[column] if named else None
+        axes.plot(time / unit.size, thin[:, column], color=colour, label=name)
+    if logarithmic and np.any(thin > 0.0):
+        axes.set_yscale("log")
+    axes.set_xlabel(f"time [{unit.name}]")
+    axes.set_ylabel(label)
+    axes.set_title(title)
+    axes.set_xlim(0.0, record.steps * record.step / unit.size)
+    if own and named:
+        axes.legend(loc="upper right")
+    return axes
