@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The folder of a run, and the record of an in-process run as a numpy archive."""
+"""The output folder of a run: makes it, and writes and reads the result and the in-process record in it."""
 
 import json
 import os

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Access of each node: topics and services by the communication graph, as lists of names."""
+"""Permissions of each node: topics and services by the communication graph, as lists of names."""
 
 from dataclasses import dataclass
 

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Attitude tracking with reaction wheels, stable from any attitude.
+"""Attitude tracking law with reaction wheels (`kind: mrp_tracking`), stable from any attitude.
+
+The attitude error is in modified Rodrigues parameters (MRP). The figures of attitude that a flight is
+evaluated by are in `satform.evaluation.attitude`.
 
 Equations: docs/controllers/attitude.md.
 """

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a bag back to the flight: arrays, scenario and what happened in the run."""
+"""Reads a bag without ROS: arrays, scenario, and the events of the run.
+
+Messages are decoded by the definitions in the bag.
+"""
 
 import struct
 from collections import defaultdict

@@ -3,6 +3,8 @@
 """Distributions of dispersed values: from a quantile to a value, as percent-point functions of scipy.stats.
 
 A value is a pure function of the quantile, so that every way to sample quantiles serves every distribution.
+Random quantiles are sampled in `sampling`; `cases` computes the values of a case from quantiles and
+distributions.
 """
 
 import bisect

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flies chunks in processes of this machine. The standard library is all it needs."""
+"""Flies chunks in processes of this machine, and replaces worker processes that have ended.
+
+What becomes of the cases of such a worker is decided in `engine`. Needs the standard library only.
+"""
 
 import os
 import pickle

@@ -1,6 +1,11 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Estimator of relative navigation: a Kalman filter with delayed measurements and an innovation gate."""
+"""Estimator of relative navigation: Kalman filter, innovation gate, delayed measurements, gaps in the flight.
+
+The innovation gate rejects measurements, and the filter is reinitialised after several rejections in a row
+(`Estimator.observe`). A delayed measurement is fused at the step at which it was taken, and the estimate is
+propagated from there to the current step. Prediction and update of the Kalman filter are in `kalman_filter`.
+"""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -16,7 +21,10 @@ from satform.numeric.elementwise import Array
 from satform.numeric.stacking import select
 
 DOUBTED = 22.457744
-"""Gate of an estimate of which one more rejected measurement decides: 99.9 % of chi-square of 6 degrees."""
+"""Largest innovation gate where one more rejected measurement reinitialises the filter.
+
+The 99.9 % quantile of chi-square with 6 degrees of freedom.
+"""
 
 
 def _no_gate() -> Array:

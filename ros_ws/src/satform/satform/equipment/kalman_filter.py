@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Kalman filter on Clohessy-Wiltshire dynamics: estimate, covariance, and how consistent they are."""
+"""Kalman filter on Clohessy-Wiltshire dynamics: prediction, update, covariance, consistency (NEES).
+
+The innovation gate and delayed measurements are in `estimator`, which calls this filter.
+"""
 
 from dataclasses import dataclass
 

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensor of relative navigation: noise, bias, update rate and latency between true and measured motion."""
+"""Sensor of relative navigation: noise, bias, update rate and latency between true and measured motion.
+
+How to add another sensor: docs/contributing.md, "Where to add what".
+"""
 
 from dataclasses import dataclass, replace
 

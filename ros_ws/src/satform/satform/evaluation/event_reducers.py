@@ -1,8 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Times at which something happens in a flight, found while it is flown: first reached, settled for good.
+"""Times of events, computed block by block: settling time, first time within a bound.
 
-Each needs memory for a row number of each run and series, whatever the length of the flight.
+`LastOutside` finds the last row outside of a bound, `FirstInside` the first row within it. `SettlingOf`, a
+`WholeFlight`, is the settling time of a series of all satellites. Each stores one row number for each run and
+series, whatever the length of the flight.
 """
 
 from abc import ABC, abstractmethod

@@ -1,6 +1,11 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of how a satellite comes to its reference and stays there: overshoot, times, offset, ripple."""
+"""Figures of the step response: overshoot, crossing, peak and settling time, offset, ripple, velocity error.
+
+`response_time` with the event `settled` is the time to a band around the reference. Other settling times:
+`settling_time` of the tracking error in `tracking`, `attitude_settling` in `attitude`, that of the arc-length
+spread in `arc_lengths`.
+"""
 
 import math
 from typing import Annotated, Literal, Protocol, TypeAlias

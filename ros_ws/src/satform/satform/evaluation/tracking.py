@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a run is judged by: figures of tracking, control and agreement from a flight record."""
+"""Figures of tracking and control: tracking error, settling time, control, delta-v, distance between two.
+
+The control law of attitude tracking is `satform.attitude.mrp_tracking`.
+"""
 
 import math
 from collections.abc import Mapping

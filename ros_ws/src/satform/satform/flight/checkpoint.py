@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The state of a satellite's flight software as bytes, from which it flies on with the same bits.
 
+The file is written by `satform_nodes.satellite.checkpoint_file`.
+
 The bytes hold numbers only, each under the name of its field (an npz archive without pickled
 objects). The types come from the satellite that is restored, so that bytes from elsewhere can put
 wrong numbers into it but nothing else.

@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What of a satellite's flight software may be changed in flight, by the names of its ROS parameters."""
+"""Parameters of a satellite's flight software that can be changed in flight, by their ROS names.
+
+Values are validated by pydantic in `changed`, which the parameter callback of the nodes
+(`satform_nodes.runtime.parameters.on_spec_change`) calls.
+"""
 
 from collections.abc import Sequence
 from typing import Any

@@ -5,7 +5,8 @@
 The formation changes only where the satellites can all learn of it before they act. A step is *open* from
 its beginning until its states are published: until then its formation can still change. After that a loss
 takes effect at once only if the satellite has not commanded yet; everything else waits for the next step.
-That a satellite does not answer within its timeout is detected by the plant's flight loop.
+The plant's flight loop (`satform_nodes.plant.flight_loop`) detects that a satellite does not answer within
+its timeout. The supervisor reports the end of a satellite's process, and restarts it.
 """
 
 from collections.abc import Collection, Sequence

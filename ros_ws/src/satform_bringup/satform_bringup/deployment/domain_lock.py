@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""DDS domains: each run on a machine holds one of its own, apart from all other runs."""
+"""Locks of DDS domains: each run on a machine holds a domain of its own, which no other run can hold.
+
+The running flights of a user are listed by `supervisor.run_registry`.
+"""
 
 import errno
 import os

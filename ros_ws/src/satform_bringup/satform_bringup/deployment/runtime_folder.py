@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The user's own folder for small files that live as long as a run does.
+"""The user's runtime folder (`$XDG_RUNTIME_DIR/satform`): small files that exist as long as a run.
+
+The run registry (`supervisor.run_registry`) writes them. The output folder of a run is another one, which the
+command `run` makes.
 
 Files in a folder that everybody may write to can be symbolic links of another user's making, and writing to
 one would overwrite any file of the user who follows it. The folder here belongs to the user alone, which is

@@ -5,6 +5,9 @@
 Reason for it: importing numpy, scipy, pydantic and rclpy takes a process more than a second, and a formation
 has many processes on few cores. The server imports once, without using DDS, and every node's process is a
 fork of it.
+
+This module starts the server (`prepare`), forks node processes from it (`start`) and ends the server
+(`close`). The node processes are monitored, stopped and restarted by `supervisor`.
 """
 
 import atexit

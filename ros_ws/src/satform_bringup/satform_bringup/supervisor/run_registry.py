@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Run registry: the running flights of this user on this machine, each described by a file."""
+"""Run registry: the running flights of this user on this machine, each described by a file.
+
+The files are in the user's runtime folder (`deployment.runtime_folder`). That a DDS domain is in use is not
+taken from them but from the domain's lock (`deployment.domain_lock`).
+"""
 
 import json
 import os

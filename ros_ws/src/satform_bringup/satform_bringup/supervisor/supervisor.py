@@ -1,6 +1,12 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Supervisor of the processes of a flight: starts, monitors, restarts and ends them by their handles."""
+"""Supervisor of the processes of a flight: starts, monitors, restarts and ends them by their handles.
+
+If a satellite's process ends, the supervisor reports this to the plant, and restarts the process if the
+scenario plans a rejoin or the policy allows it. The plant decides the loss: `satform_nodes.plant.flight_loop`
+detects a satellite that does not answer within its timeout, and `satform.membership.membership_manager`
+removes a lost satellite from the formation and takes a rejoined one in.
+"""
 
 import os
 import select

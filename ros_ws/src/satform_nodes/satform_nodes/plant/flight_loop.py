@@ -1,6 +1,11 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flight loop of the plant: waits for all nodes, detects lost nodes by timeout, and ends the flight."""
+"""Flight loop of the plant: waits for all nodes, detects lost nodes by timeout, and ends the flight.
+
+Before the first step it waits until every node has published on `/formation/node_ready` and all endpoints are
+matched (`transport.matched_endpoints`). A lost satellite is removed by
+`satform.membership.membership_manager`.
+"""
 
 import sys
 import time

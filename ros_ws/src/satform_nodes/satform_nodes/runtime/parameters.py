@@ -1,6 +1,12 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS parameters from specifications: type, default, bounds and description from one declaration."""
+"""ROS parameters from specifications: type, default, bounds and description from one declaration.
+
+A parameter that is changed in flight passes these checks: `FormationNode` converts its value to the declared
+type (`parameter_values`); the callback of `on_spec_change` builds the changed specification with
+`satform.flight.online_parameters.changed`, in which pydantic validates the values; the satellite node
+(`satellite.parameters`) then accepts or rejects it.
+"""
 
 import difflib
 from collections.abc import Callable, Sequence

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checkpoint file of a satellite: the last checkpoint, written atomically."""
+"""Checkpoint file of a satellite: the last checkpoint, written atomically.
+
+The bytes of a checkpoint are made and read by `satform.flight.checkpoint`.
+"""
 
 import struct
 from collections.abc import Sequence
