@@ -411,7 +411,7 @@ def test_a_full_disk_ends_the_campaign_with_a_sentence_and_what_is_stored_stays(
 def test_cases_that_do_not_end_in_time_are_lost_and_are_flown_again_when_that_is_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    slow = write(tmp_path, runs=2, duration=6000.0)
+    slow = write(tmp_path, runs=2, duration=3000.0)
     words = ("run", slow, "--out", tmp_path / "out", "--workers", "1", "--timeout", "0.1")
     found = summary(capsys, *words)
     assert found["lost"] == found["failed"] == found["flown"] == 2
