@@ -98,11 +98,7 @@ def component_major(stacked: T) -> T:
     Args:
         stacked: dataclass, tuple or array whose arrays carry a leading satellite axis.
     """
-
-    def reordered(values: NDArray[Any]) -> NDArray[Any]:
-        return np.moveaxis(np.ascontiguousarray(np.moveaxis(values, 0, -1)), -1, 0)
-
-    return _with_arrays(stacked, reordered)
+    return _with_arrays(stacked, np.asfortranarray)
 
 
 def take(stacked: T, rows: NDArray[np.int64]) -> T:
@@ -117,7 +113,7 @@ def take(stacked: T, rows: NDArray[np.int64]) -> T:
     """
 
     def taken(values: NDArray[Any]) -> NDArray[Any]:
-        return np.moveaxis(np.moveaxis(values, 0, -1).take(rows, axis=-1), -1, 0)
+        return values.T.take(rows, axis=-1).T
 
     return _with_arrays(stacked, taken)
 
