@@ -5,6 +5,7 @@
 import json
 import math
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -131,17 +132,19 @@ def _made(folder: Path, runs: int, duration: float) -> Campaign:
 def _throughput(campaign: Campaign, folder: Path, size: Size, repetitions: int) -> list[Figure]:
     """A case of a campaign beside the same cases one by one, and a satellite's step."""
     file = folder / f"bench_{size.runs}.yaml"
-    alone, flights = [], []
+    alone, waits, flights = [], [], []
     for number in range(repetitions):
-        alone.append(_one_by_one(campaign, size.compared))
+        cost, wait = _one_by_one(campaign, size.compared)
+        alone.append(cost)
+        waits.append(wait)
         flights.append(_campaign(file, folder / f"out{number}", size.workers))
     costs = [flown.processor / flown.cases for flown in flights]
     last = flights[-1]
     details = {
         "wall_seconds": min(flown.seconds for flown in flights),
         "cases_per_second": max(flown.cases / flown.seconds for flown in flights),
-        "throughput_ratio": max(
-            flown.cases / flown.seconds * base for flown, base in zip(flights, alone, strict=True)
+        "throughput_ratio": statistics.median(
+            flown.cases / flown.seconds * wait for flown, wait in zip(flights, waits, strict=True)
         ),
         "memory": float(max(flown.memory for flown in flights)),
         "stacked": float(last.stacked),
@@ -164,13 +167,13 @@ def _throughput(campaign: Campaign, folder: Path, size: Size, repetitions: int) 
     ]
 
 
-def _one_by_one(campaign: Campaign, cases: int) -> float:
-    """Processor time of a case that is flown and judged alone, s."""
-    begin = time.process_time()
+def _one_by_one(campaign: Campaign, cases: int) -> tuple[float, float]:
+    """Processor time and wall-clock time of a case that is flown and judged alone, s."""
+    begin, begun = time.process_time(), time.perf_counter()
     for number in range(cases):
         scenario = case_scenario(campaign, number)
         evaluate(scenario, simulate(scenario))
-    return (time.process_time() - begin) / cases
+    return (time.process_time() - begin) / cases, (time.perf_counter() - begun) / cases
 
 
 def _campaign(file: Path, out: Path, workers: int) -> Flown:
