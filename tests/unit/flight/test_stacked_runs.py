@@ -148,6 +148,29 @@ def test_runs_end_in_the_step_in_which_each_would_end_alone() -> None:
     assert flown(runs)[1] == alone
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "compare_controllers",
+        "formation_pointing",
+        "leo_drag_srp",
+        "lossy_links",
+        "noisy_navigation",
+        "switching_graph",
+        "thruster_limited",
+        "truth_j2",
+    ],
+)
+def test_all_parts_of_the_other_runs_go_on_once_one_has_left(name: str) -> None:
+    runs = [dispersed(short(name), run) for run in range(3)]
+    runs[1] = runs[1].with_({"satellites[0].position_error": [0.0, 3.0e7, 0.0]})
+    blocks, ends = flown(runs)
+    assert ends == {1: 0}
+    assert len(blocks) == 3
+    for run in (0, 2):
+        assert unlike(blocks, run, simulate(runs[run])) == []
+
+
 def test_every_run_may_end() -> None:
     runs = [ending(1).with_({"seed": seed}) for seed in range(2)]
     blocks, ends = flown(runs)
