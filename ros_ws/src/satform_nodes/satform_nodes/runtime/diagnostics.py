@@ -10,9 +10,9 @@ from enum import IntEnum
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 
 from satform.communication import topic_table
+from satform_nodes.transport import qos
 from satform_nodes.transport.message_validator import RejectionCounter
 
 DIAGNOSTICS = topic_table.DIAGNOSTICS
@@ -103,7 +103,7 @@ class Health:
         self._published: tuple[Level, str] | None = None
         self._published_at = float("-inf")
         self._begun = clock()
-        self.publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, QoSProfile(depth=10))
+        self.publisher = node.create_publisher(DiagnosticArray, DIAGNOSTICS, qos.OBSERVER)
         self._timer = node.create_timer(PERIOD, self.publish)
 
     def changed(self) -> None:
