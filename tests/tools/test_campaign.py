@@ -19,6 +19,7 @@ import pytest
 from campaigns import CAMPAIGNS
 from flights import SCENARIOS
 from satform.campaign.cases import case_scenario
+from satform.campaign.chunk import fly_case
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.loader import load_campaign
 from satform.campaign.result_files import result_files
@@ -331,6 +332,16 @@ def long(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], Path]]:
             process.wait()
 
 
+def assert_as_flown_alone(out: Path) -> None:
+    """The first and the last results of an interrupted campaign are those of their cases flown alone."""
+    folder = CampaignFolder.open(out)
+    campaign, stored = folder.campaign(), list(folder.results())
+    for result in (*stored[:2], *stored[-2:]):
+        alone = folder.manifest.columns.complete(fly_case(campaign, result.number))
+        for name in ("changes", "figures", "met", "success", "reason"):
+            assert getattr(result, name) == getattr(alone, name)
+
+
 def test_ctrl_c_keeps_what_is_done_ends_the_workers_and_says_how_to_go_on(
     long: tuple[subprocess.Popen[str], Path],
 ) -> None:
@@ -347,6 +358,7 @@ def test_ctrl_c_keeps_what_is_done_ends_the_workers_and_says_how_to_go_on(
     assert f"STOPPED: {4000 - found['flown']} of 4000 cases are not flown" in output
     assert f"satform campaign resume {out}" in output
     assert CampaignFolder.open(out).done().sum() == found["flown"]
+    assert_as_flown_alone(out)
 
 
 def test_a_killed_campaign_leaves_whole_files_and_no_workers(
@@ -360,6 +372,7 @@ def test_a_killed_campaign_leaves_whole_files_and_no_workers(
     folder = CampaignFolder.open(out)
     assert folder.damaged() == []
     assert 0 < folder.done().sum() < 4000
+    assert_as_flown_alone(out)
     # The lock has ended with its process.
     with folder.locked():
         pass
