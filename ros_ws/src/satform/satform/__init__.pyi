@@ -9,6 +9,10 @@ from satform.attitude.satellite_pointing import SatellitePointingSpec as Satelli
 from satform.bag.errors import BagError as BagError
 from satform.bag.reader import Bag as Bag
 from satform.bag.reader import read_bag as read_bag
+from satform.campaign.cases import case_scenario as case_scenario
+from satform.campaign.cases import case_values as case_values
+from satform.campaign.loader import load_campaign as load_campaign
+from satform.campaign.model import Campaign as Campaign
 from satform.communication.channel_model import EdgeSpec as EdgeSpec
 from satform.communication.channel_model import LinkSpec as LinkSpec
 from satform.communication.channel_model import LinksSpec as LinksSpec
