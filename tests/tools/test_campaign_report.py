@@ -18,6 +18,7 @@ from scipy.stats import binomtest, spearmanr
 
 from browser import browsing, chromium
 from campaigns import campaign, of
+from flights import SCENARIOS
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import result_files, write_results
@@ -362,3 +363,21 @@ def test_every_chart_is_drawn_in_a_browser_wide_and_narrow_light_and_dark(page: 
             assert all(count > 0 for _, count in drawn), drawn
         title = "document.getElementById('chart-figure-1').previousElementSibling.textContent"
         assert browser.value(title) == HOSTILE
+
+
+def test_the_lines_of_pandas_in_the_documentation_read_the_results(folder: CampaignFolder) -> None:
+    pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    text = (SCENARIOS.parent / "docs" / "campaigns.md").read_text(encoding="utf-8")
+    (lines,) = (block for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "pandas" in block)
+    *first, reasons, percentiles, error = lines.replace("DIR/", f"{folder.path}/").strip().splitlines()
+    names: dict[str, Any] = {}
+    exec("\n".join(first), names)  # noqa: S102 - our own documentation
+    columns = table(folder)
+    found = eval(reasons, names)  # noqa: S307 - likewise
+    assert found.index.tolist() == columns["number"][~columns["success"]].tolist()
+    values = columns["figure.residual"]
+    expected = np.percentile(values[np.isfinite(values)], (5, 50, 95))
+    found = eval(percentiles, names)["figure.residual"]  # noqa: S307 - likewise
+    assert found.tolist() == pytest.approx(expected.tolist())
+    assert np.array_equal(eval(error, names), retained(folder, "tracking_error", 3)[17])  # noqa: S307 - likewise
