@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Worker process of a campaign: flies chunks until the pipe from its parent ends.
 
-The pipe carries pickles between processes of one user: first the job, then the numbers of each chunk; back
-come `Message`s. A worker whose parent has ended ends itself.
+The pipe carries pickles between processes of one user: first the job, then the numbers of each chunk, and
+back messages of the type `Message`. A worker whose parent has ended ends itself.
 """
 
 import faulthandler
