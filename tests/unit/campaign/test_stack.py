@@ -142,11 +142,14 @@ def test_a_figure_that_measures_whole_records_has_its_cases_flown_one_by_one() -
     assert stacks(changed, range(3)) == []
 
 
-def test_a_part_that_fails_among_many_has_each_case_flown_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("where", ["fly_stack", "stacks"])
+def test_a_part_that_fails_among_many_has_each_case_flown_alone(
+    monkeypatch: pytest.MonkeyPatch, where: str
+) -> None:
     def fail(*_: Any) -> None:
         raise RuntimeError("this law flies one satellite")
 
-    monkeypatch.setattr("satform.campaign.chunk.fly_stack", fail)
+    monkeypatch.setattr(f"satform.campaign.chunk.{where}", fail)
     dispersed = campaign(
         runs=3, set={"timing.duration": 4.0, "expect": []}, dispersions=[STARTS], figures=[EFFORT]
     )

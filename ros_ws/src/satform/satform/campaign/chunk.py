@@ -55,7 +55,7 @@ def fly_chunk(
     """
     found: dict[int, CaseResult] = {}
     alone = records is not None and campaign.keep.record == "always"
-    for cases in [] if alone or len(numbers) < FEWEST_IN_A_STACK else stacks(campaign, numbers):
+    for cases in [] if alone or len(numbers) < FEWEST_IN_A_STACK else _stacks(campaign, numbers):
         if observer is not None:
             observer.begin([case.number for case in cases])
         flown = _stacked_results(campaign, cases, records, observer)
@@ -71,6 +71,14 @@ def fly_chunk(
         if observer is not None:
             observer.finished([found[number]])
     return [found[number] for number in numbers]
+
+
+def _stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
+    """Cases that can be flown together; none where a part of theirs cannot even be looked at."""
+    try:
+        return stacks(campaign, numbers)
+    except Exception:  # of a user's own part: each case is flown alone, and says what is wrong with it
+        return []
 
 
 def _stacked_results(
