@@ -6,6 +6,7 @@ import csv
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -201,6 +202,27 @@ def test_histograms_count_every_case_that_has_the_figure_and_show_its_limit(
     assert (residual.logarithmic, delta_v.logarithmic) == (True, False)
     assert [limit.value for limit in delta_v.limits] == [LIMIT]
     assert [limit.text for limit in residual.limits] == ["50 % percentile ≤ 1e+09"]
+
+
+def test_a_few_cases_far_from_all_others_leave_the_histogram_its_shape(tmp_path: Path) -> None:
+    path = tmp_path / "made"
+    path.mkdir()
+    about = some_campaign(200)
+    folder = CampaignFolder.create(path, about, None, "2026-01-01T00:00:00+00:00")
+    grown = {7: -1e6, 11: 1e30}
+    results = [
+        replace(result, figures={"residual": max(0.0, number - 9.0) ** 8, about.figure_names[1]: figure})
+        for number, result in enumerate(results_of(about, 200))
+        for figure in [grown.get(number, 100.0 + number)]
+    ]
+    write_results(path, results, folder.manifest.columns)
+    nearly_zero, linear = study(summarise(folder, folder.campaign())).histograms
+    assert (linear.outside, linear.counts.sum(), linear.logarithmic) == (2, 198, False)
+    assert 0.0 < linear.edges[0] < 100.0
+    assert 299.0 < linear.edges[-1] < 400.0
+    assert (nearly_zero.outside, nearly_zero.logarithmic) == (10, True)
+    notes = [chart["note"] for chart in charts(study(summarise(folder, folder.campaign())))["figures"]]
+    assert "2 more cases are outside of this range." in notes[1]
 
 
 def test_rank_correlations_are_those_of_scipy_over_the_files_strongest_first(

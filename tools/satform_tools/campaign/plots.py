@@ -15,6 +15,7 @@ from satform.plot.style import FAINT, INK, STYLE, figure, time_unit
 from satform_tools.campaign.envelopes import Envelope
 from satform_tools.campaign.page.charts import (
     drawn_pairs,
+    is_near,
     is_wide,
     members_text,
     scatter_of,
@@ -123,12 +124,13 @@ def histogram(found: Histogram, axes: Axes) -> None:
         axes.legend(loc="best")
     if found.logarithmic:
         axes.set_xscale("log")
-    low, high = axes.get_xlim()
     for limit in found.limits:
-        if low - (high - low) <= limit.value <= high + (high - low):
+        if is_near(limit.value, found):
             axes.axvline(limit.value, color=_RED, ls="--", lw=1.2)
     axes.set_xlabel(_short(with_unit(found.figure.name, found.figure.unit)))
     axes.set_ylabel("cases")
+    if found.outside:
+        axes.set_title(f"{found.outside} more cases outside", fontsize=8, fontweight="normal", color=FAINT)
 
 
 def envelope(found: Envelope, axes: Axes) -> None:

@@ -25,6 +25,10 @@ _MOST_BINS = 40
 _WIDE = 100.0
 """A figure whose values differ by more than this factor has bins of equal ratio."""
 
+_FAR, _ROOM = 2.0, 0.5
+"""A histogram shows all values up to so far from the middle 90 %, in the width of these; where there are
+values beyond, it ends sooner."""
+
 _MOST_VALUES_OF_AN_INPUT = 200
 _BATCH = 4096
 
@@ -73,6 +77,11 @@ class Histogram:
     failed: NDArray[np.int64]
     logarithmic: bool
     limits: tuple[Limit, ...]
+
+    @property
+    def outside(self) -> int:
+        """Cases that have the figure, too far from all others to be in a bin."""
+        return self.figure.cases - int(self.counts.sum())
 
 
 @dataclass(frozen=True)
@@ -280,12 +289,30 @@ def _statistic(wanted: object) -> str:
 
 
 def _is_wide(figure: FigureSummary) -> bool:
-    return figure.minimum > 0.0 and figure.maximum > _WIDE * figure.minimum
+    if figure.minimum > 0.0:
+        return figure.maximum > _WIDE * figure.minimum
+    # Many that are nearly zero, and a few that have grown.
+    middle = figure.percentiles[1]
+    return figure.minimum == 0.0 < middle and figure.maximum > _WIDE * middle
+
+
+def _range(figure: FigureSummary) -> tuple[float, float]:
+    """The values that a histogram shows: all but a few that are far from all others."""
+    low, middle, high = figure.percentiles
+    if _is_wide(figure):
+        return figure.minimum or low or middle / _WIDE**3, figure.maximum
+    span = high - low
+    if span == 0.0:
+        return figure.minimum, figure.maximum
+    return (
+        figure.minimum if figure.minimum >= low - _FAR * span else low - _ROOM * span,
+        figure.maximum if figure.maximum <= high + _FAR * span else high + _ROOM * span,
+    )
 
 
 def _edges(figure: FigureSummary) -> Array:
     """Edges of the bins of a histogram."""
-    low, high = figure.minimum, figure.maximum
+    low, high = _range(figure)
     if not low < high:
         room = max(abs(low) * 0.05, 1e-9)
         return np.array([low - room, low + room])

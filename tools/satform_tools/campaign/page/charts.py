@@ -59,6 +59,14 @@ def is_wide(values: Array) -> bool:
     return bool(known.size and known.min() > 0.0 and known.max() > _WIDE * known.min())
 
 
+def is_near(value: float, found: Histogram) -> bool:
+    """Whether a limit can be drawn and leaves room for the cases."""
+    low, high = float(found.edges[0]), float(found.edges[-1])
+    if found.logarithmic:
+        return low / _WIDE <= value <= high * _WIDE
+    return low - (high - low) <= value <= high + (high - low)
+
+
 def with_unit(name: str, unit: str) -> str:
     """The title of an axis."""
     return f"{name} [{unit}]" if unit else name
@@ -111,15 +119,17 @@ def _histogram(index: int, found: Histogram) -> Chart:
     figure = found.figure
     x = {"title": with_unit("", figure.unit).strip() or "[1]", "log": found.logarithmic}
     chart = _chart(f"figure-{index}", figure.name, x, {"title": "cases", "zero": True}, parts)
-    low, high = found.edges[0], found.edges[-1]
-    reach = high - low
+    if found.outside:
+        chart["note"] = f"{found.outside} more cases are outside of this range. "
+    together: dict[float, list[str]] = {}
     for limit in found.limits:
-        # A limit far away would leave no room for the cases.
-        near = low - reach <= limit.value <= high + reach if not found.logarithmic else limit.value > 0.0
-        if near:
-            chart["limits"].append({"at": limit.value, "text": limit.text})
+        together.setdefault(limit.value, []).append(limit.text)
+    for value, texts in together.items():
+        text = ", ".join(texts)
+        if is_near(value, found):
+            chart["limits"].append({"at": value, "text": text})
         else:
-            chart["note"] += f"{limit.text} {limit.value:g} is outside of this range. "
+            chart["note"] += f"{text[:1].upper()}{text[1:]} at {value:g} is outside of this range. "
     return chart
 
 

@@ -79,14 +79,14 @@ def facts(study: Study, speed: Speed | None) -> list[Fact]:
     """The facts at the head of the page."""
     summary = study.summary
     rate, low, high = summary.rate
-    campaign = summary.campaign
+    campaign, count = summary.campaign, len(study.inputs)
     found = [
         Fact("Success", f"{summary.succeeded} of {summary.flown} cases"),
         Fact("Success rate", f"{100 * rate:.4g} % ({100 * low:.4g} to {100 * high:.4g} %)"),
         Fact("Cases", f"{summary.flown} of {summary.cases} flown"),
         Fact("Scenario", campaign.base.name),
         Fact("Sampling", str(getattr(campaign.sampling, "kind", "own")).replace("_", " ")),
-        Fact("Dispersed", f"{len(study.inputs)} independent inputs"),
+        Fact("Dispersed", f"{count} independent {'input' if count == 1 else 'inputs'}"),
         Fact("Flown", f"{summary.stacked} in stacks, {summary.flown - summary.stacked} alone"),
     ]
     if speed is not None and speed.cases:
