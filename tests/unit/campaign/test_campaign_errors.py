@@ -188,6 +188,26 @@ def test_an_error_of_the_scenario_has_its_place_there(tmp_path: Path) -> None:
     assert "there is no kind 'cv'; allowed: cw" in others.sentence
 
 
+@pytest.mark.parametrize(
+    ("scenario", "sentence"),
+    [
+        ("none.yaml", "{folder}/none.yaml: cannot be read: No such file or directory"),
+        ("other.yaml", "{folder}/other.yaml is a campaign itself; name the scenario that it disperses"),
+        ("study.yaml", "{folder}/study.yaml is a campaign itself; name the scenario that it disperses"),
+    ],
+)
+def test_a_file_that_is_no_scenario_gets_one_sentence_at_the_field_that_names_it(
+    scenario: str, sentence: str, tmp_path: Path
+) -> None:
+    (tmp_path / "other.yaml").write_text(HEAD)
+    file = tmp_path / "study.yaml"
+    file.write_text(f"name: study\nscenario: {scenario}\nruns: 10\nset: {{timing.duration: 60.0}}\n")
+    with pytest.raises(ScenarioError) as caught:
+        load_campaign(file)
+    [problem] = caught.value.problems
+    assert str(problem) == f"{file}:2: scenario: {sentence.format(folder=tmp_path)}"
+
+
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="cannot be read: No such file"):
         load_campaign(tmp_path / "none.yaml")

@@ -3,6 +3,7 @@
 """From a YAML file to a `Campaign`, or to all that is wrong with it."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ def _all_problems(
     every = error.errors(include_url=False)
     for details in every:
         if details["type"] == "scenario":
-            found += details["ctx"]["problems"]
+            found += _problems_of_the_scenario(details["ctx"]["problems"], data, tree, file, source)
         else:
             found += problems(details, Campaign, data, tree, file, {})
     if not any(details["type"] == "inconsistent" for details in every):
@@ -107,17 +108,34 @@ def _all_problems(
     return found
 
 
+def _problems_of_the_scenario(
+    found: list[Problem], data: Any, tree: Any, file: str, source: CampaignSource
+) -> list[Problem]:
+    """What is wrong with the scenario's file; one sentence where it is no scenario's file at all."""
+    path, line = source.find(str(data["scenario"])), line_of(("scenario",), tree)
+    if all(problem.line is None and not problem.field for problem in found):
+        # It could not be read: what is wrong is its name, here.
+        return [Problem(file, line, "scenario", str(problem)) for problem in found]
+    with suppress(OSError, ValueError):
+        if is_campaign(read_bounded(path, MAXIMUM_FILE_BYTES, "a campaign").decode(), str(path)):
+            sentence = f"{path} is a campaign itself; name the scenario that it disperses"
+            return [Problem(file, line, "scenario", sentence)]
+    return found
+
+
 def _scenario_complaints(data: Any, source: CampaignSource) -> list[Complaint]:
     """Changes that the scenario does not take and paths that lead nowhere, of data that is no campaign."""
     changes, dispersions = data.get("set"), data.get("dispersions")
     changes = changes if isinstance(changes, dict) else {}
     try:
         scenario = load_scenario(source.find(str(data.get("scenario", ""))))
+    except ValueError:
+        # The check of the field `scenario` has said so.
+        return []
+    try:
         scenario = scenario.with_(changes) if changes else scenario
     except ScenarioError as error:
-        return change_complaints(error, changes) if changes else []
-    except ValueError:
-        return []
+        return change_complaints(error, changes)
     complaints: list[Complaint] = []
     for index, dispersion in enumerate(dispersions if isinstance(dispersions, list) else ()):
         path = dispersion.get("path") if isinstance(dispersion, dict) else None
