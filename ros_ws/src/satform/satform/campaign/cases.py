@@ -98,8 +98,8 @@ def values_at(campaign: Campaign, coordinates: Sequence[Coordinate]) -> dict[str
     axis = 0
     for dispersion, found in zip(campaign.dispersions, campaign.targets, strict=True):
         drawn: Value | None = None
-        for place, target in enumerate(found):
-            if place == 0 or not dispersion.shared:
+        for index, target in enumerate(found):
+            if index == 0 or not dispersion.shared:
                 drawn = _drawn(dispersion, coordinates[axis])
                 axis += 1
             value = target.value if drawn is None else _applied(dispersion, target, drawn)
@@ -145,7 +145,7 @@ def changed_scenario(campaign: Campaign, values: Mapping[str, Any], source: str)
 
 
 class _Template:
-    """The data of a campaign's scenario, in which every dispersed field has a place.
+    """The data of a campaign's scenario, in which every dispersed field is present.
 
     Attributes:
         text: JSON.
@@ -158,7 +158,7 @@ class _Template:
         data, attached = json.loads(base.to_json()), base.files()
         every = [target for found in campaign.targets for target in found]
         for target in every:
-            attached |= _make_place(data, base, target.path)
+            attached |= _ensure_field(data, base, target.path)
         self.text = json.dumps(data)
         self.files = FileSource(Path(), attached, recorded=True)
         self.paths: dict[str, FieldPath] = {target.text: target.path for target in every} | {
@@ -174,14 +174,14 @@ def campaign_template(campaign: Campaign) -> _Template:
     return found
 
 
-def _make_place(data: Any, base: Scenario, path: FieldPath) -> dict[str, bytes]:
+def _ensure_field(data: Any, base: Scenario, path: FieldPath) -> dict[str, bytes]:
     """Write out all parts on the way to a field that the data leaves out; gives the files that they name."""
     files: dict[str, bytes] = {}
     node, own = data, base
     model: Any = own
-    for place, part in enumerate(path[:-1]):
+    for depth, part in enumerate(path[:-1]):
         model = getattr(model, part) if isinstance(part, str) else model[part]
-        if path[0] == "satellites" and place == 1:
+        if path[0] == "satellites" and depth == 1:
             # With what it takes from `satellite_defaults`.
             model = base.satellite(int(path[1]))
         held = node[part] if isinstance(part, int) else node.get(part)

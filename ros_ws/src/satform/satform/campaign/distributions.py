@@ -170,7 +170,7 @@ class ChoiceSpec(Distribution):
         limits = list(itertools.accumulate(weights))
         index = bisect.bisect_right(limits, quantile * limits[-1])
         # Rounding may carry the last quantile to the sum itself; values without weight are never chosen.
-        last = max(place for place, weight in enumerate(weights) if weight > 0.0)
+        last = max(index for index, weight in enumerate(weights) if weight > 0.0)
         return self.values[min(index, last)]
 
     def has_width(self) -> bool:

@@ -132,7 +132,7 @@ def _probes(dispersion: Dispersion) -> Iterator[Coordinate]:
         return
     count = len(dispersion.grid.points)
     tried = min(count, _MOST_VALUES)
-    yield from dict.fromkeys(round(place * (count - 1) / max(1, tried - 1)) for place in range(tried))
+    yield from dict.fromkeys(round(index * (count - 1) / max(1, tried - 1)) for index in range(tried))
 
 
 def _has_width(dispersion: Dispersion) -> bool:

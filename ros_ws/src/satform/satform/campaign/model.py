@@ -90,7 +90,7 @@ class Dispersion(Spec):
     """The field, as messages print it: fields with dots between them, and for an entry of a list its index,
     its name, or `*` for all entries, such as `satellites[*].position_error[0]`."""
     name: Name | None = None
-    """A name of its own, by which `correlated` and reports speak of it; the path when left out."""
+    """A name of its own, by which `correlated` and reports name it; the path when left out."""
     distribution: Annotated[Distribution, Plugin("satform.distributions")] | None = None
     """From which its values are drawn. Either this or `grid` is given."""
     grid: Grid | None = None
@@ -167,7 +167,7 @@ class Correlated(Spec):
         return self
 
 
-class KeptSeries(Spec):
+class RetainedSeries(Spec):
     """A quantity of the flight that is stored over time."""
 
     quantity: str
@@ -176,7 +176,7 @@ class KeptSeries(Spec):
     """Time between two stored values, s; every step when left out."""
 
     @model_validator(mode="after")
-    def _is_known(self) -> "KeptSeries":
+    def _is_known(self) -> "RetainedSeries":
         if self.quantity not in COLUMNS:
             raise ValueError(
                 f"there is no quantity {self.quantity!r}{nearest(self.quantity, sorted(COLUMNS))}"
@@ -187,7 +187,7 @@ class KeptSeries(Spec):
 class Keep(Spec):
     """What is stored of each case beside its figures."""
 
-    series: tuple[KeptSeries, ...] = ()
+    series: tuple[RetainedSeries, ...] = ()
     """Quantities over time, of all satellites."""
     record: When = "never"
     """Of which cases the whole flight record is stored."""
@@ -285,21 +285,21 @@ class Campaign(Spec):
         complaints: list[Complaint] = []
         seen: dict[str, int] = {}
         for index, dispersion in enumerate(self.dispersions):
-            place = ("dispersions", index)
+            field = ("dispersions", index)
             try:
                 found = targets(self.base, dispersion.path)
             except PathError as error:
-                complaints.append(((*place, "path"), str(error)))
+                complaints.append(((*field, "path"), str(error)))
                 continue
             if found[0].path == ("timing", "duration"):
                 sentence = "all cases of a campaign last equally long: give the duration by set"
-                complaints.append(((*place, "path"), sentence))
-            complaints += [(place, sentence) for sentence in _value_complaints(dispersion, found)]
+                complaints.append(((*field, "path"), sentence))
+            complaints += [(field, sentence) for sentence in _value_complaints(dispersion, found)]
             for target in found:
                 if target.text in seen:
                     other = self.dispersions[seen[target.text]].path
                     sentence = f"{target.text} is dispersed by {other} already"
-                    complaints.append(((*place, "path"), sentence))
+                    complaints.append(((*field, "path"), sentence))
                     break
                 seen[target.text] = index
         labels = Counter(dispersion.label for dispersion in self.dispersions)
@@ -348,27 +348,27 @@ class Campaign(Spec):
         grouped: set[str] = set()
         by_label = {dispersion.label: dispersion for dispersion in self.dispersions}
         for index, group in enumerate(self.correlated):
-            place = ("correlated", index, "of")
+            field = ("correlated", index, "of")
             unknown = [label for label in group.of if label not in by_label]
             if unknown:
                 sentence = f"there is no dispersion {unknown[0]}{nearest(unknown[0], sorted(by_label))}"
-                complaints.append((place, sentence))
+                complaints.append((field, sentence))
                 continue
             complaints += [
-                (place, f"{label} goes through a grid, and only draws can depend on each other")
+                (field, f"{label} goes through a grid, and only draws can depend on each other")
                 for label in group.of
                 if by_label[label].grid is not None
             ]
             twice = [label for label in group.of if label in grouped]
             if twice:
-                complaints.append((place, f"{twice[0]} is in another group too"))
+                complaints.append((field, f"{twice[0]} is in another group too"))
             grouped |= set(group.of)
             if self._paths_are_right():
                 counts = {label: len(self._axes_of(label)) for label in group.of}
                 if len(set(counts.values())) > 1:
                     each = ", ".join(f"{label} has {count}" for label, count in counts.items())
                     sentence = f"dispersions of a group have equally many fields; {each}: use shared, or the"
-                    complaints.append((place, f"{sentence} same wildcard in all"))
+                    complaints.append((field, f"{sentence} same wildcard in all"))
         return complaints
 
     def _figure_complaints(self) -> list[Complaint]:
@@ -396,13 +396,13 @@ class Campaign(Spec):
         for index, series in enumerate(self.keep.series):
             if series.every is None:
                 continue
-            place = ("keep", "series", index, "every")
+            field = ("keep", "series", index, "every")
             ratio = series.every / timing.step
             if abs(ratio - round(ratio)) > 1e-6 * max(1.0, ratio) or round(ratio) < 1:
                 sentence = f"{series.every:g} s is not a whole number of steps of {timing.step:g} s"
-                complaints.append((place, sentence))
+                complaints.append((field, sentence))
             elif series.every > timing.duration * (1.0 + 1e-9):
-                complaints.append((place, f"{series.every:g} s is longer than the flight"))
+                complaints.append((field, f"{series.every:g} s is longer than the flight"))
         names = Counter(series.quantity for series in self.keep.series)
         complaints += [
             (("keep", "series", index, "quantity"), "is kept twice")

@@ -58,7 +58,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class _Place:
+class _Node:
     """Where a walk along a path is.
 
     Attributes:
@@ -88,33 +88,33 @@ def targets(scenario: Scenario, path: str) -> list[Target]:
     Raises:
         PathError: there is no such field, it is not given in the scenario, or holds no single value.
     """
-    places = [_Place((), scenario, type(scenario), None)]
+    nodes = [_Node((), scenario, type(scenario), None)]
     for part in _IN_BRACKETS.sub(r".\1", path).split("."):
-        places = [inner for place in places for inner in _step(place, part, scenario)]
-    if not places:
+        nodes = [inner for current in nodes for inner in _step(current, part, scenario)]
+    if not nodes:
         raise PathError("means no field: the list is empty")
-    return [_target(place) for place in places]
+    return [_target(current) for current in nodes]
 
 
-def _step(place: _Place, part: str, scenario: Scenario) -> list[_Place]:
-    node = place.node
+def _step(current: _Node, part: str, scenario: Scenario) -> list[_Node]:
+    node = current.node
     if isinstance(node, Spec):
         known = type(node).model_fields
         if part not in known:
-            raise PathError(f"there is no {_joined(place.path, part)}{nearest(part, sorted(known))}")
-        return [_Place((*place.path, part), getattr(node, part), known[part].annotation, known[part])]
+            raise PathError(f"there is no {_joined(current.path, part)}{nearest(part, sorted(known))}")
+        return [_Node((*current.path, part), getattr(node, part), known[part].annotation, known[part])]
     if isinstance(node, tuple):
         return [
-            _Place((*place.path, index), _entry(place.path, node, index, scenario), inner, place.field)
-            for index in _indices(place.path, node, part)
-            for inner in [_entry_annotation(place.annotation, index)]
+            _Node((*current.path, index), _entry(current.path, node, index, scenario), inner, current.field)
+            for index in _indices(current.path, node, part)
+            for inner in [_entry_annotation(current.annotation, index)]
         ]
     if node is None:
         raise PathError(
-            f"the scenario has no {dotted(place.path)}: give it one, for example with set, whose {part} can "
-            "then be dispersed"
+            f"the scenario has no {dotted(current.path)}: give it one, for example with set, whose {part} "
+            "can then be dispersed"
         )
-    raise PathError(f"{dotted(place.path)} is a single value; it has no {part}")
+    raise PathError(f"{dotted(current.path)} is a single value; it has no {part}")
 
 
 def _indices(path: FieldPath, node: tuple[Any, ...], part: str) -> Sequence[int]:
@@ -161,20 +161,20 @@ def _entry_annotation(annotation: Any, index: int) -> Any:
     return None
 
 
-def _target(place: _Place) -> Target:
+def _target(current: _Node) -> Target:
     found: set[type] = set()
-    for choice in _choices(place.annotation):
+    for choice in _choices(current.annotation):
         if get_origin(choice) is Literal:
             found |= {type(value) for value in get_args(choice)}
         elif choice in (float, int, bool, str):
             found.add(choice)
-    if not found or isinstance(place.node, tuple | Spec):
+    if not found or isinstance(current.node, tuple | Spec):
         entries = (
-            f"; name one of its entries, such as {dotted(place.path)}[0], or [*] for all"
-            if isinstance(place.node, tuple)
+            f"; name one of its entries, such as {dotted(current.path)}[0], or [*] for all"
+            if isinstance(current.node, tuple)
             else ""
         )
-        raise PathError(f"{dotted(place.path)} holds no single number, text or true and false{entries}")
-    taken = () if place.field is None else validators(place.field)
+        raise PathError(f"{dotted(current.path)} holds no single number, text or true and false{entries}")
+    taken = () if current.field is None else validators(current.field)
     angle = next((PATTERNS[function] for function in taken if function in PATTERNS), "")
-    return Target(place.path, place.node, frozenset(found), angle)
+    return Target(current.path, current.node, frozenset(found), angle)

@@ -155,10 +155,10 @@ class GridSpec(Sampling):
 
     def coordinates(self, axes: Sequence[Axis], runs: int, seed: int, number: int) -> list[Coordinate]:
         found: list[Coordinate] = list(_random_quantiles(seed, number, len(axes)).tolist())
-        place = number % _combinations(axes)
+        position = number % _combinations(axes)
         for index in range(len(axes) - 1, -1, -1):
             if axes[index].count:
-                place, found[index] = divmod(place, axes[index].count)
+                position, found[index] = divmod(position, axes[index].count)
         return found
 
 
@@ -179,12 +179,12 @@ class OneAtATimeSpec(Sampling):
 
     def coordinates(self, axes: Sequence[Axis], runs: int, seed: int, number: int) -> list[Coordinate]:
         found: list[Coordinate] = [None] * len(axes)
-        place = number - 1
+        position = number - 1
         for index, axis in enumerate(axes):
             points = axis.count or len(self.quantiles)
-            if 0 <= place < points:
-                found[index] = place if axis.count else self.quantiles[place]
-            place -= points
+            if 0 <= position < points:
+                found[index] = position if axis.count else self.quantiles[position]
+            position -= points
         return found
 
 

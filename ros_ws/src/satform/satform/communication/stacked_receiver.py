@@ -30,11 +30,11 @@ class StackedReceiver:
         self._count = count
         channels = [run.channel for run in runs if run.channel is not None]
         self._channel = ChannelModel.stacked(channels) if channels else None
-        self._place()
+        self._index_links()
 
-    def _place(self) -> None:
+    def _index_links(self) -> None:
         """Indices of the neighbours among all satellites, shape (K, M)."""
-        own = [run.neighbours + self._count * place for place, run in enumerate(self._runs)]
+        own = [run.neighbours + self._count * index for index, run in enumerate(self._runs)]
         self._neighbours = np.ascontiguousarray(np.concatenate(own).T)
         self._linked: Array = np.zeros(self._neighbours.T.shape)
 
@@ -67,5 +67,5 @@ class StackedReceiver:
         self._runs = [self._runs[run] for run in runs.tolist()]
         linked = self._linked.T.take(rows, axis=1).T
         self._channel = None if self._channel is None else self._channel.keep(rows)
-        self._place()
+        self._index_links()
         self._linked = linked

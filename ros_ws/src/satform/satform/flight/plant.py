@@ -217,7 +217,7 @@ class Thrusters:
     def keep(self, rows: NDArray[np.int64]) -> "Thrusters":
         """The thrusters of some of the satellites, by their indices; this object is not to be used on."""
         kept = copy(self)
-        own, kept.members = _kept(self.members, rows)
+        own, kept.members = _remaining(self.members, rows)
         kept.propulsion = stacking.take(self.propulsion, own)
         kept._thruster = stacking.take(self._thruster, own)
         kept._errors = self._errors.keep(own)
@@ -242,7 +242,7 @@ class _Sensors:
     def keep(self, rows: NDArray[np.int64]) -> "_Sensors":
         """The sensors of some of the satellites, by their indices; this object is not to be used on."""
         kept = copy(self)
-        own, kept.members = _kept(self.members, rows)
+        own, kept.members = _remaining(self.members, rows)
         kept._sensor = stacking.take(self._sensor, own)
         kept._noise = self._noise.keep(own)
         kept.memory = stacking.take(self.memory, own)
@@ -262,12 +262,14 @@ def _identities(plan: PlantPlan, stream: int, members: Sequence[int]) -> tuple[l
     return [seed for seed, _ in own], stream, [index for _, index in own]
 
 
-def _kept(members: NDArray[np.int64], rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Places among some members of those that are kept, and their indices among all that are kept."""
-    places = np.searchsorted(members, rows)
-    held = places < len(members)
-    held[held] = members[places[held]] == rows[held]
-    return places[held], np.flatnonzero(held)
+def _remaining(
+    members: NDArray[np.int64], rows: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Positions among some members of those that remain, and their indices among all that remain."""
+    found = np.searchsorted(members, rows)
+    held = found < len(members)
+    held[held] = members[found[held]] == rows[held]
+    return found[held], np.flatnonzero(held)
 
 
 def _thrusters_of(plan: PlantPlan) -> Thrusters | None:

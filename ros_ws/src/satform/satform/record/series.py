@@ -42,7 +42,7 @@ class DecimatedSeries:
         self._quantity, self._every = quantity, every
         self._columns = list(flight.columns(satellites))
         self._ends = StepEnds(self.needs) if quantity == "effort" else None
-        self._kept: list[Array] = []
+        self._retained: list[Array] = []
 
     def update(self, block: FlightBlock) -> None:
         """Take the next block of the flights; the first begins at step 0."""
@@ -57,12 +57,12 @@ class DecimatedSeries:
 
         No rows where no satellite has the quantity.
         """
-        return np.ascontiguousarray(np.moveaxis(np.concatenate(self._kept), 1, 0))
+        return np.ascontiguousarray(np.moveaxis(np.concatenate(self._retained), 1, 0))
 
     def _keep(self, rows: Array) -> None:
         # Nothing that was derived from it is needed of the block any more once these rows are copied.
-        if len(rows) or not self._kept:
-            self._kept.append(np.array(rows[:, :, self._columns], dtype=np.float64))
+        if len(rows) or not self._retained:
+            self._retained.append(np.array(rows[:, :, self._columns], dtype=np.float64))
 
     def _first(self, block: FlightBlock) -> int:
         return -block.first_step % self._every
