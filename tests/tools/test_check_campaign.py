@@ -79,3 +79,43 @@ def test_a_path_of_a_scenario_is_checked_as_a_scenario(capsys: pytest.CaptureFix
 def test_the_schema_of_campaigns_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["schema", "--campaign"]) == 0
     assert "dispersions" in json.loads(capsys.readouterr().out)["properties"]
+
+
+DECIDED = [
+    ("kind: success_rate, above: 0.0", "cannot be missed: it is met if no case succeeds, and if all do"),
+    ("kind: success_rate, below: 1.0", "cannot be missed: it is met if no case succeeds, and if all do"),
+    (
+        "kind: success_rate, above: 0.95",
+        "cannot be met with 20 cases: if all succeed, the lower limit of the 95 % interval is 0.8389; use "
+        "more runs, or compare: estimate",
+    ),
+    (
+        "kind: success_rate, below: 0.1",
+        "cannot be met with 20 cases: if none succeeds, the upper limit of the 95 % interval is 0.1611; use "
+        "more runs, or compare: estimate",
+    ),
+    (
+        "kind: percentile, figure: dv, percentile: 95, below: 3.0, compare: interval",
+        "cannot be met: 20 cases are too few for its interval",
+    ),
+    ("kind: success_rate, above: 0.95, compare: estimate", None),
+    ("kind: success_rate, above: 0.8", None),
+    ("kind: success_rate, below: 0.2", None),
+    ("kind: percentile, figure: dv, percentile: 50, below: 3.0, compare: interval", None),
+    ("kind: percentile, figure: dv, percentile: 95, below: 3.0", None),
+    ("kind: mean, figure: dv, above: 1.0, below: 2.0, compare: interval", None),
+]
+
+
+@pytest.mark.parametrize(("expectation", "sentence"), DECIDED)
+def test_check_warns_of_expectations_that_no_flight_can_decide(
+    expectation: str, sentence: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (
+        "scenario: triangle\nruns: 20\nset: {timing.duration: 60.0, expect: []}\n"
+        f"figures: [{{name: dv, measure: {{kind: delta_v}}}}]\nexpect:\n  - {{{expectation}}}\n"
+    )
+    file = written(tmp_path, text)
+    assert cli.main(["check", file]) == 0
+    *warnings, _ = capsys.readouterr().out.splitlines()
+    assert warnings == ([] if sentence is None else [f"{file}:6: warning: expect[0]: {sentence}"])

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from satform.campaign.cases import case_scenario
+from satform.campaign.chunk import fly_case
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult
@@ -76,10 +77,18 @@ def _fly(path: Path, campaign: Campaign, result: CaseResult, scenario: Scenario)
         return "", True
     if run.lost or not (run.complete or run.early_end):
         return f"the bag of case {result.number} is not complete: {run.reason}", False
-    if result.state_hash and run.state_hash != result.state_hash:
+    alone = result
+    if result.stacked:
+        # Only a case flown alone has a state hash. Its figures say that it is the same flight.
+        alone = fly_case(campaign, result.number)
+        if {name: repr(value) for name, value in alone.figures.items()} != {
+            name: repr(value) for name, value in result.figures.items()
+        }:
+            return f"case {result.number} has other figures alone than flown together with others", False
+    if alone.state_hash and run.state_hash != alone.state_hash:
         return (
-            f"case {result.number} has the state hash {run.state_hash} over DDS, and {result.state_hash} in "
-            "the campaign"
+            f"case {result.number} has the state hash {run.state_hash} over DDS, and {alone.state_hash} in "
+            "one process"
         ), False
     draft.replace(path)
     return "", False

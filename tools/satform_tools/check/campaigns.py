@@ -2,15 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Validates a campaign file: errors, and warnings about cases that cannot fly and what has no effect."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from satform.campaign.effects import case_problems, without_effect
+from satform.campaign.expectations import MeanSpec, PercentileSpec, SuccessRateSpec
 from satform.campaign.loader import load_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.sampling import SobolSpec
 from satform.scenario import Problem
 from satform.scenario.yaml_reader import line_of, read_tree
 from satform_tools.run.scenario_library import SCENARIOS
+
+_MOST_CASES = 1_000_000
+"""Campaigns with more cases have intervals narrow enough, and are not asked."""
 
 
 def check(path: Path, file: str) -> list[Problem]:
@@ -44,6 +51,9 @@ def warnings(campaign: Campaign, tree: object, file: str) -> list[Problem]:
         found.append(_about(index, f"some cases cannot fly: {sentence}", tree, file))
     for index, sentence in without_effect(campaign):
         found.append(_about(index, sentence, tree, file))
+    for index, sentence in decided_before(campaign):
+        place = ("expect", index)
+        found.append(Problem(file, line_of(place, tree), f"expect[{index}]", sentence))
     runs = campaign.cases
     if isinstance(campaign.sampling, SobolSpec) and runs & (runs - 1):
         sentence = (
@@ -52,6 +62,53 @@ def warnings(campaign: Campaign, tree: object, file: str) -> list[Problem]:
         )
         found.append(Problem(file, line_of(("runs",), tree), "runs", sentence))
     return found
+
+
+def decided_before(campaign: Campaign) -> Iterator[tuple[int, str]]:
+    """Expectations of the campaign whose verdict is the same whatever the cases give.
+
+    Args:
+        campaign: loaded.
+
+    Yields:
+        Index of the expectation and a sentence.
+    """
+    if campaign.cases > _MOST_CASES:
+        return
+    for index, wanted in enumerate(campaign.expect):
+        if isinstance(wanted, SuccessRateSpec):
+            sentence = _decided_rate(wanted, campaign.cases)
+        elif isinstance(wanted, PercentileSpec | MeanSpec) and wanted.compare == "interval":
+            # All cases have a figure that is allowed: only the width of the interval can miss.
+            value = wanted.above if wanted.above is not None else wanted.below
+            figures = {wanted.figure: np.full(campaign.cases, value, dtype=np.float64)}
+            met = wanted.verdict(np.ones(campaign.cases, dtype=np.bool_), figures, {}).met
+            sentence = "" if met else f"cannot be met: {campaign.cases} cases are too few for its interval"
+        else:
+            sentence = ""
+        if sentence:
+            yield index, sentence
+
+
+def _decided_rate(wanted: SuccessRateSpec, cases: int) -> str:
+    """Why a success rate is met or missed whatever the cases give; empty where it depends on them."""
+    none, every = (
+        wanted.verdict(np.full(cases, success, dtype=np.bool_), {}, {}) for success in (False, True)
+    )
+    if none.met and every.met:
+        return "cannot be missed: it is met if no case succeeds, and if all do"
+    if wanted.compare == "estimate":
+        return ""
+    if wanted.above is not None and every.low < wanted.above:
+        what, limit = "all succeed, the lower", every.low
+    elif wanted.below is not None and none.high > wanted.below:
+        what, limit = "none succeeds, the upper", none.high
+    else:
+        return ""
+    return (
+        f"cannot be met with {cases} cases: if {what} limit of the {100 * wanted.confidence:g} % interval is "
+        f"{limit:.4g}; use more runs, or compare: estimate"
+    )
 
 
 def _about(index: int | None, sentence: str, tree: object, file: str) -> Problem:
