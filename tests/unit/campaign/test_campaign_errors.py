@@ -39,6 +39,11 @@ PAIR = (
     PATH.format(path="orbit.period\n    name: a") + PATH.format(path="satellites[*].arc_length\n    name: b")
 ).replace("\\n", "\n")
 
+STEPS = HEAD.replace(
+    "runs: 10\n",
+    "dispersions: [{path: timing.step, grid: {values: [0.5, 1.0]}}]\nkeep: {series: [{quantity: position, ",
+).replace("name:", "sampling: {kind: grid}\nname:")
+
 WRONG = [
     (one("satellites[*].position_eror[0]", **NORMAL), 5, "did you mean position_error?"),
     (one("satellites[7].arc_length", **NORMAL), 5, "entries are counted from 0 to 2, or by name: sat1, sat2"),
@@ -133,6 +138,16 @@ WRONG = [
         "not a whole number of steps of 0.5 s",
     ),
     (HEAD + "keep: {series: [{quantity: position, every: 1e6}]}\n", 4, "is longer than the flight"),
+    (STEPS + "every: 0.75}]}\n", 5, "is not a whole number of steps of 0.5 s"),
+    (STEPS + "every: 1.5}]}\n", 5, "only if `every` is a whole number of each step"),
+    (STEPS + "}]}\n", 5, "only if `every` is a whole number of each step"),
+    (
+        HEAD
+        + "keep: {series: [{quantity: position, every: 60}]}\ndispersions:\n"
+        + PATH.format(path="timing.step"),
+        4,
+        "replace the step by listed values",
+    ),
     (HEAD + "keep: {record: sometimes}\n", 4, "allowed: never, on_failure, always"),
     (HEAD + "correlated:\n  - {of: [a, b], matrix: [[1, 0], [0, 1]]}\n", 5, "there is no dispersion a"),
     (HEAD + "correlated:\n  - {of: [a, b], matrix: [[1, 2], [2, 1]]}\n", 5, "less than or equal to 1"),
@@ -163,6 +178,10 @@ def test_what_is_wrong_is_said_with_its_line(text: str, line: int | None, senten
         assert any(problem.startswith(f"study.yaml:{line}: ") and sentence in problem for problem in found), (
             found
         )
+
+
+def test_series_are_kept_of_cases_whose_steps_divide_their_times() -> None:
+    assert loaded(STEPS + "every: 2.0}]}\n").cases == 2
 
 
 def test_everything_wrong_is_found_at_once() -> None:

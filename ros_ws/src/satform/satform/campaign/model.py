@@ -397,12 +397,12 @@ class Campaign(Spec):
             if series.every is None:
                 continue
             field = ("keep", "series", index, "every")
-            ratio = series.every / timing.step
-            if abs(ratio - round(ratio)) > 1e-6 * max(1.0, ratio) or round(ratio) < 1:
+            if not _divides(timing.step, series.every):
                 sentence = f"{series.every:g} s is not a whole number of steps of {timing.step:g} s"
                 complaints.append((field, sentence))
             elif series.every > timing.duration * (1.0 + 1e-9):
                 complaints.append((field, f"{series.every:g} s is longer than the flight"))
+        complaints = complaints or self._dispersed_step_complaints()
         names = Counter(series.quantity for series in self.keep.series)
         complaints += [
             (("keep", "series", index, "quantity"), "is kept twice")
@@ -410,6 +410,27 @@ class Campaign(Spec):
             if names[series.quantity] > 1
         ]
         return complaints
+
+    def _dispersed_step_complaints(self) -> list[Complaint]:
+        """Series of which the cases of a dispersed step would have values at unlike times."""
+        if not self._paths_are_right():
+            return []
+        steps: list[Value] = []
+        for dispersion, found in zip(self.dispersions, self.targets, strict=True):
+            if found[0].path == ("timing", "step"):
+                steps = list(dispersion.values()) if dispersion.applied == "replace" else []
+                break
+        else:
+            return []
+        return [
+            (
+                ("keep", "series", index),
+                "timing.step is dispersed, and all cases have values at the same times only if `every` is a "
+                "whole number of each step: replace the step by listed values, and give such an every",
+            )
+            for index, series in enumerate(self.keep.series)
+            if not steps or series.every is None or not all(_divides(step, series.every) for step in steps)
+        ]
 
     @cached_property
     def base(self) -> Scenario:
@@ -499,6 +520,15 @@ def change_complaints(error: ScenarioError, changes: Mapping[str, Any]) -> list[
         for problem in error.problems
         for sentence in [f"{problem.field}: {problem.sentence}" if problem.field else problem.sentence]
     ]
+
+
+def _divides(step: Value, every: float) -> bool:
+    """Whether a time is a whole number of steps."""
+    if not isinstance(step, int | float) or step <= 0.0:
+        # The check of the values says so.
+        return True
+    ratio = every / step
+    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= 1e-6 * max(1.0, ratio)
 
 
 def _angle_texts(data: Any) -> list[str]:
