@@ -46,11 +46,11 @@ ROOMS = (
 TAKE_A_SCENARIO = {
     "satform.campaign.cases",
     "satform.campaign.chunk",
-    "satform.campaign.stack",
     "satform.campaign.model",
     "satform.campaign.paths",
     "satform.campaign.plan_digest",
     "satform.campaign.scenario_file",
+    "satform.campaign.stacked_cases",
     "satform.evaluation.conclusion",
     "satform.evaluation.evaluate",
     "satform.evaluation.sampled_loops",

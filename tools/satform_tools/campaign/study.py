@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.campaign.expectations import success_rate
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult, ChangeValue
+from satform.campaign.statistics import success_rate
 from satform.numeric.elementwise import Array
 from satform_tools.campaign.envelopes import MOST_SAMPLED, Envelope, envelopes, sampled_cases
 from satform_tools.campaign.summary import CONFIDENCE, FigureSummary, Summary

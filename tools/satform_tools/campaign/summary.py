@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from satform.campaign.chunk import is_retained
-from satform.campaign.expectations import CampaignVerdict, judge, success_rate
+from satform.campaign.expectations import CampaignVerdict, judge
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.results import ResultsHash
+from satform.campaign.statistics import success_rate
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
 from satform.numeric.elementwise import Array
 

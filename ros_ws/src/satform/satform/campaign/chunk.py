@@ -17,7 +17,7 @@ from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.engine import ChunkObserver
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult, Columns, Kind, failure_text
-from satform.campaign.stack import Case, fly_stack, stacks
+from satform.campaign.stacked_cases import Case, fly_stack, stacks
 from satform.evaluation.evaluate import judge
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.files.durable_file import reason_text

@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """ROS parameters from specifications: type, default, bounds and description from one declaration.
 
-A parameter that is changed in flight passes these checks: `FormationNode` converts its value to the declared
-type (`parameter_values`); the callback of `on_spec_change` builds the changed specification with
-`satform.flight.online_parameters.changed`, in which pydantic validates the values; the satellite node
-(`satellite.parameters`) then accepts or rejects it.
+`declare_spec` declares a node's parameters and checks values given at the start; it raises `ParameterError`.
+A value that is set in flight passes three checks, each of which can reject it with a reason. `FormationNode`
+converts it to the declared type (`parameter_values`). The callback that `on_spec_change` adds builds the
+changed specification with `satform.flight.online_parameters.changed`, in which pydantic validates the values.
+Then it calls `accept`, a function of `satellite.parameters`, which rejects a change by raising ValueError.
 """
 
 import difflib

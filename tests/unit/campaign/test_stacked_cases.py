@@ -13,7 +13,7 @@ from campaigns import campaign, of
 from satform.campaign.chunk import fly_case, fly_chunk
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult
-from satform.campaign.stack import stacks
+from satform.campaign.stacked_cases import stacks
 from satform.evaluation.tracking import TrackingError
 from satform.record.flight_record import FlightRecord
 
