@@ -10,8 +10,8 @@ import pytest
 from flights import satellite_of, satellites_together, shipped, shortened
 from satform.control.protocol import Motion
 from satform.dynamics.cw import propagate
+from satform.evaluation.control_effort import DeltaV
 from satform.evaluation.equipment import PropellantUsed, SaturatedSteps
-from satform.evaluation.tracking import DeltaV
 from satform.flight.compile import plant_plan
 from satform.flight.plant import Plant
 from satform.flight.simulate import simulate

@@ -1,0 +1,97 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of control effort: commanded acceleration and delta-v."""
+
+import math
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+from satform.control.coast import CoastSpec
+from satform.evaluation.reducers import ExtremeOf, LargestSum, MeanOf
+from satform.numeric.elementwise import Array
+from satform.record.flight_block import FlightBlock, StepEnds
+from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import Stretch
+from satform.scenario.parts import SatelliteSpec
+from satform.scenario.windowed_expectation import OfSatellites, OverWindow
+
+
+class Control(OverWindow):
+    """Mean, smallest or largest magnitude of the commanded acceleration, in m/s^2."""
+
+    unit = "m/s²"
+    kind: Literal["control"] = "control"
+    statistic: Literal["mean", "minimum", "maximum"] = "mean"
+    """Mean over the stretch, or its smallest or largest value."""
+
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
+    ) -> list[str]:
+        idle = coasting(self, satellites)
+        return super().complaints_about_satellites(satellites, announces) + idle
+
+    def holds_in_part(self) -> bool:
+        if self.statistic == "mean":
+            return False
+        return (
+            self.smallest_allowed <= 0.0 if self.statistic == "maximum" else math.isinf(self.largest_allowed)
+        )
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        stretch = self.stretch(flight, flight.steps, held=True)
+        if self.statistic == "mean":
+            return MeanOf(stretch, _commanded, ("control", "absent"))
+        return ExtremeOf(stretch, _commanded, ("control", "absent"), which=self.statistic)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} control{self.when()}{self.whose()}"
+
+
+class DeltaV(OverWindow):
+    """Delta-v as the thrusters count it, or integral of an ideal command; the largest, in m/s."""
+
+    unit = "m/s"
+    kind: Literal["delta_v"] = "delta_v"
+
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
+    ) -> list[str]:
+        idle = coasting(self, satellites)
+        return super().complaints_about_satellites(satellites, announces) + idle
+
+    def holds_in_part(self) -> bool:
+        # A part of a flight costs less: it is judged where nothing at all may be spent.
+        return self.largest_allowed <= 0.0
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return _SumOfEffort(self.stretch(flight, flight.steps, held=True), "effort")
+
+    def describe(self) -> str:
+        return self.label or f"delta-v{self.when()}{self.whose()}"
+
+
+def coasting(expectation: OfSatellites, satellites: Mapping[str, SatelliteSpec]) -> list[str]:
+    """That nothing is judged where all satellites that are meant coast: they command nothing."""
+    meant = [satellites[name] for name in expectation.satellites or satellites]
+    idle = all(isinstance(own.controller, CoastSpec) and own.thruster is None for own in meant)
+    names = ", ".join(own.name for own in meant)
+    return [f"{names} coast{'s' if len(meant) == 1 else ''} and cannot command anything else"] if idle else []
+
+
+class _SumOfEffort(LargestSum):
+    """The largest of the satellites' delta-v; a step of a block may end in the next one."""
+
+    def __init__(self, stretch: Stretch, series: str) -> None:
+        super().__init__(stretch, series)
+        self._ends = StepEnds(self.needs)
+
+    def update(self, block: FlightBlock) -> None:
+        for ended in self._ends.take(block):
+            super().update(ended)
+
+
+def _commanded(block: FlightBlock) -> Array:
+    # Who does not fly commands nothing, which is not the same as a command of zero.
+    return np.where(block.absent, np.nan, block.control) if block.any_absent else block.control
