@@ -15,7 +15,7 @@ from flights import SCENARIOS, shortened
 from namespaces import Network, network
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
-from satform.membership.state import SatelliteLost
+from satform.membership.formation import SatelliteLost
 
 ADDRESSES = {"alpha": "10.213.7.1", "beta": "10.213.7.2", "gamma": "10.213.7.3"}
 HOSTS = (

@@ -16,7 +16,7 @@ from std_srvs.srv import Trigger
 from flights import shortened
 from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of
 from satform.communication import topic_table
-from satform.membership.state import SatelliteLost, SatelliteRejoined
+from satform.membership.formation import SatelliteLost, SatelliteRejoined
 from satform_nodes.plant import services
 from satform_nodes.transport import qos
 

@@ -21,7 +21,7 @@ from flown import assert_flies_again
 from satform.bag.reader import Bag, read_bag
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
-from satform.membership.state import SatelliteRejoined
+from satform.membership.formation import SatelliteRejoined
 from satform.scenario import Scenario
 from satform_bringup.deployment.node_processes import processes
 from satform_nodes.plant import services

@@ -15,7 +15,7 @@ from satform.consensus.graph import CompleteSpec
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
-from satform.membership.state import Plan, TopologyChanged
+from satform.membership.formation import Plan, TopologyChanged
 from satform.record.flight_record import FlightRecord
 
 STEADY = (

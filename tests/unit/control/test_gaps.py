@@ -15,8 +15,8 @@ from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion, require_protocol
 from satform.dynamics import cw
-from satform.equipment.estimator import FilterSpec
 from satform.equipment.kalman_filter import Measurement, process_covariance
+from satform.equipment.navigation_filter import FilterSpec
 from satform.equipment.sensor import NavigationSpec
 from satform.flight.simulate import simulate
 from satform.orbits.path_reference import Reference

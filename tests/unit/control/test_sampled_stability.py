@@ -16,7 +16,7 @@ from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.protocol import ControllerSpec, ControlStep, FlightSetting, Motion, RelativeNeighbour
 from satform.control.sampled_stability import closed_loop, spectral_radius
 from satform.control.sliding_mode import SlidingModeSpec
-from satform.equipment.estimator import FilterSpec, Measurement, estimation_transition
+from satform.equipment.navigation_filter import FilterSpec, Measurement, estimation_transition
 from satform.equipment.sensor import NavigationSpec
 from satform.evaluation.evaluate import judge
 from satform.evaluation.loops import SpectralRadius

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from satform.equipment.noise import THRUSTER_STREAM
+from satform.equipment.random_streams import THRUSTER_STREAM
 from satform.equipment.thruster import ERRORS_PER_STEP, STANDARD_GRAVITY, ThrusterFault, ThrusterSpec
 from satform.numeric import stacking
 from satform.numeric.seeded_numbers import SeededNormals

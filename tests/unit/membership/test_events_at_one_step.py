@@ -15,7 +15,7 @@ from satform.bag.absence_log import happened
 from satform.consensus.graph import LineSpec
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
-from satform.membership.state import (
+from satform.membership.formation import (
     Event,
     Formation,
     ParameterChanged,

@@ -14,7 +14,7 @@ from satform.communication.neighbour_buffer import Received
 from satform.communication.receiver import ReceiverModel
 from satform.consensus.graph import LineSpec
 from satform.control.protocol import Motion
-from satform.equipment.noise import THRUSTER_STREAM
+from satform.equipment.random_streams import THRUSTER_STREAM
 from satform.equipment.thruster import ERRORS_PER_STEP, ThrusterSpec
 from satform.flight.compile import link_plan
 from satform.flight.plant import Thrusters
@@ -29,7 +29,7 @@ from satform.membership.faults import (
     WeakThrusterSpec,
     step_at,
 )
-from satform.membership.state import Formation
+from satform.membership.formation import Formation
 from satform.numeric.elementwise import Array
 from satform.numeric.seeded_numbers import SeededNormals
 from satform.numeric.stacking import stack

@@ -14,7 +14,7 @@ from satform.evaluation.presence import RejoinTime, StepsAbsent
 from satform.evaluation.tracking import SettlingTime, TrackingError
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
-from satform.membership.state import ParameterChanged, Plan, SatelliteLost, SatelliteRejoined
+from satform.membership.formation import ParameterChanged, Plan, SatelliteLost, SatelliteRejoined
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 

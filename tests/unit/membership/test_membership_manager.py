@@ -8,8 +8,8 @@ import pytest
 
 from formations import formation
 from satform.consensus.graph import NoneSpec
+from satform.membership.formation import SatelliteRejoined, TopologyChanged
 from satform.membership.membership_manager import Change, Loss, MembershipManager
-from satform.membership.state import SatelliteRejoined, TopologyChanged
 from satform.scenario import Scenario
 
 # A step is 0.5 s: lost from step 10 on, and back at step 20.

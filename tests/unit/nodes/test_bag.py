@@ -30,7 +30,7 @@ from satform.bag.errors import BagError
 from satform.bag.reader import read_bag
 from satform.communication import topic_table
 from satform.flight.simulate import simulate
-from satform.membership.state import Plan, SatelliteLost
+from satform.membership.formation import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.writer import BagWriter

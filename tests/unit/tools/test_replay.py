@@ -12,7 +12,7 @@ import pytest
 from formations import formation
 from satform.bag import reader as bag_reader
 from satform.flight.simulate import simulate
-from satform.membership.state import Plan, SatelliteLost
+from satform.membership.formation import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.cli import main as cli

@@ -7,7 +7,7 @@ from satform.consensus.byzantine_robustness import agreement_guarantee
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec
 from satform.consensus.stability import Gains, delay_margin
 from satform.flight.compile import flight_plan
-from satform.membership.state import topology_changes
+from satform.membership.formation import topology_changes
 from satform.scenario import Scenario
 
 _SAME_PERIOD = 1e-9

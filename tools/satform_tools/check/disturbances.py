@@ -11,7 +11,7 @@ from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.graph import Graph
 from satform.consensus.stability import Gains, delay_margin
 from satform.membership.faults import SatelliteLostSpec
-from satform.membership.state import Formation, SatelliteRejoined, topology_changes
+from satform.membership.formation import Formation, SatelliteRejoined, topology_changes
 from satform.scenario import Scenario
 
 _LONG = 0.25

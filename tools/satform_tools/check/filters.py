@@ -7,7 +7,7 @@ import numpy as np
 from satform.control.protocol import Motion
 from satform.dynamics import cw
 from satform.dynamics.protocol import DynamicsSetting
-from satform.equipment.estimator import Estimator
+from satform.equipment.navigation_filter import Estimator
 from satform.flight.compile import flight_plan
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
 from satform.evaluation.conclusion import excluded
 from satform.flight.simulate import simulate
-from satform.membership.state import Plan, SatelliteLost
+from satform.membership.formation import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, Timing
 from satform_bringup import BAG_FOLDER

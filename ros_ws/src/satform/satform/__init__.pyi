@@ -49,7 +49,7 @@ from satform.dynamics.specs import BodySpec as BodySpec
 from satform.dynamics.specs import FixedStepSpec as FixedStepSpec
 from satform.dynamics.specs import GravitySpec as GravitySpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec as VelocityDependentDynamicsSpec
-from satform.equipment.estimator import FilterSpec as FilterSpec
+from satform.equipment.navigation_filter import FilterSpec as FilterSpec
 from satform.equipment.sensor import NavigationSpec as NavigationSpec
 from satform.equipment.thruster import ThrusterSpec as ThrusterSpec
 from satform.evaluation.evaluate import evaluate as evaluate
@@ -61,7 +61,7 @@ from satform.membership.faults import FrozenSensorSpec as FrozenSensorSpec
 from satform.membership.faults import SatelliteLostSpec as SatelliteLostSpec
 from satform.membership.faults import StuckThrusterSpec as StuckThrusterSpec
 from satform.membership.faults import WeakThrusterSpec as WeakThrusterSpec
-from satform.membership.state import GraphChangeSpec as GraphChangeSpec
+from satform.membership.formation import GraphChangeSpec as GraphChangeSpec
 from satform.orbits.chief import ChiefOrbitSpec as ChiefOrbitSpec
 from satform.orbits.curve_specs import CircleSpec as CircleSpec
 from satform.orbits.curve_specs import EllipseSpec as EllipseSpec

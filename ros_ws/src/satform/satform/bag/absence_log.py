@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from satform.consensus.graph import Graph
-from satform.membership.state import (
+from satform.membership.formation import (
     Event,
     MembershipPlan,
     ParameterChanged,

@@ -38,7 +38,7 @@ from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
 from satform.flight.compile import orientations
-from satform.membership.state import Plan
+from satform.membership.formation import Plan
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import (
     ATTITUDE_VECTORS,

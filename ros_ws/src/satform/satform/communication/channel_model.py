@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 
 from satform.common.spec import Complaint, FieldPath, NonNegative, Spec
 from satform.communication.neighbour_buffer import Received
-from satform.equipment.noise import LINK_STREAM
+from satform.equipment.random_streams import LINK_STREAM
 from satform.numeric.elementwise import Array
 from satform.numeric.seeded_numbers import SeededUniforms
 

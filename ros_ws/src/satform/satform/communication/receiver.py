@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from satform.communication.channel_model import ChannelModel, LinksSpec
 from satform.communication.neighbour_buffer import Received
 from satform.membership.faults import FaultSchedule
-from satform.membership.state import Formation
+from satform.membership.formation import Formation
 from satform.numeric.elementwise import Array
 
 Index = NDArray[np.int64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from satform.communication.channel_model import ChannelModel
 from satform.communication.neighbour_buffer import Received
 from satform.communication.receiver import ReceiverModel
-from satform.membership.state import Formation
+from satform.membership.formation import Formation
 from satform.numeric.elementwise import Array
 
 Rows = NDArray[np.int64]

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kalman filter on Clohessy-Wiltshire dynamics: prediction, update, covariance, consistency (NEES).
 
-The innovation gate and delayed measurements are in `estimator`, which calls this filter.
+The innovation gate and delayed measurements are in `navigation_filter`, which calls this filter.
 """
 
 from dataclasses import dataclass

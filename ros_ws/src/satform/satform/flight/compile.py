@@ -23,7 +23,7 @@ from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import OF_SATELLITES
-from satform.equipment.estimator import Estimator
+from satform.equipment.navigation_filter import Estimator
 from satform.flight.plans import (
     AttitudePlan,
     FlightPlan,
@@ -34,7 +34,7 @@ from satform.flight.plans import (
     TimingPlan,
 )
 from satform.membership.faults import FaultSchedule
-from satform.membership.state import MembershipPlan
+from satform.membership.formation import MembershipPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Path, Reference

@@ -17,7 +17,7 @@ from satform.consensus.graph import Graph
 from satform.consensus.motion_sharing import MotionSharing
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import Dynamics
-from satform.equipment.estimator import Estimator
+from satform.equipment.navigation_filter import Estimator
 from satform.equipment.sensor import Sensor
 from satform.equipment.thruster import Thruster
 from satform.membership.faults import FaultSchedule

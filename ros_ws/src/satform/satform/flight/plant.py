@@ -14,7 +14,7 @@ from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.wheels import Turning, Wheels
 from satform.control.protocol import Motion
 from satform.dynamics.inertial import InertialDynamics
-from satform.equipment.noise import NAVIGATION_STREAM, THRUSTER_STREAM
+from satform.equipment.random_streams import NAVIGATION_STREAM, THRUSTER_STREAM
 from satform.equipment.sensor import NOISE_PER_STEP, Sensor
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
 from satform.flight.plans import PlantPlan

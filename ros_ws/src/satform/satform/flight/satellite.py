@@ -19,8 +19,8 @@ from satform.communication.neighbour_buffer import NeighbourBuffer, Received
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate
 from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
-from satform.equipment.estimator import Estimator, EstimatorMemory
 from satform.equipment.kalman_filter import Measurement
+from satform.equipment.navigation_filter import Estimator, EstimatorMemory
 from satform.flight.plans import FlightPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array

@@ -21,7 +21,7 @@ from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.online_parameters import OnlineParameters
 from satform.flight.plant import Plant
 from satform.flight.satellite import Decision, Satellite
-from satform.membership.state import (
+from satform.membership.formation import (
     Event,
     Formation,
     ParameterChanged,

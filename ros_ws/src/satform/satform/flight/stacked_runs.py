@@ -26,7 +26,7 @@ from satform.flight.plant import Plant
 from satform.flight.satellite import Decision, Satellite
 from satform.flight.stacked_limits import StackedLimitCheck
 from satform.flight.stacked_record import BlockRecorder
-from satform.membership.state import Formation
+from satform.membership.formation import Formation
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock

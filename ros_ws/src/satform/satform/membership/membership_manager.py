@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Membership of a formation by step: satellites lost and rejoined, commands received, rejoins awaited.
 
-The formation changes only where the satellites can all learn of it before they act. A step is *open* from
+The manager decides at which step an event takes effect; `Formation.apply` in `formation` changes the
+formation. It changes only where the satellites can all learn of it before they act. A step is *open* from
 its beginning until its states are published: until then its formation can still change. After that a loss
 takes effect at once only if the satellite has not commanded yet; everything else waits for the next step.
 The plant's flight loop (`satform_nodes.plant.flight_loop`) detects that a satellite does not answer within
@@ -14,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from satform.membership.state import (
+from satform.membership.formation import (
     Event,
     Formation,
     MembershipPlan,

@@ -11,7 +11,7 @@ from satform.consensus.arc_length import ArcLengthConsensusSpec
 from satform.consensus.graph import Graph
 from satform.flight.compile import flight_plan
 from satform.membership.faults import ByzantineSpec, ClockOffsetSpec, SatelliteLostSpec
-from satform.membership.state import topology_changes
+from satform.membership.formation import topology_changes
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 

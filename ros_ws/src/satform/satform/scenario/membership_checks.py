@@ -8,7 +8,7 @@ from satform.common.spec import Complaint
 from satform.consensus.arc_length import Announces
 from satform.consensus.graph import Graph
 from satform.membership.faults import MOST_STEPS, FaultSpec, SatelliteLostSpec, step_at
-from satform.membership.state import GraphChangeSpec
+from satform.membership.formation import GraphChangeSpec
 from satform.scenario.parts import SatelliteSpec, Timing
 
 

@@ -21,7 +21,7 @@ from satform.control.protocol import FlightSetting, require_protocol
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import BY_CONTENT, with_copies
 from satform.membership.faults import FaultSpec
-from satform.membership.state import GraphChangeSpec, MembershipPlan, planned_events
+from satform.membership.formation import GraphChangeSpec, MembershipPlan, planned_events
 from satform.scenario.deployment import HostSpec, host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
 from satform.scenario.expectation import Expectation

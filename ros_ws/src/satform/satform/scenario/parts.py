@@ -11,7 +11,7 @@ from satform.attitude.guidance import AttitudeSpec
 from satform.common.angle_text import OR_DEGREES_PER_SECOND
 from satform.common.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.control.protocol import ControllerSpec
-from satform.equipment.estimator import FilterSpec
+from satform.equipment.navigation_filter import FilterSpec
 from satform.equipment.sensor import NavigationSpec
 from satform.equipment.thruster import ThrusterSpec
 from satform.orbits.curve_specs import CurveSpec

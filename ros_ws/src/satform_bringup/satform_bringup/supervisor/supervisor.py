@@ -23,8 +23,8 @@ from typing import Any
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.flight.compile import FormationPlan
+from satform.membership.formation import SatelliteLost, rejoins_after
 from satform.membership.membership_manager import ALL_LOST
-from satform.membership.state import SatelliteLost, rejoins_after
 from satform.record.early_end import EarlyEnd
 from satform_bringup.deployment.multi_host_discovery import step_reported
 from satform_bringup.deployment.node_processes import NodeProcess

@@ -21,8 +21,8 @@ from satform.flight.command_timeout import held_steps
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
+from satform.membership.formation import Event
 from satform.membership.membership_manager import ALL_LOST, Change, MembershipManager
-from satform.membership.state import Event
 from satform.record.early_end import EarlyEnd
 from satform_nodes.plant.publishers import PlantPublishers
 from satform_nodes.plant.services import FormationServices

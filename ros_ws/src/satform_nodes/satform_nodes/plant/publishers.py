@@ -15,8 +15,8 @@ from satform.communication import topic_table
 from satform.communication.topic_table import Channel, relative, topic_name
 from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
+from satform.membership.formation import Formation
 from satform.membership.membership_manager import Change
-from satform.membership.state import Formation
 from satform.record.early_end import EarlyEnd
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types

@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 from satform.communication.topic_table import relative
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
-from satform.membership.state import Event, TopologyChanged
+from satform.membership.formation import Event, TopologyChanged
 
 PAUSE = "/formation/pause"
 RESUME = "/formation/resume"

@@ -9,7 +9,7 @@ from satform_msgs.msg import Command, FormationStatus
 
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
-from satform.membership.state import Formation
+from satform.membership.formation import Formation
 from satform_nodes.transport.sim_time import Stamps
 
 STOPPED = "asked to stop"

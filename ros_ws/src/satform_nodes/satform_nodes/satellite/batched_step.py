@@ -22,7 +22,7 @@ from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
-from satform.membership.state import has_individual_events
+from satform.membership.formation import has_individual_events
 from satform_nodes.satellite.neighbour_messages import Message
 from satform_nodes.satellite.node import SatelliteNode
 from satform_nodes.satellite.publishers import AROUND_NUMBERS, numbers_of, violation_command

@@ -22,7 +22,7 @@ from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
-from satform.membership.state import is_lost_at, rejoins_after
+from satform.membership.formation import is_lost_at, rejoins_after
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.formation_view import FormationView

@@ -19,7 +19,7 @@ from satform.communication.topic_table import (
     satellite_channels,
 )
 from satform.consensus.arc_length import Announces
-from satform.equipment.estimator import EstimatorMemory
+from satform.equipment.navigation_filter import EstimatorMemory
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Decision

@@ -1,9 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Membership and communication graph, and the steps at which they change: one numbered state for all nodes.
+"""Formation: membership and communication graph, and the steps at which they change.
 
-Planned and unplanned changes are applied as the same few events, so that a flight with unplanned ones can be
-repeated in one process with the same bits.
+All nodes hold the same `Formation`, whose changes are numbered. Planned and unplanned changes are applied as
+the same few events, so that a flight with unplanned ones can be repeated in one process with the same bits.
 """
 
 from collections.abc import Iterable, Sequence

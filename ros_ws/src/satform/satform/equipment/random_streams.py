@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Streams of what is random in equipment and on links, which keep their numbers apart."""
+"""Numbers of the random streams: thrusters, navigation and links draw independently of each other.
+
+A stream is an argument of `satform.numeric.seeded_numbers`. `satform.flight.plant` makes those of thrusters
+and navigation, `satform.communication.channel_model` those of links.
+"""
 
 THRUSTER_STREAM = 1_000_001
 """Stream of the thrusters' errors."""

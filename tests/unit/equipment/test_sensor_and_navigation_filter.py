@@ -8,7 +8,6 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from satform.dynamics.cw import HeldInputStep
-from satform.equipment.estimator import Estimator, FilterSpec
 from satform.equipment.kalman_filter import (
     CwKalmanFilter,
     Estimate,
@@ -17,7 +16,8 @@ from satform.equipment.kalman_filter import (
     normalised_error_squared,
     process_covariance,
 )
-from satform.equipment.noise import NAVIGATION_STREAM
+from satform.equipment.navigation_filter import Estimator, FilterSpec
+from satform.equipment.random_streams import NAVIGATION_STREAM
 from satform.equipment.sensor import NavigationSpec
 from satform.numeric.seeded_numbers import SeededNormals
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Estimator of relative navigation: Kalman filter, innovation gate, delayed measurements, gaps in the flight.
+"""Filter of relative navigation: innovation gate, delayed measurements, gaps in the flight.
 
 The innovation gate rejects measurements, and the filter is reinitialised after several rejections in a row
 (`Estimator.observe`). A delayed measurement is fused at the step at which it was taken, and the estimate is

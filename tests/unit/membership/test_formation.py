@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from formations import formation
 from satform.consensus.graph import CompleteSpec, LineSpec, NoneSpec
-from satform.membership.state import (
+from satform.membership.formation import (
     Formation,
     GraphChangeSpec,
     SatelliteLost,
