@@ -195,6 +195,37 @@ def test_run_takes_either_a_scenario_or_a_case(
     assert sentence in capsys.readouterr().err
 
 
+def test_a_case_of_a_folder_whose_copy_of_the_scenario_was_changed_is_refused(
+    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    CampaignFolder.create(out, load_campaign(file), file, "2026-01-01T00:00:00+00:00")
+    assert cli.main(["campaign", "case", str(out), "1"]) == EXIT_DONE
+    copy = out / "scenario.json"
+    data = json.loads(copy.read_text())
+    data["orbit"]["period"] += 1.0
+    copy.write_text(json.dumps(data))
+    capsys.readouterr()
+    run = [
+        "run",
+        "--campaign",
+        str(out),
+        "--case",
+        "1",
+        "--mode",
+        "inprocess",
+        "--out",
+        str(tmp_path / "run"),
+    ]
+    for words in (["campaign", "case", str(out), "1"], run):
+        assert cli.main(words) == EXIT_BAD_INPUT
+        error = capsys.readouterr().err
+        assert "the campaign or its scenario is not the one that was started in" in error
+        assert len(error.splitlines()) == 1
+    assert not (tmp_path / "run").exists()
+
+
 def test_two_campaigns_do_not_share_a_folder(
     file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -62,10 +62,15 @@ def load(campaign: str) -> tuple[Campaign, Path]:
         The campaign and its file.
 
     Raises:
-        CommandError: nothing of that name is known.
+        CommandError: nothing of that name is known, or the copy in the folder of a campaign was changed.
         ScenarioError: it or its scenario cannot be flown.
     """
     file = find(campaign)
+    if is_folder(Path(campaign)) and file.parent == Path(campaign):
+        try:
+            return opened(Path(campaign)).campaign(), file
+        except FolderError as error:
+            raise CommandError(str(error)) from None
     return load_campaign(file, SCENARIOS), file
 
 
