@@ -226,6 +226,25 @@ def test_a_case_of_a_folder_whose_copy_of_the_scenario_was_changed_is_refused(
     assert not (tmp_path / "run").exists()
 
 
+def test_results_of_another_campaign_in_a_folder_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write(tmp_path, runs=2)
+    for out, seed in (("first", "seed: 7"), ("second", "seed: 8")):
+        file.write_text(file.read_text().replace("seed: 7", seed))
+        words = ["campaign", "run", str(file), "--workers", "1", "--out", str(tmp_path / out)]
+        assert cli.main(words) == EXIT_DONE
+    [other] = (tmp_path / "second" / "results").iterdir()
+    [own] = (tmp_path / "first" / "results").iterdir()
+    own.unlink()
+    shutil.copy(other, own.parent)
+    capsys.readouterr()
+    assert cli.main(["campaign", "resume", "--stored", str(tmp_path / "first")]) == EXIT_BAD_INPUT
+    error = capsys.readouterr().err
+    assert f"{own.parent / other.name}: is of another campaign: its case 0 has other values" in error
+    assert len(error.splitlines()) == 1
+
+
 def test_two_campaigns_do_not_share_a_folder(
     file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
