@@ -241,8 +241,10 @@ def test_results_of_another_campaign_in_a_folder_are_refused(
     capsys.readouterr()
     assert cli.main(["campaign", "resume", "--stored", str(tmp_path / "first")]) == EXIT_BAD_INPUT
     error = capsys.readouterr().err
-    assert f"{own.parent / other.name}: is of another campaign: its case 0 has other values" in error
+    assert f"{own.parent / other.name}: is of another campaign: it has the digest" in error
     assert len(error.splitlines()) == 1
+    assert cli.main(["campaign", "resume", "--stored", str(tmp_path / "first"), "--repair"]) == EXIT_DONE
+    assert (tmp_path / "first" / "damaged" / other.name).exists()
 
 
 def test_two_campaigns_do_not_share_a_folder(
@@ -271,8 +273,8 @@ def half_done(file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     shutil.rmtree(out / "results")
     from satform.campaign.result_files import write_results
 
-    write_results(out, results[:2], folder.manifest.columns)
-    write_results(out, [*results[3:5], results[9]], folder.manifest.columns)
+    write_results(out, results[:2], folder.manifest.schema)
+    write_results(out, [*results[3:5], results[9]], folder.manifest.schema)
     return out
 
 

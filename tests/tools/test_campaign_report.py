@@ -97,7 +97,7 @@ def made(path: Path, cases: int) -> CampaignFolder:
     folder = CampaignFolder.create(path, about, None, "2026-01-01T00:00:00+00:00")
     results = list(results_of(about, cases))
     for part in (results[: cases // 3], results[cases // 3 :]):
-        write_results(path, part, folder.manifest.columns)
+        write_results(path, part, folder.manifest.schema)
     return folder
 
 
@@ -215,7 +215,7 @@ def test_a_few_cases_far_from_all_others_leave_the_histogram_its_shape(tmp_path:
         for number, result in enumerate(results_of(about, 200))
         for figure in [grown.get(number, 100.0 + number)]
     ]
-    write_results(path, results, folder.manifest.columns)
+    write_results(path, results, folder.manifest.schema)
     nearly_zero, linear = study(summarise(folder, folder.campaign())).histograms
     assert (linear.outside, linear.counts.sum(), linear.logarithmic) == (2, 198, False)
     assert 0.0 < linear.edges[0] < 100.0

@@ -28,7 +28,7 @@ def studied(campaign: Campaign, results: list[CaseResult], path: Path) -> Study:
     path.mkdir()
     folder = CampaignFolder.create(path, campaign, None, "2026-01-01T00:00:00+00:00")
     write_results(
-        path, [folder.manifest.columns.complete(result) for result in results], folder.manifest.columns
+        path, [folder.manifest.columns.complete(result) for result in results], folder.manifest.schema
     )
     return study(summarise(folder, campaign))
 

@@ -3,9 +3,13 @@
 """The folder of a campaign: what is refused, what a repair puts aside, and what a chunk leaves there."""
 
 import json
+import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import partialmethod
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +20,7 @@ from satform.campaign.chunk import columns_of, fly_case, fly_chunk
 from satform.campaign.folder import CampaignFolder, FolderError, ResultStore
 from satform.campaign.loader import load_campaign, save_campaign
 from satform.campaign.model import Campaign
+from satform.campaign.result_files import all_series, result_files, series_file
 from satform.campaign.results import CaseResult
 from satform.evaluation.evaluate import evaluate
 from satform.flight.simulate import simulate
@@ -187,9 +192,89 @@ def test_lost_cases_are_forgotten_and_the_series_of_the_others_stay(folder: Camp
     store.flush()
     assert folder.forget_lost() == 2
     assert np.flatnonzero(folder.done()).tolist() == [2]
-    from satform.campaign.result_files import all_series
-
     assert [number for number, _ in all_series(folder.path)] == [2]
+    # A reader of the whole folder of series finds each case once, too.
+    (file,) = result_files(folder.path)
+    assert list((folder.path / "series").iterdir()) == [series_file(file)]
+
+
+def test_a_process_killed_while_it_forgets_lost_cases_leaves_a_folder_that_is_resumed(
+    folder: CampaignFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    series = {"position": np.ones((2, 3))}
+
+    def kept() -> list[int]:
+        return [result.number for result in folder.results() if not result.lost]
+
+    for operation in ("replace", "unlink"):
+        shutil.rmtree(folder.path / "results", ignore_errors=True)
+        store = ResultStore(folder)
+        store.store([CaseResult(0, {"seed": 1}, lost=True), CaseResult(2, {"seed": 1}, series=series)])
+        store.flush()
+        # A kill after each of the operations by which a file is replaced.
+        for last in range(4):
+            count = 0
+
+            def killed(path: Path, *target: Path, call: Any, last: int = last) -> Any:
+                nonlocal count
+                if path.suffix == ".parquet" or target:
+                    if count == last:
+                        raise KeyboardInterrupt
+                    count += 1
+                return call(path, *target)
+
+            with monkeypatch.context() as patch, suppress(KeyboardInterrupt):
+                patch.setattr(Path, operation, partialmethod(killed, call=getattr(Path, operation)))
+                folder.forget_lost()
+            assert folder.damaged() == []
+            folder.clean()
+            assert folder.damaged() == []
+            assert kept() == [2]
+            assert [number for number, _ in all_series(folder.path)] == [2]
+            assert len(list((folder.path / "series").iterdir())) == 1
+            assert not list((folder.path / "replaced").glob("*"))
+
+
+def test_a_repair_puts_aside_every_file_that_cannot_be_used(folder: CampaignFolder, tmp_path: Path) -> None:
+    store = ResultStore(folder)
+    for numbers in ([0, 1], [3], [1, 2]):
+        store.store([CaseResult(number, {"seed": 1}) for number in numbers])
+        store.flush()
+    other = tmp_path / "other"
+    other.mkdir()
+    foreign = ResultStore(CampaignFolder.create(other, small(seed=9), None, ""))
+    foreign.store([CaseResult(4, {"seed": 1})])
+    foreign.flush()
+    large = tmp_path / "large"
+    large.mkdir()
+    beyond = ResultStore(CampaignFolder.create(large, small(runs=99), None, ""))
+    beyond.store([CaseResult(50, {"seed": 1})])
+    beyond.flush()
+    results = folder.path / "results"
+    for path in (*(other / "results").iterdir(), *(large / "results").iterdir()):
+        shutil.copy(path, results)
+    (results / "cases.parquet").touch()
+    sentences = sorted(str(error).split(": ")[1] for error in folder.damaged())
+    assert len(sentences) == 4
+    assert sentences[0].startswith("has case 1, which is in ")
+    assert sentences[1:] == ["is not the name of a file of results", *["is of another campaign"] * 2]
+    assert folder.repair() == 4
+    assert folder.damaged() == []
+    assert np.flatnonzero(folder.done()).tolist() == [0, 1, 3]
+    assert len(list((folder.path / "damaged").iterdir())) == 4
+
+
+def test_files_of_series_that_no_file_of_results_names_are_removed(folder: CampaignFolder) -> None:
+    series = {"position": np.ones((2, 3))}
+    store = ResultStore(folder)
+    for number in (0, 1):
+        store.store([CaseResult(number, {"seed": 1}, series=series)])
+        store.flush()
+    # As after a kill between the file of series and that of the results.
+    result_files(folder.path)[0].path.unlink()
+    folder.clean()
+    (file,) = result_files(folder.path)
+    assert list((folder.path / "series").iterdir()) == [series_file(file)]
 
 
 def test_the_same_campaign_loads_from_its_file_and_from_the_folder(folder: CampaignFolder) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from satform.campaign.result_files import (
     ResultFileError,
+    ResultSchema,
     all_results,
     all_series,
     result_files,
@@ -24,6 +25,7 @@ from satform.campaign.results import CaseResult, Columns, ResultsHash
 COLUMNS = Columns(
     {"x": "number", "seed": "integer", "law": "text", "on": "boolean"}, ("effort", "error"), ("error",)
 )
+SCHEMA = ResultSchema(COLUMNS, "a" * 64, 20_000)
 
 
 def result(number: int) -> CaseResult:
@@ -53,7 +55,7 @@ def hashed(results: list[CaseResult]) -> str:
 
 def written(folder: Path, *parts: list[int]) -> None:
     for numbers in parts:
-        write_results(folder, [COLUMNS.complete(result(number)) for number in sorted(numbers)], COLUMNS)
+        write_results(folder, [COLUMNS.complete(result(number)) for number in sorted(numbers)], SCHEMA)
 
 
 def plain(found: CaseResult) -> str:
@@ -65,7 +67,7 @@ def test_results_are_read_in_order_as_they_were_written_whatever_file_they_are_i
     numbers = list(range(50))
     random.Random(1).shuffle(numbers)
     written(tmp_path, numbers[:7], numbers[7:8], numbers[8:40], numbers[40:])
-    found = list(all_results(tmp_path, COLUMNS))
+    found = list(all_results(tmp_path, SCHEMA))
     assert [plain(row) for row in found] == [plain(COLUMNS.complete(result(n))) for n in range(50)]
     assert hashed(found) == hashed([result(number) for number in range(50)])
 
@@ -131,17 +133,17 @@ def test_each_changed_byte_of_a_file_is_found_and_the_file_is_named(where: str, 
     written(tmp_path, [1, 2, 3])
     (file,) = (tmp_path / where).iterdir()
     content = file.read_bytes()
-    for place in range(0, len(content), 97):
+    for index in range(0, len(content), 97):
         changed = bytearray(content)
-        changed[place] ^= 0x40
+        changed[index] ^= 0x40
         file.write_bytes(changed)
         with pytest.raises(ResultFileError, match=f"{file.name}: is damaged"):
-            verify(result_files(tmp_path)[0])
+            verify(result_files(tmp_path)[0], SCHEMA)
     file.write_bytes(content[:-1])
     with pytest.raises(ResultFileError, match=f"{file.name}: is damaged"):
-        verify(result_files(tmp_path)[0])
+        verify(result_files(tmp_path)[0], SCHEMA)
     file.write_bytes(content)
-    verify(result_files(tmp_path)[0])
+    verify(result_files(tmp_path)[0], SCHEMA)
 
 
 def test_a_missing_file_of_series_is_found(tmp_path: Path) -> None:
@@ -149,19 +151,25 @@ def test_a_missing_file_of_series_is_found(tmp_path: Path) -> None:
     (series,) = (tmp_path / "series").iterdir()
     series.unlink()
     with pytest.raises(ResultFileError, match="the series of its cases are missing"):
-        verify(result_files(tmp_path)[0])
+        verify(result_files(tmp_path)[0], SCHEMA)
 
 
 def test_a_case_in_two_files_is_refused_naming_both(tmp_path: Path) -> None:
     written(tmp_path, [1, 2, 4], [2, 3])
     with pytest.raises(ResultFileError, match=r"cases-0000000.*has case 2, which is in .*cases-0000000"):
-        list(all_results(tmp_path, COLUMNS))
+        list(all_results(tmp_path, SCHEMA))
 
 
 def test_a_file_of_another_campaign_or_of_another_name_is_refused(tmp_path: Path) -> None:
     written(tmp_path, [1, 2])
     with pytest.raises(ResultFileError, match="does not have the columns of this campaign"):
-        list(all_results(tmp_path, Columns({"z": "number"}, ())))
+        list(all_results(tmp_path, replace(SCHEMA, columns=Columns({"z": "number"}, ()))))
+    with pytest.raises(
+        ResultFileError, match="is of another campaign: it has the digest aaaaaaaaaaaaaaaa, this"
+    ):
+        list(all_results(tmp_path, replace(SCHEMA, digest="b" * 64)))
+    with pytest.raises(ResultFileError, match="has case 2, and the campaign has 2 cases"):
+        list(all_results(tmp_path, replace(SCHEMA, cases=2)))
     (tmp_path / "results" / "cases.parquet").touch()
     with pytest.raises(ResultFileError, match="is not the name of a file of results"):
         result_files(tmp_path)
@@ -173,9 +181,9 @@ def test_reading_needs_memory_for_some_rows_and_not_for_all(tmp_path: Path) -> N
         folder.mkdir()
         for first in range(0, cases, 2000):
             rows = [COLUMNS.complete(CaseResult(n, {"x": 1.0 * n})) for n in range(first, first + 2000)]
-            write_results(folder, rows, COLUMNS)
+            write_results(folder, rows, SCHEMA)
         tracemalloc.start()
-        assert sum(1 for _ in all_results(folder, COLUMNS)) == cases
+        assert sum(1 for _ in all_results(folder, SCHEMA)) == cases
         found = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return found

@@ -21,8 +21,7 @@ from satform.campaign.engine import Engine, EngineError, Flights, Job, chunk_siz
 from satform.campaign.folder import RECORDS, CampaignFolder, FolderError, ResultStore
 from satform.campaign.local_engine import LocalEngine
 from satform.campaign.model import Campaign
-from satform.campaign.result_files import ResultFileError, read_results, result_files
-from satform.campaign.results import CaseResult
+from satform.campaign.result_files import ResultFileError
 from satform.files.durable_file import write_durably
 from satform_nodes.runtime.signals import StopRequest
 from satform_tools import console
@@ -181,7 +180,6 @@ def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumpt
     try:
         with folder.locked():
             _prepare(folder, resumption)
-            _require_own(folder, campaign)
             summary = _with_bags(_fly(folder, campaign, options, folder.done()))
             with suppress(OSError):
                 # A full disk is in the summary already.
@@ -218,31 +216,14 @@ def _prepare(folder: CampaignFolder, resumption: Resumption) -> None:
     if resumption.repair:
         count = folder.repair()
         if count:
-            console.note(f"{count} damaged files of results are put aside; their cases are flown again")
+            console.note(f"{count} files of results are put aside; their cases are flown again")
     damaged = folder.damaged()
     if damaged:
         raise damaged[0]
+    folder.clean()
     if resumption.retry:
         count = folder.forget_lost()
         console.note(f"{count} cases that were ended by the machine are flown again")
-
-
-def _require_own(folder: CampaignFolder, campaign: Campaign) -> None:
-    """Check that the files of results are of this campaign: the first case of each has its values.
-
-    Raises:
-        FolderError: one is of another campaign.
-    """
-    for file in result_files(folder.path):
-        first = next(read_results(file, folder.manifest.columns), None)
-        if first is None:
-            continue
-        own = CaseResult(first.number, case_values(campaign, first.number))
-        if first.changes != folder.manifest.columns.complete(own).changes:
-            raise FolderError(
-                f"{file.path}: is of another campaign: its case {first.number} has other values than that of "
-                f"{campaign.name}; move it away, and satform campaign resume {folder.path} flies its cases"
-            )
 
 
 def _repair_advice(folder: CampaignFolder, error: Exception) -> str:

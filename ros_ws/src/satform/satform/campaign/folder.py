@@ -8,6 +8,7 @@ results/          Parquet files, see `result_files`
 series/           retained series, likewise
 records/          retained records, a folder for each case
 damaged/          damaged files of results that a repair has put aside
+replaced/         files of results that are being written anew without their lost cases
 """
 
 import fcntl
@@ -27,10 +28,16 @@ from satform.campaign.chunk import columns_of
 from satform.campaign.loader import load_campaign, save_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import (
+    RESULTS,
+    SERIES,
+    ResultFile,
     ResultFileError,
+    ResultSchema,
     all_results,
+    listed_files,
     read_results,
     result_files,
+    series_file,
     series_of,
     verify,
     write_results,
@@ -44,6 +51,7 @@ from satform.scenario import ScenarioError
 MANIFEST = "manifest.json"
 RECORDS = "records"
 DAMAGED = "damaged"
+REPLACED = "replaced"
 LOCK = ".lock"
 
 _FORMAT = 1
@@ -79,6 +87,11 @@ class Manifest:
     columns: Columns
     versions: Mapping[str, str]
     started: str
+
+    @property
+    def schema(self) -> ResultSchema:
+        """What all files of results have in common."""
+        return ResultSchema(self.columns, self.digest, self.cases)
 
     def data(self) -> dict[str, Any]:
         """As plain data."""
@@ -245,21 +258,35 @@ class CampaignFolder:
             os.close(descriptor)
 
     def damaged(self) -> list[ResultFileError]:
-        """What is wrong with the files of results; each file is read once.
+        """Files among those of results that cannot be used, with the reason; all are read.
+
+        These are files of another name, damaged ones, those of another campaign, and each that has a case
+        which an earlier file has, too.
 
         Raises:
             OSError: a file cannot be read.
         """
-        found = []
-        for file in result_files(self.path):
+        files, found = listed_files(self.path)
+        file_of_case = np.full(self.manifest.cases, -1, dtype=np.int64)
+        for index, file in enumerate(files):
             try:
-                verify(file)
+                numbers = verify(file, self.manifest.schema)
             except ResultFileError as error:
                 found.append(error)
+                continue
+            twice = numbers[file_of_case[numbers] >= 0]
+            if len(twice):
+                other = files[file_of_case[twice[0]]].path
+                found.append(ResultFileError(file.path, f"has case {twice[0]}, which is in {other}, too"))
+            else:
+                file_of_case[numbers] = index
         return found
 
     def repair(self) -> int:
-        """Put damaged files aside, so that their cases are flown again; how many there were.
+        """Move each file that cannot be used out of the results, so that its cases are flown again.
+
+        Returns:
+            How many files there were.
 
         Raises:
             OSError: a file cannot be read or moved.
@@ -270,8 +297,36 @@ class CampaignFolder:
             error.path.replace(self.path / DAMAGED / error.path.name)
         return len(damaged)
 
+    def clean(self) -> None:
+        """Remove what a killed process left half done; to be called with the folder locked.
+
+        A file that was to be replaced is put back if its cases are in no other file. Files of series that no
+        file of results names are removed.
+
+        Raises:
+            OSError: a file cannot be read, moved or removed.
+            ResultFileError: a file is damaged.
+        """
+        for path in sorted((self.path / REPLACED).glob("*.parquet")):
+            numbers = verify(ResultFile.at(path), self.manifest.schema)
+            if self.done()[numbers].any():
+                path.unlink()
+            else:
+                path.replace(self.path / RESULTS / path.name)
+        self._remove_unused_series()
+
+    def _remove_unused_series(self) -> None:
+        folder = self.path / SERIES
+        if folder.is_dir():
+            used = {series_file(file) for file in result_files(self.path)}
+            for path in folder.glob("*.parquet"):
+                if path not in used:
+                    path.unlink()
+
     def forget_lost(self) -> int:
         """Remove the results of cases that a time-out or the end of a worker process ended; how many.
+
+        To be called with the folder locked.
 
         Raises:
             OSError: a file cannot be read or written.
@@ -279,16 +334,31 @@ class CampaignFolder:
         """
         count = 0
         for file in result_files(self.path):
-            results = list(read_results(file, self.manifest.columns))
+            results = list(read_results(file, self.manifest.schema))
             rest = [result for result in results if not result.lost]
             if len(rest) < len(results):
-                series = dict(series_of(file))
-                if rest:
-                    retained = [replace(result, series=series.get(result.number, {})) for result in rest]
-                    write_results(self.path, retained, self.manifest.columns)
-                file.path.unlink()
+                self._replace(file, rest)
                 count += len(results) - len(rest)
+        self.clean()
         return count
+
+    def _replace(self, file: ResultFile, results: Sequence[CaseResult]) -> None:
+        """Write a file anew with these of its results; without any it is removed.
+
+        The old file leaves the results before the new one is there, so that no case is ever in two files.
+        """
+        series = dict(series_of(file))
+        retained = [replace(result, series=series.get(result.number, {})) for result in results]
+        aside = self.path / REPLACED / file.path.name
+        aside.parent.mkdir(exist_ok=True)
+        file.path.replace(aside)
+        if retained:
+            try:
+                write_results(self.path, retained, self.manifest.schema)
+            except OSError:
+                aside.replace(file.path)
+                raise
+        aside.unlink()
 
     def done(self) -> NDArray[np.bool_]:
         """Which cases have a result, shape (cases,).
@@ -299,7 +369,7 @@ class CampaignFolder:
         """
         done = np.zeros(self.manifest.cases, dtype=np.bool_)
         for file in result_files(self.path):
-            for result in read_results(file, self.manifest.columns):
+            for result in read_results(file, self.manifest.schema):
                 done[result.number] = True
         return done
 
@@ -310,7 +380,7 @@ class CampaignFolder:
             OSError: a file cannot be read.
             ResultFileError: a file is damaged.
         """
-        return all_results(self.path, self.manifest.columns)
+        return all_results(self.path, self.manifest.schema)
 
     def results_hash(self) -> str:
         """Hash over all results, equal however and wherever they were flown.
@@ -357,4 +427,4 @@ class ResultStore:
         self._next = time.monotonic() + _PERIOD
         if waiting:
             waiting.sort(key=lambda result: result.number)
-            write_results(self._folder.path, waiting, self._folder.manifest.columns)
+            write_results(self._folder.path, waiting, self._folder.manifest.schema)

@@ -4,7 +4,8 @@
 
 A file holds some cases in order of their numbers. Its name has the first and the last of these and the
 beginning of the SHA-256 of its content: `cases-00000000-00000499-9f86d081884c7d65.parquet`. Retained series
-are in a file of their own, which is written first and which the metadata of the file of results names.
+are in a file of their own, which is written first and which the metadata of the file of results names. The
+metadata have the digest of the campaign, too.
 """
 
 import hashlib
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from satform.campaign.results import CaseResult, Columns
 from satform.files.bounded_file import read_bounded
@@ -32,7 +34,10 @@ SERIES = "series"
 
 _NAME = re.compile(r"cases-(\d{8,})-(\d{8,})-([0-9a-f]{16})\.parquet")
 _SERIES_FILE = "series_file"
-"""Entry of the metadata of a file of results."""
+"""Entry of the metadata of a file of results: name of the file of its series, empty where there is none."""
+
+_CAMPAIGN = "campaign_digest"
+"""Entry of the metadata of a file of results: digest of the campaign."""
 
 _MOST_BYTES = 2**31
 _BATCH = 1024
@@ -51,6 +56,21 @@ class ResultFileError(ValueError):
         self.path = path
 
 
+@dataclass(frozen=True)
+class ResultSchema:
+    """What all files of results of a campaign have in common.
+
+    Attributes:
+        columns: of the campaign.
+        digest: of the campaign and its scenario.
+        cases: number of all cases of the campaign.
+    """
+
+    columns: Columns
+    digest: str
+    cases: int
+
+
 @dataclass(frozen=True, order=True)
 class ResultFile:
     """A file of results.
@@ -65,6 +85,18 @@ class ResultFile:
     last: int
     path: Path
 
+    @classmethod
+    def at(cls, path: Path) -> "ResultFile":
+        """The file at a path, with what its name says.
+
+        Raises:
+            ResultFileError: it does not have the name of a file of results.
+        """
+        match = _NAME.fullmatch(path.name)
+        if match is None:
+            raise ResultFileError(path, "is not the name of a file of results")
+        return cls(int(match[1]), int(match[2]), path)
+
 
 def result_files(folder: Path) -> list[ResultFile]:
     """All files of results of a campaign, in order of their first case.
@@ -75,56 +107,79 @@ def result_files(folder: Path) -> list[ResultFile]:
     Raises:
         ResultFileError: there is a file of another name among them.
     """
-    found = []
-    for path in (folder / RESULTS).glob("*.parquet"):
-        match = _NAME.fullmatch(path.name)
-        if match is None:
-            raise ResultFileError(path, "is not the name of a file of results")
-        found.append(ResultFile(int(match[1]), int(match[2]), path))
-    return sorted(found)
+    files, misnamed = listed_files(folder)
+    if misnamed:
+        raise misnamed[0]
+    return files
 
 
-def write_results(folder: Path, results: Sequence[CaseResult], columns: Columns) -> None:
+def listed_files(folder: Path) -> tuple[list[ResultFile], list[ResultFileError]]:
+    """All files of results of a campaign in order of their first case, and an error for each other file.
+
+    Args:
+        folder: of the campaign.
+    """
+    files, misnamed = [], []
+    for path in sorted((folder / RESULTS).glob("*.parquet")):
+        try:
+            files.append(ResultFile.at(path))
+        except ResultFileError as error:
+            misnamed.append(error)
+    return sorted(files), misnamed
+
+
+def write_results(folder: Path, results: Sequence[CaseResult], schema: ResultSchema) -> None:
     """Write some results of a campaign.
 
     Args:
         folder: of the campaign.
         results: at least one, in order of their numbers, with all columns of the campaign.
-        columns: of the campaign.
+        schema: of the campaign.
 
     Raises:
         OSError: they cannot be written.
     """
     retained = any(result.series for result in results)
     series = _write(folder / SERIES, results, *_series_columns(results)) if retained else ""
-    _write(folder / RESULTS, results, result_columns(results, columns), {_SERIES_FILE: series})
+    metadata = {_SERIES_FILE: series, _CAMPAIGN: schema.digest}
+    _write(folder / RESULTS, results, result_columns(results, schema.columns), metadata)
 
 
-def read_results(file: ResultFile, columns: Columns) -> Iterator[CaseResult]:
+def read_results(file: ResultFile, schema: ResultSchema) -> Iterator[CaseResult]:
     """The results in a file, without series.
 
     Args:
         file: to be read.
-        columns: of the campaign.
+        schema: of the campaign.
 
     Raises:
         OSError: it cannot be read.
-        ResultFileError: it is damaged, or of another campaign.
+        ResultFileError: it is damaged, of another campaign, or has cases that the campaign does not have.
     """
-    expected = file.first - 1
-    for rows in _batches(file.path):
+    reader = _opened(file.path, _content(file.path))
+    digest = _metadata(reader, _CAMPAIGN)
+    if digest != schema.digest:
+        raise ResultFileError(
+            file.path,
+            f"is of another campaign: it has the digest {digest[:16] or 'of none'}, this campaign has "
+            f"{schema.digest[:16]}",
+        )
+    if file.last >= schema.cases:
+        raise ResultFileError(file.path, f"has case {file.last}, and the campaign has {schema.cases} cases")
+    last = file.first - 1
+    for rows in _batches(file.path, reader):
         try:
-            results = _results(rows, columns)
+            results = _results(rows, schema.columns)
         except (KeyError, TypeError, ValueError) as error:
             raise ResultFileError(file.path, f"does not have the columns of this campaign: {error}") from None
         for result in results:
-            if not expected < result.number <= file.last:
+            if not last < result.number <= file.last:
                 raise ResultFileError(file.path, f"case {result.number} is out of order")
-            expected = result.number
+            last = result.number
             yield result
 
 
-def all_results(folder: Path, columns: Columns) -> Iterator[CaseResult]:
+def all_results(folder: Path, schema: ResultSchema) -> Iterator[CaseResult]:
     """All results of a campaign in order of their numbers, without series.
 
     Files are opened when their first case comes up, so that memory does not grow with the number of runs.
@@ -139,7 +194,7 @@ def all_results(folder: Path, columns: Columns) -> Iterator[CaseResult]:
     while waiting or under_way:
         while waiting and (not under_way or waiting[-1].first <= under_way[0][0]):
             file = waiting.pop()
-            _advance(under_way, read_results(file, columns), str(file.path))
+            _advance(under_way, read_results(file, schema), str(file.path))
         if not under_way:
             continue
         number, path, result, rest = heapq.heappop(under_way)
@@ -179,7 +234,7 @@ def all_series(folder: Path) -> Iterator[tuple[int, dict[str, Array]]]:
 
 def series_of(file: ResultFile) -> Iterator[tuple[int, dict[str, Array]]]:
     """As `all_series`, of the cases in one file of results."""
-    series = _series_file(file.path, _content(file.path))
+    series = series_file(file)
     if series is not None:
         yield from _read_series(series)
 
@@ -187,7 +242,7 @@ def series_of(file: ResultFile) -> Iterator[tuple[int, dict[str, Array]]]:
 def _read_series(path: Path) -> Iterator[tuple[int, dict[str, Array]]]:
     from arro3.core import list_flatten, list_offsets  # noqa: PLC0415 - an extra
 
-    for rows in _batches(path):
+    for rows in _batches(path, _opened(path, _content(path))):
         shapes: dict[str, list[int]] = json.loads(rows.schema.metadata[b"shapes"])
         ends = {name: list_offsets(rows[name]).to_numpy().tolist() for name in shapes}
         values = {name: list_flatten(rows[name]).to_numpy() for name in shapes}
@@ -202,33 +257,50 @@ def _read_series(path: Path) -> Iterator[tuple[int, dict[str, Array]]]:
                 yield number, found
 
 
-def verify(file: ResultFile) -> None:
+def verify(file: ResultFile, schema: ResultSchema) -> NDArray[np.int64]:
     """Check that a file, and that of the series of its cases, are as they were written.
 
     Args:
         file: to be read.
+        schema: of the campaign.
+
+    Returns:
+        Numbers of its cases, ascending.
 
     Raises:
         OSError: it cannot be read.
-        ResultFileError: it is damaged.
+        ResultFileError: `read_results` or `series_of` would fail with it.
     """
-    series = _series_file(file.path, _content(file.path))
+    numbers = np.fromiter((result.number for result in read_results(file, schema)), dtype=np.int64)
+    series = series_file(file)
     if series is not None:
         try:
             _content(series)
         except ResultFileError as error:
             raise ResultFileError(file.path, f"the series of its cases are damaged: {error}") from None
+    return numbers
 
 
-def _series_file(path: Path, content: bytes) -> Path | None:
-    """The file of the series of the cases in a file of results; None where none are retained."""
-    name = _opened(path, content).schema.metadata.get(_SERIES_FILE.encode(), b"").decode()
+def series_file(file: ResultFile) -> Path | None:
+    """The file of the series of the cases in a file of results; None where none are retained.
+
+    Raises:
+        OSError: the file of results cannot be read.
+        ResultFileError: the file of results is damaged, or that of the series is missing.
+    """
+    name = _metadata(_opened(file.path, _content(file.path)), _SERIES_FILE)
     if not name:
         return None
-    series = path.parent.parent / SERIES / Path(name).name
+    series = file.path.parent.parent / SERIES / Path(name).name
     if not series.exists():
-        raise ResultFileError(path, f"the series of its cases are missing: there is no {series}")
+        raise ResultFileError(file.path, f"the series of its cases are missing: there is no {series}")
     return series
+
+
+def _metadata(reader: Any, name: str) -> str:
+    """An entry of a file's metadata; empty where there is none."""
+    content: bytes = reader.schema.metadata.get(name.encode(), b"")
+    return content.decode(errors="replace")
 
 
 def _content(path: Path) -> bytes:
@@ -239,10 +311,9 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _batches(path: Path) -> Iterator[Any]:
-    rows = _opened(path, _content(path))
+def _batches(path: Path, reader: Any) -> Iterator[Any]:
     try:
-        yield from rows
+        yield from reader
     except (OSError, ResultFileError):
         raise
     except Exception as error:  # the parser has no class of its own for its errors
