@@ -9,11 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 from scipy.special import ndtr, ndtri
 
 from satform.campaign.distributions import LARGEST_QUANTILE, LEAST_QUANTILE, Value
+from satform.campaign.exact_arithmetic import factor_times
 from satform.campaign.model import Campaign, Dispersion
 from satform.campaign.paths import Target
 from satform.campaign.sampling import Coordinate, case_seed
@@ -74,13 +74,12 @@ def case_coordinates(campaign: Campaign, number: int) -> list[Coordinate]:
         return []
     found = campaign.sampling.coordinates(axes, campaign.cases, campaign.seed, number)
     for group, factor in campaign.copulas:
-        quantiles = [found[axis] for axis in group]
+        quantiles = [quantile for axis in group if isinstance(quantile := found[axis], float)]
         # One at a time: where a value is the scenario's own, there is nothing to depend on.
-        if all(isinstance(quantile, float) for quantile in quantiles):
-            normals = factor @ ndtri(np.array(quantiles, dtype=np.float64))
-            dependent = np.clip(ndtr(normals), LEAST_QUANTILE, LARGEST_QUANTILE)
-            for axis, quantile in zip(group, dependent.tolist(), strict=True):
-                found[axis] = quantile
+        if len(quantiles) == len(group):
+            normals = factor_times(factor, [float(ndtri(quantile)) for quantile in quantiles])
+            for axis, normal in zip(group, normals, strict=True):
+                found[axis] = min(LARGEST_QUANTILE, max(LEAST_QUANTILE, float(ndtr(normal))))
     return found
 
 

@@ -222,4 +222,7 @@ def columns_of(campaign: Campaign) -> Columns:
             kinds[target.text] = "number" if target.is_number and not has_text else boolean
     kinds["seed"] = "integer"
     own = len(campaign.figures)
-    return Columns(kinds, campaign.figure_names, campaign.figure_names[own:])
+    names = campaign.figure_names
+    measures = [*(figure.measure for figure in campaign.figures), *campaign.base.expect]
+    of_loops = tuple(name for name, measure in zip(names, measures, strict=True) if measure.of_loops)
+    return Columns(kinds, names, names[own:], of_loops)

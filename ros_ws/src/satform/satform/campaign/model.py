@@ -22,6 +22,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from satform.campaign.distributions import ChoiceSpec, Distribution, Quantity, Value
+from satform.campaign.exact_arithmetic import Rows, cholesky_factor, linear_points, logarithmic_points
 from satform.campaign.expectations import CampaignExpectation, OfFigure
 from satform.campaign.paths import PathError, Target, targets
 from satform.campaign.sampling import MOST_CASES, Axis, MonteCarloSpec, Sampling
@@ -79,8 +80,8 @@ class Grid(Spec):
         assert self.first is not None  # noqa: S101 - the validator has seen to it
         assert self.last is not None  # noqa: S101 - likewise
         assert self.count is not None  # noqa: S101 - likewise
-        space = np.linspace if self.spacing == "linear" else np.geomspace
-        return tuple(space(self.first, self.last, self.count).tolist())
+        spaced = linear_points if self.spacing == "linear" else logarithmic_points
+        return spaced(self.first, self.last, self.count)
 
 
 class Dispersion(Spec):
@@ -463,10 +464,10 @@ class Campaign(Spec):
         ]
 
     @cached_property
-    def copulas(self) -> tuple[tuple[tuple[int, ...], Any], ...]:
-        """Axes that depend on each other, and the Cholesky factor of their correlations."""
+    def copulas(self) -> tuple[tuple[tuple[int, ...], Rows], ...]:
+        """Axes that depend on each other, and the rows of the Cholesky factor of their correlations."""
         return tuple(
-            (axes, np.linalg.cholesky(np.array(group.matrix)))
+            (axes, cholesky_factor(group.matrix))
             for group in self.correlated
             for axes in zip(*(self._axes_of(label) for label in group.of), strict=True)
         )

@@ -60,11 +60,14 @@ class Columns:
         changes: type of each change by its path.
         figures: names of all figures.
         judged: names of the figures that have a limit.
+        of_loops: names of the figures of sampled loops. LAPACK computes them, whose last bits depend on the
+            processor; they are not part of the hash.
     """
 
     changes: Mapping[str, Kind]
     figures: tuple[str, ...]
     judged: tuple[str, ...] = ()
+    of_loops: tuple[str, ...] = ()
 
     def complete(self, result: CaseResult) -> CaseResult:
         """A result with exactly these columns, as it is read from a file.
@@ -110,7 +113,8 @@ class Columns:
             KeyError: something is missing.
             TypeError: something is of another type.
         """
-        return cls(dict(data["changes"]), tuple(data["figures"]), tuple(data["judged"]))
+        of_loops = tuple(data.get("of_loops", ()))
+        return cls(dict(data["changes"]), tuple(data["figures"]), tuple(data["judged"]), of_loops)
 
 
 def failure_text(error: Exception) -> str:
@@ -136,8 +140,8 @@ def converted(value: ChangeValue, kind: Kind) -> ChangeValue:
 class ResultsHash:
     """Hash over the results of a campaign: number, changes, figures, verdicts and reason of every case.
 
-    It does not depend on how, where or when the cases were flown. Results are added in order of their
-    numbers.
+    It does not depend on how, where or when the cases were flown. Figures of sampled loops are left out.
+    Results are added in order of their numbers.
     """
 
     def __init__(self, columns: Columns) -> None:
@@ -168,6 +172,8 @@ def _encoded(result: CaseResult, columns: Columns) -> bytes:
         if path in result.changes:
             parts += [_text(path), _value(result.changes[path], kind)]
     for name in columns.figures:
+        if name in columns.of_loops:
+            continue
         parts += [_text(name), _float(result.figures[name])]
     for name in columns.judged:
         parts += [_text(name), struct.pack("<?", result.met[name])]
