@@ -25,10 +25,12 @@ from satform.campaign.model import Campaign
 from satform.campaign.result_files import result_files, write_results
 from satform.campaign.results import CaseResult
 from satform_tools.campaign import envelopes, report
-from satform_tools.campaign.page.charts import MOST_POINTS, charts
+from satform_tools.campaign.exports import export
+from satform_tools.campaign.page.charts import MOST_POINTS, charts, drawn_pairs
 from satform_tools.campaign.study import Study, study
 from satform_tools.campaign.summary import MOST_FAILURES, Summary, summarise
 from satform_tools.cli import main as cli
+from satform_tools.report.formats import Format
 
 HOSTILE = "</script><script>alert(1)</script><b>&amp; \"bold\" 'it'</b>"
 GAIN = "consensus.tracking_gain"
@@ -36,7 +38,7 @@ ERROR = "satellites[1].position_error[0]"
 LIMIT = 36.0
 
 
-def some_campaign(cases: int) -> Campaign:
+def some_campaign(cases: int, figure: str = "residual") -> Campaign:
     """A campaign whose results are made here, without any flight."""
     return campaign(
         name="made",
@@ -51,13 +53,13 @@ def some_campaign(cases: int) -> Campaign:
             of(ERROR, {"kind": "normal", "standard_deviation": 1000.0}, applied="add"),
             of(GAIN, {"kind": "choice", "values": [1.0e-3, 2.0e-3, 3.0e-3]}),
         ],
-        figures=[{"name": "residual", "measure": {"kind": "tracking_error"}}],
+        figures=[{"name": figure, "measure": {"kind": "tracking_error"}}],
         keep={
             "series": [{"quantity": "tracking_error", "every": 5.0}, {"quantity": "position", "every": 30.0}]
         },
         expect=[
             {"kind": "success_rate", "above": 0.9},
-            {"kind": "percentile", "figure": "residual", "percentile": 50, "below": 1e9},
+            {"kind": "percentile", "figure": figure, "percentile": 50, "below": 1e9},
         ],
     )
 
@@ -202,6 +204,50 @@ def test_histograms_count_every_case_that_has_the_figure_and_show_its_limit(
     assert (residual.logarithmic, delta_v.logarithmic) == (True, False)
     assert [limit.value for limit in delta_v.limits] == [LIMIT]
     assert [limit.text for limit in residual.limits] == ["50 % percentile ≤ 1e+09"]
+
+
+def test_a_report_of_a_campaign_under_way_counts_the_same_cases_everywhere(tmp_path: Path) -> None:
+    path = tmp_path / "made"
+    path.mkdir()
+    about = some_campaign(300)
+    folder = CampaignFolder.create(path, about, None, "2026-01-01T00:00:00+00:00")
+    results = list(results_of(about, 300))
+    write_results(path, results[:100], folder.manifest.schema)
+    summary = summarise(folder, folder.campaign())
+    # What is flown between the passes over the results.
+    write_results(path, results[100:], folder.manifest.schema)
+    found = study(summary)
+    assert [histogram.outside for histogram in found.histograms] == [0, 0]
+    assert found.histograms[1].counts.sum() == summary.flown == 100
+    assert sum(found.rates[0].cases) == 100
+    assert found.sample.numbers.tolist() == list(range(100))
+    assert found.envelopes[0].cases == 100
+    [file] = export(found, tmp_path, [Format.CSV])
+    assert len(file.read_text().splitlines()) == 101
+
+
+def test_a_figure_with_the_name_success_is_correlated_beside_success(tmp_path: Path) -> None:
+    path = tmp_path / "made"
+    path.mkdir()
+    about = some_campaign(100, figure="success")
+    folder = CampaignFolder.create(path, about, None, "2026-01-01T00:00:00+00:00")
+    results = [
+        replace(result, figures={"success": -(number**2.0), label: result.figures[label]})
+        for label in [about.figure_names[1]]
+        for number, result in enumerate(results_of(about, 100))
+    ]
+    write_results(path, results, folder.manifest.schema)
+    found = study(summarise(folder, folder.campaign()))
+    numbers, inputs = found.sample.numbers, found.sample.inputs[ERROR]
+    expected = {
+        ("success", False): spearmanr(inputs, -(numbers**2.0)).statistic,
+        ("success of the case", True): spearmanr(inputs, found.sample.success).statistic,
+    }
+    pairs = {(pair.figure, pair.of_success): pair for pair in found.correlations if pair.input == ERROR}
+    for key, coefficient in expected.items():
+        assert pairs[key].coefficient == pytest.approx(coefficient, abs=1e-12)
+    assert "success" in {pair.figure for pair in drawn_pairs(found)}
+    assert not any(pair.of_success for pair in drawn_pairs(found))
 
 
 def test_a_few_cases_far_from_all_others_leave_the_histogram_its_shape(tmp_path: Path) -> None:

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import all_series
 from satform.numeric.elementwise import Array
 from satform.record.tables import UNITS
-from satform_tools.campaign.summary import PERCENTILES
+from satform_tools.campaign.summary import PERCENTILES, Summary
 
 MOST_SAMPLED = 5000
 """Cases whose values are held; of more a random sample."""
@@ -107,23 +106,23 @@ class _Members:
                 )
 
 
-def envelopes(folder: CampaignFolder, campaign: Campaign) -> Iterator[Envelope]:
+def envelopes(summary: Summary) -> Iterator[Envelope]:
     """The envelopes of all retained series, component by component.
 
     Args:
-        folder: of the campaign.
-        campaign: that is flown there.
+        summary: of the campaign, whose files of results are read.
 
     Raises:
         OSError: a file of results cannot be read.
         ResultFileError: a file of results is damaged.
     """
+    campaign = summary.campaign
     if not campaign.keep.series:
         return
     most = _MOST_VALUES // (MOST_TIMES * len(campaign.base.satellites) * _MOST_COMPONENTS)
-    chosen = set(sampled_cases(folder.manifest.cases, min(MOST_SAMPLED, max(most, 20))).tolist())
+    chosen = set(sampled_cases(summary.cases, min(MOST_SAMPLED, max(most, 20))).tolist())
     members = {series.quantity: _Members(series.every, campaign) for series in campaign.keep.series}
-    for number, found in all_series(folder.path):
+    for number, found in all_series(summary.folder.path, summary.result_files):
         if number in chosen:
             for quantity, values in found.items():
                 if quantity in members:

@@ -8,10 +8,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from satform.campaign.folder import CampaignFolder
 from satform.campaign.result_files import result_columns
 from satform.campaign.results import CaseResult
 from satform_tools.campaign.study import Study
+from satform_tools.campaign.summary import Summary
 from satform_tools.report.formats import Format
 
 _ROWS = 5000
@@ -38,21 +38,21 @@ def export(study: Study, folder: Path, formats: Sequence[Format]) -> list[Path]:
     files: list[Path] = []
     for wanted in dict.fromkeys(formats):
         if wanted is Format.CSV:
-            files.append(_write_csv(study.summary.folder, folder / "cases.csv"))
+            files.append(_write_csv(study.summary, folder / "cases.csv"))
         elif wanted is Format.PARQUET:
-            files.append(_write_parquet(study.summary.folder, folder / "cases.parquet"))
+            files.append(_write_parquet(study.summary, folder / "cases.parquet"))
         else:
             files += plots.draw(study, folder, wanted.value)
     return files
 
 
-def _write_csv(campaign: CampaignFolder, file: Path) -> Path:
+def _write_csv(summary: Summary, file: Path) -> Path:
     """Every number with all its digits; an empty cell where there is none."""
     with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         is_first = True
-        for results in _parts(campaign):
-            columns = result_columns(results, campaign.manifest.columns)
+        for results in _parts(summary):
+            columns = result_columns(results, summary.folder.manifest.columns)
             if is_first:
                 writer.writerow(columns)
                 is_first = False
@@ -62,26 +62,26 @@ def _write_csv(campaign: CampaignFolder, file: Path) -> Path:
     return file
 
 
-def _write_parquet(campaign: CampaignFolder, file: Path) -> Path:
+def _write_parquet(summary: Summary, file: Path) -> Path:
     """All cases in order of their numbers in one file, bitwise."""
     from arro3.core import Field, RecordBatch, RecordBatchReader, Schema  # noqa: PLC0415 - only this needs it
     from arro3.io import write_parquet  # noqa: PLC0415
 
-    empty = result_columns([], campaign.manifest.columns)
+    empty = result_columns([], summary.folder.manifest.columns)
     schema = Schema([Field(name, column.type) for name, column in empty.items()])
 
     def batches() -> Iterator[Any]:
-        for results in _parts(campaign):
-            columns = result_columns(results, campaign.manifest.columns)
+        for results in _parts(summary):
+            columns = result_columns(results, summary.folder.manifest.columns)
             yield RecordBatch.from_arrays(list(columns.values()), schema=schema)
 
-    metadata = {"campaign": campaign.manifest.name, "digest": campaign.manifest.digest}
+    metadata = {"campaign": summary.folder.manifest.name, "digest": summary.folder.manifest.digest}
     reader = RecordBatchReader.from_batches(schema, batches())
     write_parquet(reader, file, compression="zstd(3)", key_value_metadata=metadata)
     return file
 
 
-def _parts(campaign: CampaignFolder) -> Iterator[list[CaseResult]]:
-    results = campaign.results()
+def _parts(summary: Summary) -> Iterator[list[CaseResult]]:
+    results = summary.folder.results(summary.result_files)
     while part := list(islice(results, _ROWS)):
         yield part

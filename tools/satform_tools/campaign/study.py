@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult, ChangeValue
 from satform.campaign.statistics import success_rate
@@ -90,11 +89,12 @@ class Correlation:
 
     Attributes:
         input: name of the input.
-        figure: name of the figure.
+        figure: name of the figure; for success "success", or another name where a figure has this one.
         coefficient: from -1 to 1.
         p_value: probability of a coefficient at least as large without any dependence.
         cases: that it is computed from.
         significant: whether the p-value is below 5 % divided by the number of all pairs (Bonferroni).
+        of_success: whether it is of success, 1 or 0, and of no figure.
     """
 
     input: str
@@ -103,6 +103,7 @@ class Correlation:
     p_value: float
     cases: int
     significant: bool
+    of_success: bool = False
 
 
 @dataclass(frozen=True)
@@ -173,7 +174,7 @@ class _Counts:
 
 
 def study(summary: Summary) -> Study:
-    """Compute the statistics of a campaign, complete or under way.
+    """Compute the statistics of a campaign, complete or under way, from the files of results of its summary.
 
     Args:
         summary: of it.
@@ -182,11 +183,11 @@ def study(summary: Summary) -> Study:
         OSError: a file of results cannot be read.
         ResultFileError: a file of results is damaged.
     """
-    campaign, folder = summary.campaign, summary.folder
+    campaign = summary.campaign
     inputs = inputs_of(campaign)
     known = [figure for figure in summary.figures if figure.cases]
     wanted = sampled_cases(summary.cases, MOST_SAMPLED)
-    counts = _counted(folder, known, inputs, wanted)
+    counts = _counted(summary, known, inputs, wanted)
     sample = _sample(counts.sampled, inputs, summary)
     return Study(
         summary=summary,
@@ -203,7 +204,7 @@ def study(summary: Summary) -> Study:
         sample=sample,
         correlations=tuple(correlations(sample)),
         rates=tuple(_rates(inputs, counts.by_value)),
-        envelopes=tuple(envelopes(folder, campaign)),
+        envelopes=tuple(envelopes(summary)),
     )
 
 
@@ -255,9 +256,9 @@ def correlations(sample: Sample) -> list[Correlation]:
 
     Pairs of which one is the same in all cases are left out, as are fewer than four cases.
     """
-    figures = dict(sample.figures)
+    figures, success = dict(sample.figures), _name_of_success(sample)
     if 0 < np.count_nonzero(sample.success) < len(sample.success):
-        figures["success"] = sample.success.astype(np.float64)
+        figures[success] = sample.success.astype(np.float64)
     pairs = [
         (first, second, *found)
         for second, values in figures.items()
@@ -265,10 +266,18 @@ def correlations(sample: Sample) -> list[Correlation]:
     ]
     level = 0.05 / max(1, len(pairs))
     found = [
-        Correlation(first, second, coefficient, p_value, cases, p_value < level)
+        Correlation(first, second, coefficient, p_value, cases, p_value < level, second == success)
         for first, second, coefficient, p_value, cases in pairs
     ]
     return sorted(found, key=lambda pair: (-abs(pair.coefficient), pair.figure, pair.input))
+
+
+def _name_of_success(sample: Sample) -> str:
+    """Name of success among the figures: one that no figure has."""
+    name = "success"
+    while name in sample.figures:
+        name += " of the case"
+    return name
 
 
 def _correlated(inputs: dict[str, Array], figure: Array) -> Iterator[tuple[str, tuple[float, float, int]]]:
@@ -324,7 +333,7 @@ def _edges(figure: FigureSummary) -> Array:
 
 
 def _counted(
-    folder: CampaignFolder,
+    summary: Summary,
     figures: Sequence[FigureSummary],
     inputs: Sequence[Input],
     wanted: NDArray[np.int64],
@@ -336,7 +345,7 @@ def _counted(
     listed = [found for found in inputs if 0 < len(found.values) <= _MOST_VALUES_OF_AN_INPUT]
     counts.by_value = {found.path: {} for found in listed}
     chosen = set(wanted.tolist())
-    for results in _batches(folder):
+    for results in _batches(summary):
         success = np.array([result.success for result in results])
         for name, (edges, cases, failed) in counts.histograms.items():
             values = np.array([result.figures[name] for result in results])
@@ -353,9 +362,9 @@ def _counted(
     return counts
 
 
-def _batches(folder: CampaignFolder) -> Iterator[list[CaseResult]]:
+def _batches(summary: Summary) -> Iterator[list[CaseResult]]:
     batch: list[CaseResult] = []
-    for result in folder.results():
+    for result in summary.folder.results(summary.result_files):
         batch.append(result)
         if len(batch) == _BATCH:
             yield batch

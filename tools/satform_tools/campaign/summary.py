@@ -15,6 +15,7 @@ from satform.campaign.chunk import is_retained
 from satform.campaign.expectations import CampaignVerdict, judge
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
+from satform.campaign.result_files import ResultFile, result_files
 from satform.campaign.results import ResultsHash
 from satform.campaign.statistics import success_rate
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
@@ -109,6 +110,8 @@ class Summary:
         kinds: reasons without their numbers, and how many cases have each; the most frequent first.
         failures: the first failed cases.
         results_hash: over all results; None while cases are missing.
+        result_files: files of results that were read. While cases are flown more are written; whatever is
+            computed for the same report reads these alone.
         stopped: whether the user stopped it.
         reason: why cases are missing, in a sentence; empty when none are or it was stopped.
         speed: None where nothing was flown.
@@ -128,6 +131,7 @@ class Summary:
     kinds: Mapping[str, int]
     failures: Sequence[Failure]
     results_hash: str | None
+    result_files: Sequence[ResultFile]
     stopped: bool = False
     reason: str = ""
     speed: Speed | None = None
@@ -241,7 +245,8 @@ def summarise(
     success = np.zeros(count, dtype=np.bool_)
     figures = {name: np.empty(count) for name in columns.figures}
     met = dict.fromkeys(columns.judged, 0)
-    for row, result in enumerate(folder.results()):
+    files = result_files(folder.path)
+    for row, result in enumerate(folder.results(files)):
         hashed.add(result)
         success[row] = result.success
         for name, value in result.figures.items():
@@ -275,6 +280,7 @@ def summarise(
         kinds=dict(sorted(found.kinds.items(), key=lambda kind: (-kind[1], kind[0]))),
         failures=found.failures,
         results_hash=hashed.hexdigest() if found.flown == count else None,
+        result_files=files,
         stopped=stopped,
         reason=reason,
         speed=speed,

@@ -96,11 +96,12 @@ FIGURES: Mapping[str, Callable[[Study], Figure]] = {
 
 def _agreement_times(study: Study) -> dict[int, float]:
     """Time from which a case agrees to its end, h; cases that never do are left out."""
-    campaign = study.summary.campaign
+    summary = study.summary
+    campaign = summary.campaign
     wanted = next(series for series in campaign.keep.series if series.quantity == "arc_length")
     every = wanted.every or campaign.base.timing.step
     found = {}
-    for number, series in all_series(study.summary.folder.path):
+    for number, series in all_series(summary.folder.path, summary.result_files):
         time = _last_above(_disagreement(series["arc_length"]))
         if math.isfinite(time):
             found[number] = time * every / 3600.0

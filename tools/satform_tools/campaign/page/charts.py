@@ -40,7 +40,7 @@ def charts(study: Study) -> dict[str, list[Chart]]:
 
 def drawn_pairs(study: Study) -> list[Correlation]:
     """The strongest pairs of an input and a figure, which are drawn case by case."""
-    return [pair for pair in study.correlations if pair.figure != "success"][:MOST_SCATTERS]
+    return [pair for pair in study.correlations if not pair.of_success][:MOST_SCATTERS]
 
 
 def scatter_of(pair: Correlation, study: Study) -> tuple[NDArray[np.int64], Array, Array, NDArray[np.bool_]]:

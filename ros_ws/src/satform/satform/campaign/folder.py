@@ -373,14 +373,17 @@ class CampaignFolder:
                 done[result.number] = True
         return done
 
-    def results(self) -> Iterator[CaseResult]:
+    def results(self, files: Sequence[ResultFile] | None = None) -> Iterator[CaseResult]:
         """All results in order of their numbers, without series.
+
+        Args:
+            files: that are read, in the order of `result_files`; None for all that are in the folder now.
 
         Raises:
             OSError: a file cannot be read.
             ResultFileError: a file is damaged.
         """
-        return all_results(self.path, self.manifest.schema)
+        return all_results(self.path, self.manifest.schema, files)
 
     def results_hash(self) -> str:
         """Hash over all results, equal however and wherever they were flown.

@@ -179,16 +179,23 @@ def read_results(file: ResultFile, schema: ResultSchema) -> Iterator[CaseResult]
             yield result
 
 
-def all_results(folder: Path, schema: ResultSchema) -> Iterator[CaseResult]:
+def all_results(
+    folder: Path, schema: ResultSchema, files: Sequence[ResultFile] | None = None
+) -> Iterator[CaseResult]:
     """All results of a campaign in order of their numbers, without series.
 
     Files are opened when their first case comes up, so that memory does not grow with the number of runs.
+
+    Args:
+        folder: of the campaign.
+        schema: of the campaign.
+        files: that are read, in the order of `result_files`; None for all that are in the folder now.
 
     Raises:
         OSError: a file cannot be read.
         ResultFileError: a file is damaged, or two hold the same case.
     """
-    waiting = result_files(folder)[::-1]
+    waiting = list(result_files(folder) if files is None else files)[::-1]
     under_way: list[tuple[int, str, CaseResult, Iterator[CaseResult]]] = []
     last, last_path = -1, ""
     while waiting or under_way:
@@ -215,11 +222,14 @@ def _advance(
         heapq.heappush(under_way, (following.number, path, following, results))
 
 
-def all_series(folder: Path) -> Iterator[tuple[int, dict[str, Array]]]:
+def all_series(
+    folder: Path, files: Sequence[ResultFile] | None = None
+) -> Iterator[tuple[int, dict[str, Array]]]:
     """Number and retained series of every case that has any, file by file.
 
     Args:
         folder: of the campaign.
+        files: files of results whose series are read; None for all that are in the folder now.
 
     Yields:
         The number of a case, and its series by name, shape (T, N, ...).
@@ -228,7 +238,7 @@ def all_series(folder: Path) -> Iterator[tuple[int, dict[str, Array]]]:
         OSError: a file cannot be read.
         ResultFileError: a file is damaged.
     """
-    for file in result_files(folder):
+    for file in result_files(folder) if files is None else files:
         yield from series_of(file)
 
 
