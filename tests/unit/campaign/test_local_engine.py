@@ -4,15 +4,20 @@
 
 import os
 import signal
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 import chunks
 from satform.campaign.engine import Chunk, EngineError, Flights, Job, Outcome, chunk_size
-from satform.campaign.local_engine import LocalEngine
+from satform.campaign.local_engine import LocalEngine, WorkerProcess
 from satform.campaign.results import CaseResult, ResultsHash
+from satform.campaign.worker import Message
 
 
 def flown(
@@ -212,3 +217,105 @@ def test_a_stack_that_ends_its_worker_is_halved_until_the_case_is_alone_that_doe
     stacks = [(0, 1, 2, 3), (0, 1), (2, 3), (2,), (3,), (2,), (4, 5)]
     assert [chunk.numbers for chunk in flown_chunks] == stacks
     assert [result.reason for result in sorted(found, key=lambda result: result.number)][2] == "died"
+
+
+def asleep(folder: Path) -> str:
+    """Path of a program that does nothing for a while, whatever its arguments are."""
+    program = folder / "asleep"
+    program.write_text("#!/bin/sh\nexec sleep 20\n")
+    program.chmod(0o755)
+    return str(program)
+
+
+def test_a_worker_that_does_not_start_is_an_error_without_a_time_limit_of_a_case(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("satform.campaign.local_engine.sys.executable", asleep(tmp_path))
+    monkeypatch.setattr("satform.campaign.local_engine._START_LIMIT", 0.2)
+    looks = iter(range(100))
+    flights = Flights(chunks.changes, lambda _: None, stop=lambda: next(looks, None) is None, period=0.05)
+    engine = LocalEngine(Job(chunks.fly, {}), 2)
+    try:
+        with pytest.raises(EngineError, match=r"a worker process has not started within 0\.2 s"):
+            flights.fly(range(4), 2, engine)
+    finally:
+        engine.close()
+
+
+class Played:
+    """A worker whose messages are sent by the test, and a clock that the test sets."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, time_limit: float | None) -> None:
+        ours, theirs = Pipe()
+        self._end: Connection[Any, Any] = Connection(os.dup(theirs.fileno()))
+        self.now = 1000.0
+        monkeypatch.setattr("satform.campaign.local_engine.Pipe", lambda: (ours, theirs))
+        monkeypatch.setattr("satform.campaign.local_engine.sys.executable", asleep(folder))
+        clock = SimpleNamespace(monotonic=lambda: self.now)
+        monkeypatch.setattr("satform.campaign.local_engine.time", clock)
+        self.process = WorkerProcess(b"job", time_limit, -3)
+
+    def send(self, *messages: Message) -> None:
+        for message in messages:
+            self._end.send(message)
+
+    def close(self) -> None:
+        self.process.kill()
+        self._end.close()
+
+
+@pytest.fixture
+def played(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Played]:
+    found = Played(tmp_path, monkeypatch, 10.0)
+    yield found
+    found.close()
+
+
+def test_the_time_of_a_case_is_not_judged_before_all_messages_are_received(played: Played) -> None:
+    process, results = played.process, [chunks.result(number) for number in range(3)]
+    played.send(Message("ready"))
+    assert process.receive() == []
+    process.start(Chunk((0, 1, 2)))
+    played.send(Message("begin", (0,)))
+    assert process.receive() == []
+    # The parent was busy for longer than the limit; meanwhile case 1 has ended and case 2 has begun.
+    played.now += 11.0
+    played.send(
+        Message("begin", (1,)), Message("results", results=tuple(results[:2])), Message("begin", (2,))
+    )
+    assert process.overdue() is None
+    assert [outcome.results for outcome in process.receive()] == [tuple(results[:2])]
+    assert process.overdue() is None
+    played.now += 9.0
+    assert process.overdue() is None
+    played.now += 2.0
+    outcome = process.overdue()
+    assert outcome is not None
+    assert (outcome.timed_out, outcome.suspects) == (True, (2,))
+
+
+def test_a_case_that_was_not_flown_when_the_time_was_over_is_no_time_out() -> None:
+    submitted: list[Chunk] = []
+
+    class TimedOut:
+        """Reports the time-out of case 0 with its result."""
+
+        workers, free = 1, 1
+
+        def submit(self, chunk: Chunk) -> None:
+            submitted.append(chunk)
+            self.free = 0
+
+        def wait(self, _duration: float) -> list[Outcome]:
+            chunk = submitted[-1]
+            self.free = 1
+            if chunk.numbers == (0, 1):
+                return [Outcome(chunk, (chunks.result(0),), failure="late", suspects=(0,), timed_out=True)]
+            return [Outcome(chunk, tuple(map(chunks.result, chunk.numbers)))]
+
+        def close(self) -> None:
+            """Nothing to end."""
+
+    found: list[CaseResult] = []
+    assert Flights(chunks.changes, found.extend).fly(range(2), 2, TimedOut())
+    assert found == [chunks.result(0), chunks.result(1)]

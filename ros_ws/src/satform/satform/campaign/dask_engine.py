@@ -14,7 +14,7 @@ import subprocess
 import threading
 import time
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from multiprocessing.connection import wait
@@ -196,14 +196,13 @@ def fly_on_worker(
 def _last_outcome(process: WorkerProcess, found: list[CaseResult]) -> Outcome | None:
     """Wait for the end of the chunk of a process; None where the process ended before it could fly."""
     while process.alive:
-        outcomes: Sequence[Outcome | None] = [process.overdue()]
-        if process.alive and wait([process.connection], _PERIOD):
-            outcomes = [*outcomes, process.receive()]
-        for outcome in outcomes:
-            if outcome is not None:
-                found += outcome.results
-                if outcome.ended:
-                    return outcome
+        wait([process.connection], _PERIOD)
+        outcomes = process.receive()
+        overdue = process.overdue()
+        for outcome in outcomes if overdue is None else [*outcomes, overdue]:
+            found += outcome.results
+            if outcome.ended:
+                return outcome
     return None
 
 

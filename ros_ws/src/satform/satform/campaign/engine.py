@@ -223,7 +223,8 @@ class Flights:
 
         A stack is halved until the case is alone that ends it: the others are flown in stacks again.
         """
-        suspects = sorted(missing.intersection(outcome.suspects)) or sorted(missing)
+        named = missing.intersection(outcome.suspects)
+        suspects = sorted(named or missing)
         rest = sorted(missing.difference(suspects))
         if rest:
             self._again.append(Chunk(tuple(rest)))
@@ -232,8 +233,9 @@ class Flights:
             self._again += [Chunk(tuple(suspects[:half])), Chunk(tuple(suspects[half:]))]
             return []
         (suspect,) = suspects
-        # A case that was flown alone and did not end in time would not end in time once more.
-        if outcome.timed_out or outcome.chunk.again:
+        # A case that was flown alone and did not end in time would not end in time once more. One that was
+        # not flown when the time was over, since all that were have results, has not used up any time.
+        if (outcome.timed_out and named) or outcome.chunk.again:
             return [CaseResult(suspect, self.changes(suspect), reason=outcome.failure, lost=True)]
         self._again.append(Chunk((suspect,), again=True))
         return []

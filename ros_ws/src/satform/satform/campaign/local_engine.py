@@ -92,31 +92,40 @@ class WorkerProcess:
         """Have it fly a chunk; it flies none at present."""
         self.chunk = chunk
         self._begun = chunk.numbers
-        self._set_deadline(_START_LIMIT if not self._ready else 0.0)
+        if self._ready:
+            self._set_deadline()
         self._send(pickle.dumps(chunk.numbers))
 
-    def receive(self) -> Outcome | None:
-        """Take in its next message, for which `connection` is ready, or its end.
+    def receive(self) -> list[Outcome]:
+        """Take in all messages that it has sent, and its end if it has ended; waits for none.
 
         Returns:
-            What has come of its chunk; None where nothing is to be known.
+            What has come of its chunk, in order.
 
         Raises:
             EngineError: it could not start.
         """
+        found: list[Outcome] = []
+        while self.alive and self.connection.poll():
+            outcome = self._receive_one()
+            if outcome is not None:
+                found.append(outcome)
+        return found
+
+    def _receive_one(self) -> Outcome | None:
         try:
             message: Message = self.connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             return self._lost(f"its worker process ended {self._how_it_ended()}")
         if message.kind == "ready":
             self._ready = True
-            self._set_deadline(0.0)
+            self._set_deadline()
             return None
         if not self._ready:
             raise EngineError(f"a worker process cannot use the campaign: {message.failure}")
         if message.kind == "begin":
             self._begun = message.numbers
-            self._set_deadline(0.0)
+            self._set_deadline()
             return None
         return self._outcome(message)
 
@@ -135,7 +144,8 @@ class WorkerProcess:
         Raises:
             EngineError: it has not started in time.
         """
-        if time.monotonic() < self._deadline:
+        # A message that was not received yet may tell that the cases in question have ended in time.
+        if not self.alive or time.monotonic() < self._deadline or self.connection.poll():
             return None
         if not self._ready:
             self.kill()
@@ -180,9 +190,9 @@ class WorkerProcess:
         with suppress(BrokenPipeError, ConnectionResetError):
             self.connection.send_bytes(data)
 
-    def _set_deadline(self, more: float) -> None:
+    def _set_deadline(self) -> None:
         limit = float("inf") if self._limit is None else self._limit * max(1, len(self._begun))
-        self._deadline = time.monotonic() + limit + more
+        self._deadline = time.monotonic() + limit
 
     def _lost(self, sentence: str) -> Outcome | None:
         self.connection.close()
@@ -258,10 +268,9 @@ class LocalEngine:
         Raises:
             EngineError: a worker cannot be started.
         """
-        connections = {process.connection: process for process in self._processes}
-        ready = wait(list(connections), duration)
-        found = [connections[connection].receive() for connection in ready if connection in connections]
-        found += [process.overdue() for process in self._processes if process.alive]
+        wait([process.connection for process in self._processes], duration)
+        found = [outcome for process in self._processes for outcome in process.receive()]
+        found += [outcome for process in self._processes if (outcome := process.overdue()) is not None]
         ended = [process for process in self._processes if not process.alive]
         self._processes = [process for process in self._processes if process.alive]
         if any(process.ready for process in self._processes):
@@ -271,7 +280,7 @@ class LocalEngine:
             process.close()
             if process.not_started and chunk is not None:
                 self._start_again(chunk, process.not_started)
-        return [outcome for outcome in found if outcome is not None]
+        return found
 
     def _start_again(self, chunk: Chunk, sentence: str) -> None:
         """Have a chunk flown whose worker has ended before it could fly anything."""
