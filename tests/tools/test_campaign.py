@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -20,12 +21,13 @@ from campaigns import CAMPAIGNS
 from flights import SCENARIOS
 from satform.campaign.cases import case_scenario
 from satform.campaign.chunk import fly_case
-from satform.campaign.folder import CampaignFolder
+from satform.campaign.folder import CampaignFolder, locked
 from satform.campaign.loader import load_campaign
 from satform.campaign.result_files import result_files
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
 from satform.flight.simulate import simulate
 from satform_tools.cli import main as cli
+from satform_tools.run import output_folders
 
 CAMPAIGN = """
 name: small
@@ -257,10 +259,38 @@ def test_two_campaigns_do_not_share_a_folder(
     assert code == EXIT_BAD_INPUT
     assert f"{out} already holds the campaign small: go on with satform campaign resume {out}" in err
     assert sorted(out.rglob("*")) == before
-    with CampaignFolder.open(out).locked():
+    with locked(out):
         code, _, err = command(capsys, "resume", out)
     assert code == EXIT_BAD_INPUT
-    assert f"process {os.getpid()} is flying this campaign" in err
+    assert f"process {os.getpid()} is flying a campaign in this folder" in err
+
+
+@pytest.mark.parametrize("moment", ["locked", "done"])
+def test_of_two_runs_that_find_the_same_folder_empty_one_is_refused_and_changes_nothing(
+    moment: str, file: Path, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    out, make = tmp_path / "out", output_folders.make
+
+    def overtaken(*given: Any) -> Path:
+        """Another process comes first once this one has found the folder empty."""
+        path = make(*given)
+        with locked(path):
+            CampaignFolder.create(path, load_campaign(file), file, "2026-01-01T00:00:00+00:00")
+        if moment == "locked":
+            others.enter_context(locked(path))
+        return path
+
+    with ExitStack() as others:
+        monkeypatch.setattr(output_folders, "make", overtaken)
+        code, _, err = command(capsys, "run", file, "--out", out, "--workers", "1")
+    assert code == EXIT_BAD_INPUT
+    expected = {"locked": "is flying a campaign in this folder", "done": "is not an empty folder"}
+    assert f"{out}: " in err
+    assert expected[moment] in err
+    assert len(err.splitlines()) == 1
+    assert CampaignFolder.open(out).manifest.started == "2026-01-01T00:00:00+00:00"
+    assert not (out / "results").exists()
 
 
 @pytest.fixture
@@ -426,7 +456,7 @@ def test_a_killed_campaign_leaves_whole_files_and_no_workers(
     assert 0 < folder.done().sum() < 4000
     assert_as_flown_alone(out)
     # The lock has ended with its process.
-    with folder.locked():
+    with locked(out):
         pass
 
 

@@ -17,7 +17,7 @@ import pytest
 from campaigns import campaign, of
 from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.chunk import columns_of, fly_case, fly_chunk
-from satform.campaign.folder import CampaignFolder, FolderError, ResultStore
+from satform.campaign.folder import CampaignFolder, FolderError, ResultStore, locked
 from satform.campaign.loader import load_campaign, save_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import all_series, result_files, series_file
@@ -146,9 +146,10 @@ def test_results_of_other_software_are_refused(folder: CampaignFolder) -> None:
 
 
 def test_two_processes_do_not_fly_one_campaign(folder: CampaignFolder) -> None:
-    with folder.locked(), pytest.raises(FolderError, match="is flying this campaign"), folder.locked():
+    taken = "is flying a campaign in this folder"
+    with locked(folder.path), pytest.raises(FolderError, match=taken), locked(folder.path):
         pass
-    with folder.locked():
+    with locked(folder.path):
         pass
 
 

@@ -4,8 +4,8 @@
 
 import os
 import time
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,7 +18,7 @@ from satform.campaign.cases import case_values
 from satform.campaign.chunk import fly_chunk
 from satform.campaign.dask_engine import DaskEngine
 from satform.campaign.engine import Engine, EngineError, Flights, Job, chunk_size
-from satform.campaign.folder import RECORDS, CampaignFolder, FolderError, ResultStore
+from satform.campaign.folder import RECORDS, CampaignFolder, FolderError, ResultStore, locked
 from satform.campaign.local_engine import LocalEngine
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import ResultFileError
@@ -94,12 +94,13 @@ def run(name: str, out: Path | None, options: Options) -> Summary:
             f"{out} already holds the campaign {there.name}: go on with satform campaign resume {out}, or "
             "name another folder with --out"
         )
+    bags.prepare(campaign)
     path = output_folders.make(out, campaign.name)
-    try:
+    with _storing(path), locked(path):
         folder = CampaignFolder.create(path, campaign, file, datetime.now(UTC).isoformat(timespec="seconds"))
-    except OSError as error:
-        raise CommandError(f"the campaign cannot be stored: {sentence_of(error)}") from None
-    return _flown(folder, campaign, options, Resumption())
+        summary = _flown(folder, campaign, options, Resumption())
+    _write_junit(summary, options.junit)
+    return summary
 
 
 def resume(target: Path, options: Options, resumption: Resumption) -> Summary:
@@ -128,7 +129,11 @@ def resume(target: Path, options: Options, resumption: Resumption) -> Summary:
         changed = "" if resumption.stored else "; --stored goes on with the copy in the folder"
         is_source = bool(folder.manifest.file) and str(error).startswith(folder.manifest.file)
         raise CommandError(f"{error}{changed if is_source else ''}") from None
-    return _flown(folder, campaign, options, resumption)
+    bags.prepare(campaign)
+    with _storing(folder.path), locked(folder.path):
+        summary = _flown(folder, campaign, options, resumption)
+    _write_junit(summary, options.junit)
+    return summary
 
 
 def report(
@@ -150,7 +155,7 @@ def report(
         summary = summarise(folder, folder.campaign())
         files = reports.write(summary, out or folder.path / reports.REPORT, formats)
     except (FolderError, ResultFileError) as error:
-        raise CommandError(f"{error}{_repair_advice(folder, error)}") from None
+        raise CommandError(f"{error}{_repair_advice(path, error)}") from None
     except OSError as error:
         raise CommandError(f"the report cannot be written: {sentence_of(error)}") from None
     _write_junit(summary, junit_file)
@@ -174,23 +179,29 @@ def _require_fitting(options: Options) -> None:
         raise CommandError("--scheduler is for --engine dask")
 
 
-def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumption: Resumption) -> Summary:
-    """Fly what is missing, with the folder locked, and write the summary."""
-    bags.prepare(campaign)
+@contextmanager
+def _storing(path: Path) -> Iterator[None]:
+    """Say in a sentence why a campaign cannot be stored in a folder.
+
+    Raises:
+        CommandError: it cannot.
+    """
     try:
-        with folder.locked():
-            _prepare(folder, resumption)
-            summary = _with_bags(_fly(folder, campaign, options, folder.done()))
-            with suppress(OSError):
-                # A full disk is in the summary already.
-                write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
-            summary = _with_page(summary)
+        yield
     except (FolderError, ResultFileError) as error:
-        raise CommandError(f"{error}{_repair_advice(folder, error)}") from None
+        raise CommandError(f"{error}{_repair_advice(path, error)}") from None
     except OSError as error:
         raise CommandError(f"the campaign cannot be stored: {sentence_of(error)}") from None
-    _write_junit(summary, options.junit)
-    return summary
+
+
+def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumption: Resumption) -> Summary:
+    """Fly what is missing and write the summary; the folder is locked."""
+    _prepare(folder, resumption)
+    summary = _with_bags(_fly(folder, campaign, options, folder.done()))
+    with suppress(OSError):
+        # A full disk is in the summary already.
+        write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
+    return _with_page(summary)
 
 
 def _with_bags(summary: Summary) -> Summary:
@@ -226,10 +237,10 @@ def _prepare(folder: CampaignFolder, resumption: Resumption) -> None:
         console.note(f"{count} cases that were ended by the machine are flown again")
 
 
-def _repair_advice(folder: CampaignFolder, error: Exception) -> str:
+def _repair_advice(path: Path, error: Exception) -> str:
     if not isinstance(error, ResultFileError):
         return ""
-    return f"; satform campaign resume {folder.path} --repair puts it aside and flies its cases again"
+    return f"; satform campaign resume {path} --repair puts it aside and flies its cases again"
 
 
 def _fly(

@@ -131,6 +131,33 @@ class Manifest:
             raise FolderError(f"{path}: {error}") from None
 
 
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Keep other processes from flying a campaign in a folder.
+
+    Args:
+        path: existing folder of a campaign, or one in which a campaign is to be started.
+
+    Raises:
+        FolderError: another process has the lock.
+        OSError: the folder cannot be written.
+    """
+    descriptor = os.open(path / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            owner = os.read(descriptor, 32).decode(errors="replace").strip()
+            process = f"process {owner}" if owner else "another process"
+            raise FolderError(f"{path}: {process} is flying a campaign in this folder") from None
+        os.ftruncate(descriptor, 0)
+        os.write(descriptor, f"{os.getpid()}\n".encode())
+        yield
+    finally:
+        # Closing it releases the lock, and so does the end of the process.
+        os.close(descriptor)
+
+
 @dataclass(frozen=True)
 class CampaignFolder:
     """The folder of a campaign.
@@ -145,17 +172,20 @@ class CampaignFolder:
 
     @classmethod
     def create(cls, path: Path, campaign: Campaign, file: Path | None, started: str) -> "CampaignFolder":
-        """Write what is to be flown into an empty folder.
+        """Write what is to be flown into an empty folder, which the caller has `locked`.
 
         Args:
-            path: existing folder.
+            path: existing folder, with nothing in it but the lock.
             campaign: to be flown.
             file: from which it was loaded.
             started: time of the start, UTC, ISO 8601.
 
         Raises:
+            FolderError: there is something in it.
             OSError: it cannot be written.
         """
+        if any(entry.name != LOCK for entry in path.iterdir()):
+            raise FolderError(f"{path}: is not an empty folder; name another")
         save_campaign(campaign, path)
         source = "" if file is None else str(file.absolute())
         manifest = Manifest(
@@ -234,28 +264,6 @@ class CampaignFolder:
                 f"{self.path}: its results are of other software, whose bits may differ ({differences}); "
                 "start the campaign in a new folder"
             )
-
-    @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Keep other processes from flying this campaign.
-
-        Raises:
-            FolderError: another process does so already.
-            OSError: the folder cannot be written.
-        """
-        descriptor = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                owner = os.read(descriptor, 32).decode(errors="replace").strip()
-                raise FolderError(f"{self.path}: process {owner} is flying this campaign") from None
-            os.ftruncate(descriptor, 0)
-            os.write(descriptor, f"{os.getpid()}\n".encode())
-            yield
-        finally:
-            # Closing it releases the lock, and so does the end of the process.
-            os.close(descriptor)
 
     def damaged(self) -> list[ResultFileError]:
         """Files among those of results that cannot be used, with the reason; all are read.
