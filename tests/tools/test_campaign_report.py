@@ -433,6 +433,15 @@ def test_every_chart_is_drawn_in_a_browser_wide_and_narrow_light_and_dark(page: 
         assert browser.value(title) == HOSTILE
 
 
+def test_an_envelope_of_many_satellites_is_computed_from_the_cases_that_fit_into_memory(
+    summary: Summary, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    numbers = 3 * envelopes.MOST_TIMES * len(summary.campaign.base.satellites)
+    for most, cases in ((2 * numbers, 2), (numbers // 2, 1)):
+        monkeypatch.setattr(envelopes, "_MOST_VALUES", most)
+        assert {found.cases for found in envelopes.envelopes(summary)} == {cases}
+
+
 def test_the_lines_of_pandas_in_the_documentation_read_the_results(folder: CampaignFolder) -> None:
     pytest.importorskip("pandas")
     pytest.importorskip("pyarrow")

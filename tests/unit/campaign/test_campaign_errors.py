@@ -148,6 +148,11 @@ WRONG = [
         4,
         "replace the step by listed values",
     ),
+    (
+        HEAD + "set: {timing.duration: 1.0e+6, timing.step: 0.1}\nkeep: {series: [{quantity: position}]}\n",
+        5,
+        "the series of one case take 720 MB, and at most 256 MB are allowed: give them a longer every",
+    ),
     (HEAD + "keep: {record: sometimes}\n", 4, "allowed: never, on_failure, always"),
     (HEAD + "correlated:\n  - {of: [a, b], matrix: [[1, 0], [0, 1]]}\n", 5, "there is no dispersion a"),
     (HEAD + "correlated:\n  - {of: [a, b], matrix: [[1, 2], [2, 1]]}\n", 5, "less than or equal to 1"),

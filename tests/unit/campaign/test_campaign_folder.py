@@ -278,5 +278,35 @@ def test_files_of_series_that_no_file_of_results_names_are_removed(folder: Campa
     assert list((folder.path / "series").iterdir()) == [series_file(file)]
 
 
+def test_series_are_stored_in_files_that_are_not_larger_than_those_of_a_chunk(
+    folder: CampaignFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("satform.campaign.folder.MOST_SERIES_BYTES", 250)
+    store = ResultStore(folder)
+    sizes = {5: 10, 1: 10, 2: 10, 0: 40, 3: 10}
+    results = [
+        CaseResult(number, {"seed": 1}, series={"effort": np.full((rows, 1), number)})
+        for number, rows in sizes.items()
+    ]
+    store.store([*results, CaseResult(4, {"seed": 1})])
+    store.flush()
+    found = [(file.first, file.last) for file in result_files(folder.path)]
+    assert found == [(0, 0), (1, 4), (5, 5)]
+    assert folder.damaged() == []
+    series = dict(all_series(folder.path))
+    assert {number: len(own["effort"]) for number, own in series.items()} == sizes
+
+
+def test_the_size_of_the_series_of_a_case_is_known_before_it_is_flown() -> None:
+    record = simulate(case_scenario(small(), 0))
+    for every in (None, 1.0):
+        keep = {"series": [{"quantity": name, "every": every} for name in ("position", "effort", "rate")]}
+        result = fly_case(small(keep=keep), 0)
+        size = sum(array.nbytes for array in result.series.values())
+        # A quantity that is decided in a step has one row less.
+        row = 8 * len(record.satellites)
+        assert size <= small(keep=keep).series_bytes <= size + row
+
+
 def test_the_same_campaign_loads_from_its_file_and_from_the_folder(folder: CampaignFolder) -> None:
     assert load_campaign(folder.path / "campaign.json").figure_names == small().figure_names

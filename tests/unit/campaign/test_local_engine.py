@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import chunks
-from satform.campaign.engine import Chunk, EngineError, Flights, Job, Outcome, chunk_size
+from satform.campaign.engine import MOST_SERIES_BYTES, Chunk, EngineError, Flights, Job, Outcome, chunk_size
 from satform.campaign.local_engine import LocalEngine, WorkerProcess
 from satform.campaign.results import CaseResult, ResultsHash
 from satform.campaign.worker import Message
@@ -155,6 +155,12 @@ def test_a_chunk_has_a_share_of_the_cases_within_the_bounds_of_memory(
     cases: int, workers: int, satellites: int, size: int
 ) -> None:
     assert chunk_size(cases, workers, satellites) == size
+
+
+def test_the_series_of_a_chunk_are_within_the_bounds_of_memory() -> None:
+    assert chunk_size(10_000, 2, 3, MOST_SERIES_BYTES // 10) == 10
+    assert chunk_size(10_000, 2, 3, MOST_SERIES_BYTES * 2) == 1
+    assert chunk_size(10_000, 2, 3, 1000) == chunk_size(10_000, 2, 3)
 
 
 def test_cases_that_are_flown_in_part_count_as_that_part_until_they_have_results() -> None:

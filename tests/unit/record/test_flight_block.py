@@ -11,7 +11,7 @@ from flights import shortened
 from satform import FlightRecord, simulate
 from satform.record.derived import DERIVED
 from satform.record.flight_block import FlightBlock, base_quantities
-from satform.record.flight_record import COLUMNS, QUANTITIES
+from satform.record.flight_record import COLUMNS, QUANTITIES, component_count
 
 STEPS = 400
 """Of the flight that is cut into blocks."""
@@ -42,6 +42,11 @@ def test_a_whole_record_is_one_last_block(record: FlightRecord) -> None:
     assert (block.first_step, block.steps, block.runs, block.last) == (0, record.steps, 1, True)
     assert block.position.shape == (record.steps + 1, 1, len(record.satellites), 3)
     assert all(np.shares_memory(getattr(block, name), getattr(record, name)) for name in ("position", "rate"))
+
+
+def test_the_numbers_of_a_row_are_known_without_a_record(record: FlightRecord) -> None:
+    for name in COLUMNS:
+        assert component_count(name) == np.prod(getattr(record, name).shape[2:]), name
 
 
 @pytest.mark.parametrize("name", sorted({*DERIVED} - {"effort"}))

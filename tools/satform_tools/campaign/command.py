@@ -267,7 +267,8 @@ def _fly(
         try:
             engine = _engine(folder, campaign, options, workers)
             workers = engine.workers
-            size = chunk_size(total - before, workers, len(campaign.base.satellites))
+            satellites = len(campaign.base.satellites)
+            size = chunk_size(total - before, workers, satellites, campaign.series_bytes)
             flown = flights.fly(map(int, np.flatnonzero(~done)), size, engine)
             store.flush()
         except EngineError as error:

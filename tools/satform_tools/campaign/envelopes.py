@@ -8,20 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.campaign.model import Campaign
+from satform.campaign.model import Campaign, RetainedSeries
 from satform.campaign.result_files import all_series
 from satform.numeric.elementwise import Array
 from satform.record.tables import UNITS
 from satform_tools.campaign.summary import PERCENTILES, Summary
 
 MOST_SAMPLED = 5000
-"""Cases whose values are held; of more a random sample."""
+"""Cases from which an envelope is computed; of more a random sample."""
 
 MOST_TIMES = 200
 """Times at which an envelope is computed."""
 
 _MOST_VALUES = 4_000_000
-"""Numbers of a series that are held for an envelope."""
+"""Numbers of a series in memory for an envelope, unless one case alone has more."""
 
 _MOST_COMPONENTS = 3
 _SEED = 20260101
@@ -68,13 +68,13 @@ def sampled_cases(cases: int, most: int) -> NDArray[np.int64]:
 class _Members:
     """Values of one quantity at the times of its envelope, one member for each satellite of each case."""
 
-    def __init__(self, every: float | None, campaign: Campaign) -> None:
+    def __init__(self, series: RetainedSeries, campaign: Campaign) -> None:
         timing = campaign.base.timing
-        stride = 1 if every is None else max(1, round(every / timing.step))
+        stride = series.stride(timing.step)
         rows = timing.steps // stride + 1
         self.rows = np.unique(np.linspace(0, rows - 1, min(rows, MOST_TIMES)).round().astype(np.int64))
         self.time: Array = (self.rows * stride).astype(np.float64) * timing.step
-        self.held: list[Array] = []
+        self.values_of_cases: list[Array] = []
 
     def add(self, series: Array) -> None:
         """Take the series of a case, shape (K, N, ...)."""
@@ -82,13 +82,13 @@ class _Members:
         if flat.shape[2] > _MOST_COMPONENTS:
             flat = np.max(np.abs(flat), axis=2, keepdims=True)
         values = np.full((len(self.rows), *flat.shape[1:]), np.nan)
-        there = self.rows[self.rows < len(flat)]
-        values[: len(there)] = flat[there]
-        self.held.append(values)
+        rows = self.rows[self.rows < len(flat)]
+        values[: len(rows)] = flat[rows]
+        self.values_of_cases.append(values)
 
     def envelopes(self, quantity: str) -> Iterator[Envelope]:
         """An envelope of each component."""
-        values = np.concatenate(self.held, axis=1)
+        values = np.concatenate(self.values_of_cases, axis=1)
         components = values.shape[2]
         for component in range(components):
             suffix = f" {'xyz'[component]}" if components > 1 else ""
@@ -102,7 +102,7 @@ class _Members:
                     time=self.time[known],
                     percentiles=np.array([np.percentile(members[index], PERCENTILES) for index in known]),
                     members=np.array([len(members[index]) for index in known]),
-                    cases=len(self.held),
+                    cases=len(self.values_of_cases),
                 )
 
 
@@ -120,13 +120,13 @@ def envelopes(summary: Summary) -> Iterator[Envelope]:
     if not campaign.keep.series:
         return
     most = _MOST_VALUES // (MOST_TIMES * len(campaign.base.satellites) * _MOST_COMPONENTS)
-    chosen = set(sampled_cases(summary.cases, min(MOST_SAMPLED, max(most, 20))).tolist())
-    members = {series.quantity: _Members(series.every, campaign) for series in campaign.keep.series}
+    chosen = set(sampled_cases(summary.cases, min(MOST_SAMPLED, max(most, 1))).tolist())
+    members = {series.quantity: _Members(series, campaign) for series in campaign.keep.series}
     for number, found in all_series(summary.folder.path, summary.result_files):
         if number in chosen:
             for quantity, values in found.items():
                 if quantity in members:
                     members[quantity].add(values)
-    for quantity, held in members.items():
-        if held.held:
-            yield from held.envelopes(quantity)
+    for quantity, own in members.items():
+        if own.values_of_cases:
+            yield from own.envelopes(quantity)

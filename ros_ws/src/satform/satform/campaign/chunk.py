@@ -176,8 +176,8 @@ def retained_series(campaign: Campaign, record: FlightRecord) -> dict[str, Array
     """The series of a flight that the campaign retains, by name of the quantity, shape (T, N, ...)."""
     found = {}
     for wanted in campaign.keep.series:
-        stride = 1 if wanted.every is None else max(1, round(wanted.every / record.step))
-        found[wanted.quantity] = np.asarray(getattr(record, wanted.quantity), dtype=np.float64)[::stride]
+        values = np.asarray(getattr(record, wanted.quantity), dtype=np.float64)
+        found[wanted.quantity] = values[:: wanted.stride(record.step)]
     return found
 
 

@@ -29,6 +29,9 @@ WIDE_STACK = 1000
 MOST_SATELLITES = 4096
 """Satellites of all cases in a chunk at most, which bounds the memory of a stack."""
 
+MOST_SERIES_BYTES = 64_000_000
+"""Size of the retained series of all cases in a chunk at most, unless a single case has more."""
+
 
 class ChunkObserver(Protocol):
     """What a function that flies a chunk reports meanwhile."""
@@ -133,20 +136,22 @@ class Engine(Protocol):
         """End all workers, whatever they do."""
 
 
-def chunk_size(cases: int, workers: int, satellites: int) -> int:
+def chunk_size(cases: int, workers: int, satellites: int, series_bytes: int = 0) -> int:
     """Cases in a chunk.
 
     Args:
         cases: to be flown.
         workers: chunks that are flown at the same time.
         satellites: in one case.
+        series_bytes: size of the retained series of one case.
     """
     workers = max(1, workers)
     # Rather fewer chunks than narrow ones, and as many for every worker.
     wide = workers * math.ceil(WIDE_STACK / max(1, satellites))
     rounds = max(1, min(CHUNKS_PER_WORKER, cases // wide))
     share = math.ceil(cases / (rounds * workers))
-    return max(1, min(share, MOST_CASES, MOST_SATELLITES // max(1, satellites)))
+    most = min(MOST_CASES, MOST_SATELLITES // max(1, satellites), MOST_SERIES_BYTES // max(1, series_bytes))
+    return max(1, min(share, most))
 
 
 @dataclass

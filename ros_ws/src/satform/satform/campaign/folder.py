@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.campaign.chunk import columns_of
+from satform.campaign.engine import MOST_SERIES_BYTES
 from satform.campaign.loader import load_campaign, save_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import (
@@ -57,7 +58,6 @@ LOCK = ".lock"
 _FORMAT = 1
 _MOST_BYTES = 100_000_000
 _MOST_ROWS = 5000
-_MOST_SERIES_BYTES = 64_000_000
 _PERIOD = 5.0
 """Wall-clock time after which finished cases are written, s."""
 
@@ -423,8 +423,8 @@ class ResultStore:
         """
         columns = self._folder.manifest.columns
         self._waiting += [columns.complete(result) for result in results]
-        self._bytes += sum(array.nbytes for result in results for array in result.series.values())
-        is_full = len(self._waiting) >= _MOST_ROWS or self._bytes >= _MOST_SERIES_BYTES
+        self._bytes += sum(map(_series_bytes, results))
+        is_full = len(self._waiting) >= _MOST_ROWS or self._bytes >= MOST_SERIES_BYTES
         if is_full or time.monotonic() >= self._next:
             self.flush()
 
@@ -436,6 +436,25 @@ class ResultStore:
         """
         waiting, self._waiting, self._bytes = self._waiting, [], 0
         self._next = time.monotonic() + _PERIOD
-        if waiting:
-            waiting.sort(key=lambda result: result.number)
-            write_results(self._folder.path, waiting, self._folder.manifest.schema)
+        waiting.sort(key=lambda result: result.number)
+        for part in _parts(waiting):
+            write_results(self._folder.path, part, self._folder.manifest.schema)
+
+
+def _parts(results: Sequence[CaseResult]) -> Iterator[list[CaseResult]]:
+    """Consecutive results for one file each, whose series are not larger than those of a chunk."""
+    part: list[CaseResult] = []
+    size = 0
+    for result in results:
+        own = _series_bytes(result)
+        if part and size + own > MOST_SERIES_BYTES:
+            yield part
+            part, size = [], 0
+        part.append(result)
+        size += own
+    if part:
+        yield part
+
+
+def _series_bytes(result: CaseResult) -> int:
+    return sum(array.nbytes for array in result.series.values())

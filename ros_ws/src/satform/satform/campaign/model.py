@@ -31,7 +31,7 @@ from satform.common.angle_text import DEGREES, DEGREES_PER_SECOND, is_angle
 from satform.common.name_list import listed
 from satform.common.spec import Complaint, Plugin, Positive, Spec
 from satform.files.named_file import BY_CONTENT
-from satform.record.flight_record import COLUMNS
+from satform.record.flight_record import COLUMNS, component_count
 from satform.scenario import Scenario, ScenarioError
 from satform.scenario.expectation import Expectation
 from satform.scenario.field_errors import nearest
@@ -43,6 +43,9 @@ _POSITIVE_DEFINITE = 1e-10
 """Least eigenvalue of a correlation matrix; below it a Cholesky factor is mostly rounding."""
 
 _FIGURE_SOURCE = "figure of a campaign"
+
+_MOST_CASE_BYTES = 256_000_000
+"""Size of the stored series of one case at most: it is in memory and in a message as a whole."""
 
 
 class Grid(Spec):
@@ -183,6 +186,14 @@ class RetainedSeries(Spec):
                 f"there is no quantity {self.quantity!r}{nearest(self.quantity, sorted(COLUMNS))}"
             )
         return self
+
+    def stride(self, step: float) -> int:
+        """Rows of the flight record from one that is stored to the next.
+
+        Args:
+            step: control period of the flight, s.
+        """
+        return 1 if self.every is None else max(1, round(self.every / step))
 
 
 class Keep(Spec):
@@ -410,7 +421,25 @@ class Campaign(Spec):
             for index, series in enumerate(self.keep.series)
             if names[series.quantity] > 1
         ]
+        if not complaints and self.series_bytes > _MOST_CASE_BYTES:
+            sentence = (
+                f"the series of one case take {self.series_bytes / 1e6:.0f} MB, and at most "
+                f"{_MOST_CASE_BYTES / 1e6:.0f} MB are allowed: give them a longer every, or store fewer"
+            )
+            complaints.append((("keep", "series"), sentence))
         return complaints
+
+    @property
+    def series_bytes(self) -> int:
+        """Size of the stored series of a case that flies to its end, at most."""
+        timing = self.base.timing
+        return sum(
+            8
+            * (timing.steps // series.stride(timing.step) + 1)
+            * len(self.base.satellites)
+            * component_count(series.quantity)
+            for series in self.keep.series
+        )
 
     def _dispersed_step_complaints(self) -> list[Complaint]:
         """Series of which the cases of a dispersed step would have values at unlike times."""

@@ -141,10 +141,7 @@ def _shape(plan: FormationPlan) -> FlightShape:
 
 def _series(campaign: Campaign, shape: FlightShape) -> dict[str, DecimatedSeries] | None:
     """What keeps the series that the campaign retains, by quantity; None where blocks do not hold them."""
-    strides = {
-        wanted.quantity: 1 if wanted.every is None else max(1, round(wanted.every / shape.step))
-        for wanted in campaign.keep.series
-    }
+    strides = {wanted.quantity: wanted.stride(shape.step) for wanted in campaign.keep.series}
     try:
         return {name: DecimatedSeries(name, stride, shape) for name, stride in strides.items()}
     except KeyError:

@@ -401,6 +401,21 @@ COLUMNS = (
 )
 """Names of all that a record has for each satellite."""
 
+_VECTORS = frozenset(
+    {
+        *("position", "velocity", "measured_position", "measured_velocity"),
+        *("acceleration", "applied_acceleration", "sliding_variable", "wheel_torque", *ATTITUDE_VECTORS),
+        *("reference_position", "reference_velocity", "reference_acceleration"),
+        *("estimated_position_error", "estimated_velocity_error", "position_error", "velocity_error"),
+    }
+)
+
+
+def component_count(quantity: str) -> int:
+    """How many numbers a quantity of `COLUMNS` has for each satellite in a row."""
+    return 36 if quantity == "estimate_covariance" else 3 if quantity in _VECTORS else 1
+
+
 _MOST_NAMES = 8
 """Satellites that a text names."""
 
