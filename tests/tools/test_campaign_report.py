@@ -24,12 +24,13 @@ from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import result_files, write_results
 from satform.campaign.results import CaseResult
-from satform_tools.campaign import envelopes, report
+from satform_tools.campaign import envelopes, gallery, junit, plots, report, tables
 from satform_tools.campaign.exports import export
 from satform_tools.campaign.page.charts import MOST_POINTS, charts, drawn_pairs
 from satform_tools.campaign.study import Study, study
 from satform_tools.campaign.summary import MOST_FAILURES, Summary, summarise
 from satform_tools.cli import main as cli
+from satform_tools.console import to_json
 from satform_tools.report.formats import Format
 
 HOSTILE = "</script><script>alert(1)</script><b>&amp; \"bold\" 'it'</b>"
@@ -248,6 +249,63 @@ def test_a_figure_with_the_name_success_is_correlated_beside_success(tmp_path: P
         assert pairs[key].coefficient == pytest.approx(coefficient, abs=1e-12)
     assert "success" in {pair.figure for pair in drawn_pairs(found)}
     assert not any(pair.of_success for pair in drawn_pairs(found))
+
+
+def test_a_grid_has_no_intervals_and_no_p_values(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "made"
+    path.mkdir()
+    about = campaign(
+        name="made",
+        sampling={"kind": "grid", "repeats": 2},
+        set={"timing.duration": 60.0, "expect": []},
+        dispersions=[of(GAIN, grid={"values": [1.0e-3, 2.0e-3, 3.0e-3, 4.0e-3]})],
+        figures=[{"name": "residual", "measure": {"kind": "tracking_error"}}],
+        # Wilson's interval of 6 of 8 cases begins at 0.41.
+        expect=[
+            {"kind": "success_rate", "above": 0.7},
+            {"kind": "mean", "figure": "residual", "above": 100.0},
+        ],
+    )
+    folder = CampaignFolder.create(path, about, None, "2026-01-01T00:00:00+00:00")
+    results = [
+        CaseResult(
+            number,
+            changes={GAIN: 1.0e-3 * (1 + number % 4), "seed": number},
+            figures={"residual": float(number % 4)},
+            success=number % 4 > 0,
+        )
+        for number in range(about.cases)
+    ]
+    write_results(path, results, folder.manifest.schema)
+    summary = summarise(folder, folder.campaign())
+    assert [verdict.met for verdict in summary.verdicts] == [True, False]
+    found = study(summary)
+    assert found.rates[0].rates[:, 0].tolist() == [0.0, 1.0, 1.0, 1.0]
+    assert np.isnan(found.rates[0].rates[:, 1:]).all()
+    assert found.correlations[0].coefficient == pytest.approx(1.0)
+    assert all(np.isnan(pair.p_value) and not pair.significant for pair in found.correlations)
+    [chart] = charts(found)["rates"]
+    assert (chart["parts"][0]["low"], chart["parts"][0]["high"], chart["note"]) == (None, None, "")
+    tables.print_summary(summary)
+    printed = capsys.readouterr().out
+    assert "Success: 6 of 8, 75 %\n" in printed
+    assert "95 % interval" not in printed
+    assert "nan" not in printed
+    data = json.loads(to_json(summary.data()))
+    assert (data["success_rate"]["estimate"], data["success_rate"]["low"]) == (0.75, None)
+    shown = Shown(report.write(summary, tmp_path / "page", [Format.SVG])[0]).texts
+    assert "75 %" in shown
+    assert "There are no p-values: the cases are not drawn at random." in shown
+    assert not any("nan" in text.split() or "(95 %)" in text for text in shown)
+    junit.write(summary, tmp_path / "junit.xml")
+    failure = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testcase/failure")  # noqa: S314 - our own
+    assert failure is not None
+    assert failure.get("message") == "expected ≥ 100, found 1.5 m"
+    monkeypatch.setattr(gallery, "FOLDER", tmp_path)
+    gallery.save(plots.overview(found), summary, gallery.picture("made"))
+    assert "6 of 8 cases succeed: 75 %. 1 of 2 expectations met" in gallery._entry(about)
 
 
 def test_a_few_cases_far_from_all_others_leave_the_histogram_its_shape(tmp_path: Path) -> None:

@@ -110,6 +110,14 @@ WRONG = [
         4,
         "at most 50000000 are held in memory",
     ),
+    (
+        HEAD.replace("runs: 10\n", "sampling: {kind: grid}\n")
+        + "dispersions: [{path: orbit.period, grid: {values: [5e+3, 6e+3]}}]\n"
+        + "expect:\n  - {kind: success_rate, above: 0.5}\n"
+        + "  - {kind: success_rate, above: 0.5, compare: interval}\n",
+        7,
+        "the sampling grid draws no cases at random and has no interval: use estimate",
+    ),
     (HEAD + "sampling: {kind: sobl}\n", 4, "did you mean sobol?"),
     (HEAD + "set: {timing.stp: 1.0}\n", 4, "there is no such field; did you mean step?"),
     (HEAD + "set:\n  satellites[9].scale: 1.0\n", 5, "entries are counted from 0 to 2"),

@@ -85,3 +85,12 @@ def test_an_expectation_needs_a_bound_that_allows_something(kind: str) -> None:
         made(kind, **fields)
     with pytest.raises(ValidationError, match="allow nothing"):
         made(kind, **fields, above=0.9, below=0.1)
+
+
+def test_cases_that_are_not_random_are_judged_by_the_estimate_and_have_no_interval() -> None:
+    success, figures = np.ones(20, dtype=bool), {"dv": np.arange(20.0)}
+    expected = [made("success_rate", above=0.95), made("percentile", figure="dv", percentile=50, below=10.0)]
+    assert [found.met for found in judge(expected, success, figures, {})] == [False, True]
+    for found in judge(expected, success, figures, {}, is_random=False):
+        assert (found.met, found.compared) == (True, "estimate")
+        assert np.isnan([found.low, found.high]).all()

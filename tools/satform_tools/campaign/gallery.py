@@ -8,6 +8,7 @@ texts; a digest that differs from the campaign's shows that a picture is out of 
 
 import io
 import json
+import math
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -113,7 +114,7 @@ def save(drawn: Figure, summary: Summary, file: Path) -> None:
     results = {
         "cases": summary.flown,
         "succeeded": summary.succeeded,
-        "rate": list(summary.rate),
+        "rate": [None if math.isnan(value) else value for value in summary.rate],
         "hash": summary.results_hash,
         "verdicts": [
             {
@@ -155,14 +156,19 @@ def _entry(campaign: Campaign) -> str:
         lines += ["", " ".join(part.split())]
     text = _text(name)
     if text:
-        lines += ["", f"![{title}](campaign_gallery/{name}.png)", "", _results(json.loads(text[_RESULTS]))]
+        results = _results(json.loads(text[_RESULTS]), is_random=campaign.sampling.is_random)
+        lines += ["", f"![{title}](campaign_gallery/{name}.png)", "", results]
     lines += ["", f"    ./tools/satform campaign run {name}"]
     return "\n".join([*lines, ""])
 
 
-def _results(found: dict[str, Any]) -> str:
+def _results(found: dict[str, Any], *, is_random: bool) -> str:
     """Success rate and verdicts in a sentence; the hash over all results."""
-    rate, low, high = (100.0 * value for value in found["rate"])
+    rate, *limits = found["rate"]
+    interval = ""
+    if is_random:
+        low, high = (100.0 * value for value in limits)
+        interval = f", with a 95 % interval of {low:.4g} to {high:.4g} %"
     parts = [
         f"{verdict['label']} {verdict['found']} ({verdict['allowed']})"
         + ("" if verdict["met"] else " (**missed**)")
@@ -170,8 +176,8 @@ def _results(found: dict[str, Any]) -> str:
     ]
     met = sum(verdict["met"] for verdict in found["verdicts"])
     return (
-        f"{found['succeeded']} of {found['cases']} cases succeed: {rate:.4g} %, with a 95 % interval of "
-        f"{low:.4g} to {high:.4g} %. {met} of {len(parts)} expectations met: {'; '.join(parts)}. "
+        f"{found['succeeded']} of {found['cases']} cases succeed: {100.0 * rate:.4g} %{interval}. "
+        f"{met} of {len(parts)} expectations met: {'; '.join(parts)}. "
         f"Hash over all results: `{found['hash'][:16]}`."
     )
 

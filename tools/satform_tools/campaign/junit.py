@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from satform.files.durable_file import write_durably
 from satform_tools import console
-from satform_tools.campaign.summary import Summary
+from satform_tools.campaign.summary import Summary, interval_text
 
 
 def write(summary: Summary, file: Path) -> None:
@@ -35,8 +35,8 @@ def write(summary: Summary, file: Path) -> None:
         test = _case(suite, summary, verdict.label)
         if not verdict.met:
             found = f"{console.number(verdict.statistic)} {verdict.unit}".strip()
-            interval = f"{console.number(verdict.low)} to {console.number(verdict.high)}"
-            message = f"expected {verdict.allowed}, found {found} ({interval})"
+            interval = interval_text(verdict.low, verdict.high, ".7g")
+            message = f"expected {verdict.allowed}, found {found}{f' ({interval})' if interval else ''}"
             SubElement(test, "failure", message=_text(message))
     for failed in summary.failures:
         test = _case(suite, summary, f"case {failed.number}")

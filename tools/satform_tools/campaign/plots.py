@@ -22,6 +22,7 @@ from satform_tools.campaign.page.charts import (
     with_unit,
 )
 from satform_tools.campaign.study import Correlation, Histogram, RateByValue, Study
+from satform_tools.campaign.summary import interval_text
 
 _BLUE, _RED = "#0072B2", "#D55E00"
 _COLUMNS = 3
@@ -61,9 +62,10 @@ def overview(study: Study) -> Figure:
     panels += found["dependences"][: max(1, 6 - len(panels))]
     drawn = tiled(panels[:6])
     rate, low, high = (100.0 * value for value in study.summary.rate)
+    interval = interval_text(low, high, ".3g")
     drawn.suptitle(
         f"{study.summary.campaign.title}\n{study.summary.succeeded} of {study.summary.flown} cases succeed: "
-        f"{rate:.3g} % ({low:.3g} to {high:.3g} %)",
+        f"{rate:.3g} %{f' ({interval} %)' if interval else ''}",
         fontsize=12,
         color=INK,
     )
@@ -103,9 +105,8 @@ def rate_by_value(found: RateByValue, axes: Axes) -> None:
     rate, low, high = 100.0 * found.rates.T
     numeric = all(isinstance(value, int | float) for value in found.values)
     values = np.array(found.values if numeric else range(len(found.values)), dtype=np.float64)
-    axes.errorbar(
-        values, rate, (rate - low, high - rate), color=_BLUE, marker="o", ms=4, lw=1.2, elinewidth=1
-    )
+    bars = None if np.any(np.isnan(low)) else (rate - low, high - rate)
+    axes.errorbar(values, rate, bars, color=_BLUE, marker="o", ms=4, lw=1.2, elinewidth=1)
     if not numeric:
         axes.set_xticks(values, [str(value) for value in found.values])
     elif is_wide(values):

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult, ChangeValue
-from satform.campaign.statistics import success_rate
 from satform.numeric.elementwise import Array
 from satform_tools.campaign.envelopes import MOST_SAMPLED, Envelope, envelopes, sampled_cases
-from satform_tools.campaign.summary import CONFIDENCE, FigureSummary, Summary
+from satform_tools.campaign.summary import FigureSummary, Summary, rate_of
 
 _MOST_BINS = 40
 _WIDE = 100.0
@@ -91,7 +90,8 @@ class Correlation:
         input: name of the input.
         figure: name of the figure; for success "success", or another name where a figure has this one.
         coefficient: from -1 to 1.
-        p_value: probability of a coefficient at least as large without any dependence.
+        p_value: probability of a coefficient at least as large without any dependence; NaN where the sampling
+            is not random.
         cases: that it is computed from.
         significant: whether the p-value is below 5 % divided by the number of all pairs (Bonferroni).
         of_success: whether it is of success, 1 or 0, and of no figure.
@@ -114,7 +114,8 @@ class RateByValue:
         input: the input.
         values: that were flown, in order.
         cases: flown with each.
-        rates: success rate and limits of its 95 % interval (Wilson), shape (V, 3).
+        rates: success rate and limits of its 95 % interval (Wilson), shape (V, 3); the limits are NaN where
+            the sampling is not random.
     """
 
     input: Input
@@ -202,8 +203,8 @@ def study(summary: Summary) -> Study:
             for figure in known
         ),
         sample=sample,
-        correlations=tuple(correlations(sample)),
-        rates=tuple(_rates(inputs, counts.by_value)),
+        correlations=tuple(correlations(sample, is_random=campaign.sampling.is_random)),
+        rates=tuple(_rates(inputs, counts.by_value, is_random=campaign.sampling.is_random)),
         envelopes=tuple(envelopes(summary)),
     )
 
@@ -251,10 +252,11 @@ def limits_of(campaign: Campaign, figure: str) -> tuple[Limit, ...]:
     return tuple(found)
 
 
-def correlations(sample: Sample) -> list[Correlation]:
+def correlations(sample: Sample, *, is_random: bool) -> list[Correlation]:
     """Spearman's rank correlation of every input and figure, and of every input and success; strongest first.
 
-    Pairs of which one is the same in all cases are left out, as are fewer than four cases.
+    Pairs of which one is the same in all cases are left out, as are fewer than four cases. Without random
+    sampling they have no p-value, and none is significant.
     """
     figures, success = dict(sample.figures), _name_of_success(sample)
     if 0 < np.count_nonzero(sample.success) < len(sample.success):
@@ -266,7 +268,15 @@ def correlations(sample: Sample) -> list[Correlation]:
     ]
     level = 0.05 / max(1, len(pairs))
     found = [
-        Correlation(first, second, coefficient, p_value, cases, p_value < level, second == success)
+        Correlation(
+            input=first,
+            figure=second,
+            coefficient=coefficient,
+            p_value=p_value if is_random else math.nan,
+            cases=cases,
+            significant=is_random and p_value < level,
+            of_success=second == success,
+        )
         for first, second, coefficient, p_value, cases in pairs
     ]
     return sorted(found, key=lambda pair: (-abs(pair.coefficient), pair.figure, pair.input))
@@ -391,7 +401,7 @@ def _sample(results: Sequence[CaseResult], inputs: Sequence[Input], summary: Sum
 
 
 def _rates(
-    inputs: Sequence[Input], by_value: dict[str, dict[ChangeValue, list[int]]]
+    inputs: Sequence[Input], by_value: dict[str, dict[ChangeValue, list[int]]], *, is_random: bool
 ) -> Iterator[RateByValue]:
     for found in inputs:
         counted = by_value.get(found.path, {})
@@ -399,7 +409,6 @@ def _rates(
             continue
         values = sorted(counted, key=lambda value: (isinstance(value, str), value))
         rates = [
-            success_rate(np.arange(counted[value][0]) < counted[value][1], CONFIDENCE, "wilson")
-            for value in values
+            rate_of(np.arange(counted[value][0]) < counted[value][1], is_random=is_random) for value in values
         ]
         yield RateByValue(found, tuple(values), tuple(counted[value][0] for value in values), np.array(rates))

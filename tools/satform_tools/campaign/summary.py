@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What came of a campaign: success rate, verdicts, figures, failures, and the hash over all results."""
 
+import math
 import re
 import shlex
 from collections.abc import Mapping, Sequence
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from satform.campaign.chunk import is_retained
 from satform.campaign.expectations import CampaignVerdict, judge
@@ -101,7 +103,8 @@ class Summary:
         campaign: that was flown.
         flown: cases that have a result.
         succeeded: cases that were a success.
-        rate: success rate of the flown cases and the limits of its 95 % interval (Wilson).
+        rate: success rate of the flown cases and the limits of its 95 % interval (Wilson), NaN where the
+            sampling is not random.
         lost: cases that a time-out or the end of a worker process ended.
         stacked: cases that were flown in stacks.
         records_missing: cases whose record the campaign retains, and could not be stored.
@@ -263,17 +266,17 @@ def summarise(
             _add_failure(found, Failure(result.number, result.reason, result.record_path or "", result.lost))
     success = success[: found.flown]
     figures = {name: values[: found.flown] for name, values in figures.items()}
-    units = campaign.figure_units
+    units, is_random = campaign.figure_units, campaign.sampling.is_random
     return Summary(
         folder=folder,
         campaign=campaign,
         flown=found.flown,
         succeeded=int(np.count_nonzero(success)),
-        rate=success_rate(success, CONFIDENCE, "wilson"),
+        rate=rate_of(success, is_random=is_random),
         lost=found.lost,
         stacked=found.stacked,
         records_missing=found.records_missing,
-        verdicts=judge(campaign.expect, success, figures, units) if found.flown else (),
+        verdicts=judge(campaign.expect, success, figures, units, is_random=is_random) if found.flown else (),
         figures=[
             _figure(name, units.get(name, ""), values, met.get(name)) for name, values in figures.items()
         ],
@@ -285,6 +288,17 @@ def summarise(
         reason=reason,
         speed=speed,
     )
+
+
+def rate_of(success: NDArray[np.bool_], *, is_random: bool) -> tuple[float, float, float]:
+    """Success rate of cases, shape (R,), and the limits of its 95 % interval, NaN if they are not random."""
+    rate, low, high = success_rate(success, CONFIDENCE, "wilson")
+    return (rate, low, high) if is_random else (rate, math.nan, math.nan)
+
+
+def interval_text(low: float, high: float, form: str) -> str:
+    """An interval with its numbers in a format, as `0.1 to 0.2`; empty where there is none."""
+    return "" if math.isnan(low) and math.isnan(high) else f"{low:{form}} to {high:{form}}"
 
 
 def kind_of(reason: str) -> str:

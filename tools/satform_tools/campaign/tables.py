@@ -4,7 +4,7 @@
 
 from satform_tools import console
 from satform_tools.campaign.progress import duration_text, rate_text
-from satform_tools.campaign.summary import Summary
+from satform_tools.campaign.summary import Summary, interval_text
 
 _MOST_LISTED = 10
 """Failed cases and kinds of reasons that are printed."""
@@ -34,6 +34,7 @@ def print_summary(summary: Summary) -> None:
 
 def _print_cases(summary: Summary) -> None:
     rate, low, high = summary.rate
+    interval = interval_text(100 * low, 100 * high, ".4g")
     flown = f"{summary.flown} of {summary.cases} cases flown"
     if summary.speed is not None and summary.speed.cases:
         speed = summary.speed
@@ -44,8 +45,8 @@ def _print_cases(summary: Summary) -> None:
     console.line(flown)
     if summary.flown:
         console.line(
-            f"Success: {summary.succeeded} of {summary.flown}, {100 * rate:.4g} % "
-            f"(95 % interval {100 * low:.4g} to {100 * high:.4g} %)"
+            f"Success: {summary.succeeded} of {summary.flown}, {100 * rate:.4g} %"
+            f"{f' (95 % interval {interval} %)' if interval else ''}"
         )
         if summary.lost:
             console.line(f"Ended by a time-out or with their worker process: {summary.lost}")
@@ -71,7 +72,7 @@ def _print_verdicts(summary: Summary) -> None:
         (
             verdict.label,
             f"{verdict.statistic:.5g} {verdict.unit}".strip(),
-            f"{verdict.low:.5g} to {verdict.high:.5g}",
+            interval_text(verdict.low, verdict.high, ".5g") or "-",
             verdict.allowed,
             "pass" if verdict.met else "MISSED",
         )

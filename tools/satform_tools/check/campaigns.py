@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from satform.campaign.effects import case_problems, without_effect
-from satform.campaign.expectations import MeanSpec, PercentileSpec, SuccessRateSpec
+from satform.campaign.expectations import MeanSpec, PercentileSpec, SuccessRateSpec, by_estimate
 from satform.campaign.loader import load_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.sampling import SobolSpec
@@ -75,7 +75,9 @@ def decided_before(campaign: Campaign) -> Iterator[tuple[int, str]]:
     """
     if campaign.cases > _MOST_CASES:
         return
-    for index, wanted in enumerate(campaign.expect):
+    is_random = campaign.sampling.is_random
+    expected = campaign.expect if is_random else map(by_estimate, campaign.expect)
+    for index, wanted in enumerate(expected):
         if isinstance(wanted, SuccessRateSpec):
             sentence = _decided_rate(wanted, campaign.cases)
         elif isinstance(wanted, PercentileSpec | MeanSpec) and wanted.compare == "interval":

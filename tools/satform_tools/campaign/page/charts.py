@@ -90,6 +90,7 @@ def _rate(index: int, found: RateByValue) -> Chart:
     numeric = all(isinstance(value, int | float) for value in found.values)
     values = np.array(found.values, dtype=np.float64) if numeric else np.arange(float(len(found.values)))
     rate, low, high = 100.0 * found.rates.T
+    has_interval = not np.any(np.isnan(low))
     part = {
         "kind": "range",
         "name": "success rate",
@@ -97,14 +98,14 @@ def _rate(index: int, found: RateByValue) -> Chart:
         "x": packed(values),
         "names": None if numeric else [str(value) for value in found.values],
         "y": packed(rate),
-        "low": packed(low),
-        "high": packed(high),
+        "low": packed(low) if has_interval else None,
+        "high": packed(high) if has_interval else None,
         "cases": list(found.cases),
     }
     x = {"title": found.input.path, "log": is_wide(values) if numeric else False, "names": not numeric}
     title = f"Success by {found.input.name}"
     chart = _chart(f"rate-{index}", title, x, {"title": "success rate [%]", "zero": True}, [part])
-    chart["note"] = "Bars: 95 % interval (Wilson)."
+    chart["note"] = "Bars: 95 % interval (Wilson)." if has_interval else ""
     return chart
 
 

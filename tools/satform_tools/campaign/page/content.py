@@ -4,6 +4,7 @@
 
 import io
 import json
+import math
 from typing import Any
 
 from ruamel.yaml import YAML
@@ -11,7 +12,7 @@ from ruamel.yaml import YAML
 from satform_tools.campaign.envelopes import MOST_SAMPLED
 from satform_tools.campaign.progress import duration_text, rate_text
 from satform_tools.campaign.study import Study
-from satform_tools.campaign.summary import Speed, Summary
+from satform_tools.campaign.summary import Speed, Summary, interval_text
 from satform_tools.console import number
 from satform_tools.report.page.content import Fact, PageTable, Status
 from satform_tools.run.run_result import versions
@@ -80,9 +81,10 @@ def facts(study: Study, speed: Speed | None) -> list[Fact]:
     summary = study.summary
     rate, low, high = summary.rate
     campaign, count = summary.campaign, len(study.inputs)
+    interval = interval_text(100 * low, 100 * high, ".4g")
     found = [
         Fact("Success", f"{summary.succeeded} of {summary.flown} cases"),
-        Fact("Success rate", f"{100 * rate:.4g} % ({100 * low:.4g} to {100 * high:.4g} %)"),
+        Fact("Success rate", f"{100 * rate:.4g} %{f' ({interval} %)' if interval else ''}"),
         Fact("Cases", f"{summary.flown} of {summary.cases} flown"),
         Fact("Scenario", campaign.base.name),
         Fact("Sampling", str(getattr(campaign.sampling, "kind", "own")).replace("_", " ")),
@@ -108,11 +110,12 @@ def expectations(summary: Summary) -> PageTable:
             verdict.label,
             verdict.allowed,
             f"{number(verdict.statistic)} {verdict.unit}".rstrip(),
-            f"{number(verdict.low)} to {number(verdict.high)} ({100 * verdict.confidence:g} %)",
+            f"{interval} ({100 * verdict.confidence:g} %)" if interval else "-",
             verdict.compared,
             "passed" if verdict.met else "missed",
         )
         for verdict in summary.verdicts
+        for interval in [interval_text(verdict.low, verdict.high, ".7g")]
     ]
     styles = {row: "met" if verdict.met else "missed" for row, verdict in enumerate(summary.verdicts)}
     headings = ("expectation of all cases", "allowed", "found", "interval", "compared", "result")
@@ -138,9 +141,9 @@ def correlations(study: Study) -> PageTable:
             pair.input,
             pair.figure,
             f"{pair.coefficient:+.3f}",
-            f"{pair.p_value:.1e}",
+            "-" if math.isnan(pair.p_value) else f"{pair.p_value:.1e}",
             str(pair.cases),
-            "yes" if pair.significant else "no",
+            "-" if math.isnan(pair.p_value) else "yes" if pair.significant else "no",
         )
         for pair in study.correlations[:MOST_PAIRS]
     ]
@@ -200,6 +203,8 @@ def _inputs_note(study: Study) -> str:
 def _correlations_note(study: Study) -> str:
     count = len(study.correlations)
     note = f"Significant: p-value below 0.05 / {count}, the number of all pairs (Bonferroni)."
+    if not study.summary.campaign.sampling.is_random:
+        note = "There are no p-values: the cases are not drawn at random."
     if count > MOST_PAIRS:
         note += f" {count - MOST_PAIRS} weaker pairs are not listed."
     return note

@@ -46,7 +46,7 @@
     return [{
       type: "scatter", mode: part.names ? "markers" : "lines+markers", name: plain(part.name),
       x: part.names ? part.names.map(short) : numbers(part.x), y,
-      error_y: {
+      error_y: part.low === null ? { visible: false } : {
         type: "data", symmetric: false, array: numbers(part.high).map((value, i) => value - y[i]),
         arrayminus: numbers(part.low).map((value, i) => y[i] - value), color: colour(part.colour), thickness: 1.2,
       },

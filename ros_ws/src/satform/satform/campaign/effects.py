@@ -5,7 +5,7 @@
 from collections.abc import Iterator, Sequence
 
 from satform.campaign.cases import case_scenario, changed_scenario, values_at
-from satform.campaign.distributions import ChoiceSpec
+from satform.campaign.distributions import LARGEST_QUANTILE, LEAST_QUANTILE, ChoiceSpec
 from satform.campaign.model import Campaign, Dispersion
 from satform.campaign.paths import Target
 from satform.campaign.plan_digest import plan_digest
@@ -14,7 +14,7 @@ from satform.common.name_list import listed
 from satform.scenario import ScenarioError
 
 _BEYOND = 0.05
-"""Probability that any case of the campaign lies beyond the values that are tried."""
+"""Probability that any field of a dispersion lies beyond the values that are tried in any case."""
 
 _FIRST_CASES = 3
 """Cases that are tried as they are."""
@@ -30,7 +30,8 @@ def case_problems(campaign: Campaign) -> list[tuple[int | None, str]]:
     """Values of the campaign with which the scenario cannot fly.
 
     Each dispersion is tried alone at both ends of what the cases reach, all are tried together there, and the
-    first cases as they are. The ends are quantiles that no case passes with a probability of 95 %.
+    first cases as they are. The ends are quantiles that no draw passes with a probability of 95 %, whatever
+    the number of cases and of fields of the dispersion.
 
     Args:
         campaign: loaded.
@@ -119,9 +120,10 @@ def _along(
 def _ends(campaign: Campaign, dispersion: Dispersion) -> list[Coordinate]:
     if dispersion.grid is not None or isinstance(dispersion.distribution, ChoiceSpec):
         return list(_probes(dispersion))
-    # That none of n draws passes an end has the probability (1 - q)^n, about 1 - q n.
-    quantile = 0.5 * _BEYOND / max(1, campaign.cases)
-    return [quantile, 1.0 - quantile]
+    # That none of n draws passes an end has the probability (1 - q)^n, about 1 - q n; each axis is a draw.
+    axes = sum(campaign.dispersions[axis.dispersion] is dispersion for axis in campaign.axes)
+    quantile = max(LEAST_QUANTILE, 0.5 * _BEYOND / max(1, campaign.cases * axes))
+    return [quantile, min(LARGEST_QUANTILE, 1.0 - quantile)]
 
 
 def _probes(dispersion: Dispersion) -> Iterator[Coordinate]:

@@ -4,7 +4,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -27,8 +27,8 @@ class CampaignVerdict:
         label: what was judged, in words.
         unit: of the statistic, as that of the figure; empty for a rate.
         statistic: estimate over all cases; NaN when the cases do not give one.
-        low: lower limit of the confidence interval.
-        high: upper limit of it.
+        low: lower limit of the confidence interval; NaN where the sampling is not random.
+        high: upper limit of it; NaN likewise.
         confidence: of the interval.
         compared: which of them the bounds were compared with, in words.
         allowed: what was expected, in words.
@@ -55,7 +55,8 @@ class CampaignExpectation(Spec):
     """Confidence of the two-sided interval of the statistic."""
     compare: Literal["interval", "estimate"] = "estimate"
     """What the bounds are compared with: the limit of the confidence interval that is nearer to the bound's
-    wrong side, so that the bound holds with this confidence; or the estimate itself."""
+    wrong side, so that the bound holds with this confidence; or the estimate itself. The samplings `grid` and
+    `one_at_a_time` have no interval."""
 
     of_figure: ClassVar[bool] = True
 
@@ -123,7 +124,8 @@ class SuccessRateSpec(CampaignExpectation):
     """How the interval is computed: Wilson's score, or Clopper and Pearson's exact one, which is wider."""
     compare: Literal["interval", "estimate"] = "interval"
     """What the bounds are compared with: `above` with the lower limit of the confidence interval and `below`
-    with the upper one, so that the bound holds with this confidence; or the rate of these cases itself."""
+    with the upper one, so that the bound holds with this confidence; or the rate of these cases itself. The
+    samplings `grid` and `one_at_a_time` have no interval, and always compare the rate itself."""
 
     @model_validator(mode="after")
     def _bounded(self) -> "SuccessRateSpec":
@@ -226,6 +228,8 @@ def judge(
     success: NDArray[np.bool_],
     figures: Mapping[str, Array],
     units: Mapping[str, str],
+    *,
+    is_random: bool = True,
 ) -> list[CampaignVerdict]:
     """Judge all cases of a campaign, or those that have been flown.
 
@@ -234,8 +238,18 @@ def judge(
         success: of each case, shape (R,).
         figures: of each case by name, shape (R,) each; NaN where a case does not give one.
         units: of the figures, by name.
+        is_random: whether the cases are drawn at random. If not, no statistic has an interval, and estimates
+            are compared.
 
     Returns:
         A verdict for each expectation, in order.
     """
-    return [expectation.verdict(success, figures, units) for expectation in expectations]
+    if is_random:
+        return [expectation.verdict(success, figures, units) for expectation in expectations]
+    verdicts = (by_estimate(expectation).verdict(success, figures, units) for expectation in expectations)
+    return [replace(verdict, low=math.nan, high=math.nan) for verdict in verdicts]
+
+
+def by_estimate(expectation: CampaignExpectation) -> CampaignExpectation:
+    """The expectation with its bounds compared with the estimate."""
+    return expectation.model_copy(update={"compare": "estimate"})

@@ -277,6 +277,7 @@ class Campaign(Spec):
                 *self._correlation_complaints(),
                 *self._figure_complaints(),
                 *self._series_complaints(),
+                *self._interval_complaints(),
             ]
         if complaints:
             # The loader turns each complaint into a problem with a line of its own.
@@ -347,6 +348,18 @@ class Campaign(Spec):
             return [(("runs",), sentence)]
         sentence = self.sampling.complaint(len(self.axes), cases)
         return [(("sampling",), sentence)] if sentence else []
+
+    def _interval_complaints(self) -> list[Complaint]:
+        """Expectations that ask for a confidence interval of cases that are not drawn at random."""
+        if self.sampling.is_random:
+            return []
+        kind = str(getattr(self.sampling, "kind", "sampling"))
+        sentence = f"the sampling {kind} draws no cases at random and has no interval: use estimate"
+        return [
+            (("expect", index, "compare"), sentence)
+            for index, wanted in enumerate(self.expect)
+            if "compare" in wanted.model_fields_set and wanted.compare == "interval"
+        ]
 
     def _paths_are_right(self) -> bool:
         try:

@@ -62,6 +62,9 @@ class Sampling(Spec):
     """Whether the number of cases follows from the values that are listed, not from `runs`."""
     takes_grids: ClassVar[bool] = False
     """Whether a dispersion may list its values."""
+    is_random: ClassVar[bool] = True
+    """Whether the cases are drawn at random from the distributions. Only then statistics of all cases have
+    confidence intervals and p-values."""
 
     def cases(self, axes: Sequence[Axis], runs: int | None) -> int:
         """Number of cases.
@@ -104,6 +107,9 @@ class MonteCarloSpec(Sampling):
 class LatinHypercubeSpec(Sampling):
     """A Latin hypercube: of n runs one has each n-th of every distribution, in random combinations.
 
+    Of dispersions that are correlated this holds for the first of each group alone: the quantiles of the
+    others are mixed with those before them.
+
     Case N depends on the campaign's seed, N and the number of runs.
     """
 
@@ -144,6 +150,7 @@ class GridSpec(Sampling):
 
     enumerates: ClassVar[bool] = True
     takes_grids: ClassVar[bool] = True
+    is_random: ClassVar[bool] = False
 
     kind: Literal["grid"] = "grid"
     repeats: Annotated[int, Field(ge=1, le=1_000_000)] = 1
@@ -167,6 +174,7 @@ class OneAtATimeSpec(Sampling):
 
     enumerates: ClassVar[bool] = True
     takes_grids: ClassVar[bool] = True
+    is_random: ClassVar[bool] = False
 
     kind: Literal["one_at_a_time"] = "one_at_a_time"
     quantiles: Annotated[

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Confidence intervals of statistics over cases: of a success rate, a percentile and a mean."""
+"""Confidence intervals of statistics over cases: of a success rate, a percentile and a mean.
+
+They hold for cases drawn independently of each other.
+"""
 
 import math
 from typing import Literal
