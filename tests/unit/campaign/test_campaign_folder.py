@@ -62,8 +62,8 @@ def test_a_case_of_a_chunk_has_the_figures_of_its_scenario_flown_alone() -> None
         assert result.figures["effort"] == pytest.approx(record.effort.sum(axis=0).max(), rel=1e-12)
         assert result.success == result.met[verdict.label] == verdict.met
         assert result.reason == ("" if verdict.met else f"not as expected: {verdict.label}")
-        if result.state_hash is not None:
-            assert result.state_hash == record.digest()
+        assert (result.stacked, result.state_hash) == (True, None)
+        assert fly_case(small(), result.number).state_hash == record.digest()
 
 
 def test_a_flight_that_ends_early_and_one_that_cannot_be_flown_are_results_with_reasons() -> None:

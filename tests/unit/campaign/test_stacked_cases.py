@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cases of a campaign flown as one formation: the results are those of each case flown alone."""
 
+import math
 import struct
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,13 +10,17 @@ from typing import Any
 
 import pytest
 
-from campaigns import campaign, of
+from campaigns import SHIPPED, campaign, of, shortened_campaign
 from satform.campaign.chunk import fly_case, fly_chunk
+from satform.campaign.loader import load_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult
 from satform.campaign.stacked_cases import stacks
 from satform.evaluation.tracking import TrackingError
 from satform.record.flight_record import FlightRecord
+
+NOT_REACHED = {("triangle_dispersed", "agreement")}
+"""Names and figures of shipped campaigns that no flight of a short duration has."""
 
 STARTS = of("satellites[*].position_error[*]", {"kind": "normal", "standard_deviation": 50.0}, applied="add")
 
@@ -69,6 +74,23 @@ def test_cases_flown_as_one_have_the_results_of_each_flown_alone(
     assert all(result.stacked for result in results)
     assert [content(result) for result in results] == alone(dispersed, range(5))
     assert len({result.figures["effort"] for result in results}) == 5
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_ten_cases_of_a_shipped_campaign_flown_as_one_have_the_results_of_each_flown_alone(
+    name: str, tmp_path: Path
+) -> None:
+    shipped = load_campaign(shortened_campaign(name, tmp_path, ("position", "velocity", "acceleration")))
+    # From all parts of the campaign: a grid begins with cases that are much alike.
+    numbers = [index * (shipped.cases // 10 + 1) for index in range(10)]
+    flown = fly_chunk(shipped, numbers)
+    assert [content(result) for result in flown] == alone(shipped, numbers)
+    assert all(result.stacked for result in flown)
+    # At the two smallest rates of loss, no message may be lost in a short flight.
+    assert len({result.series["position"].tobytes() for result in flown}) >= 9
+    for figure in shipped.figure_names:
+        reached = any(math.isfinite(result.figures[figure]) for result in flown)
+        assert reached == ((name, figure) not in NOT_REACHED)
 
 
 def test_a_case_that_ends_early_is_flown_alone_and_says_why() -> None:
