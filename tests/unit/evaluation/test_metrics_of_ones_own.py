@@ -10,12 +10,14 @@ import pytest
 from figure_formulas import greatest, least, length
 from random_flights import blocks, expectation_of, flights, shape
 from satform.control.sampled_stability import SampledLoop
+from satform.evaluation.evaluate import figures_of
 from satform.evaluation.flight_figures import FlightFigures
 from satform.evaluation.loops import SpectralRadius
 from satform.evaluation.reducers import ExtremeOf
 from satform.evaluation.tracking import Distance, TrackingError, TrackingErrorAt
 from satform.record.flight_record import FlightRecord
 from satform.record.reducer import FlightShape, Reducer
+from satform.scenario.expectation import Loops
 from satform.scenario.windowed_expectation import OverWindow
 
 RADIUS = SpectralRadius(below=1.0, source="none")
@@ -69,6 +71,31 @@ def test_the_figure_of_loops_needs_no_flight() -> None:
     loops = [SampledLoop("tracking", ("a",), 0.5, "law"), SampledLoop("tracking", ("b",), 0.9, "law")]
     assert RADIUS.figure_of_loops(("a", "b"), lambda: loops) == 0.9
     assert math.isnan(TrackingError(below=1.0, source="none").figure_of_loops(("a", "b"), lambda: loops))
+
+
+class Margin(SpectralRadius):
+    """A metric of one's own of loops, by their figure and not by `figure_of_loops`."""
+
+    def figure(self, record: FlightRecord, loops: Loops | None) -> float:
+        return 1.0 - super().figure(record, loops)
+
+
+class OwnLoops(OverWindow):
+    """One that is of loops and has none of the kinds' own figures."""
+
+    of_loops = True
+
+    def measure(self, record: FlightRecord) -> float:
+        return 2.0
+
+
+def test_a_metric_of_loops_that_changes_the_figure_takes_whole_records() -> None:
+    flight = flights(np.random.default_rng(1), runs=1)[0]
+    expectations = [Margin(below=1.0, source="none"), RADIUS, OwnLoops(below=1.0, source="none")]
+    figures = FlightFigures(expectations, shape(flight))
+    assert (figures.whole_records, figures.of_loops) == ((0, 2), (1,))
+    loops = [SampledLoop("tracking", flight.record.satellites, 0.75, "law")]
+    assert figures_of(expectations, flight.record, lambda: loops) == [0.25, 0.75, 2.0]
 
 
 @pytest.mark.parametrize("seed", range(10))

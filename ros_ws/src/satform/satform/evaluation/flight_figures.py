@@ -17,7 +17,7 @@ class FlightFigures:
 
     Attributes:
         whole_records: indices of the expectations that measure whole records only: kinds that define
-            `measure` and no `reducer` of their own.
+            `measure` and no `reducer` of their own, and kinds of loops that define `figure` alone.
         of_loops: indices of those whose figure is one of the sampled loops, for which nothing is flown.
         needs: quantities of a `FlightRecord` that the blocks have to hold.
     """
@@ -31,9 +31,9 @@ class FlightFigures:
         """
         self._count, self._runs = len(expectations), 0
         made = {
-            index: expectation.reducer_in_flight(flight)
+            index: None if expectation.of_loops else expectation.reducer_in_flight(flight)
             for index, expectation in enumerate(expectations)
-            if not expectation.of_loops
+            if not expectation.is_of_loops()
         }
         self._reducers = {index: reducer for index, reducer in made.items() if reducer is not None}
         self.whole_records = tuple(index for index, reducer in made.items() if reducer is None)

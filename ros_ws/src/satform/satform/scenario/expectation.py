@@ -114,6 +114,15 @@ class Expectation(Spec):
                 break
         return None
 
+    def is_of_loops(self) -> bool:
+        """Whether `figure_of_loops` gives its figure; not where a subclass changed `measure` or `figure`."""
+        for kind in type(self).__mro__ if self.of_loops else ():
+            if kind is not Expectation and "figure_of_loops" in vars(kind):
+                return True
+            if {"measure", "figure"} & vars(kind).keys():
+                break
+        return False
+
     def measure(self, record: FlightRecord) -> float:
         """The figure in its unit; NaN when the record does not hold it.
 
