@@ -510,6 +510,7 @@ def test_cases_that_do_not_end_in_time_are_lost_and_are_flown_again_when_that_is
     words = ("run", slow, "--out", tmp_path / "out", "--workers", "1", "--timeout", "0.1")
     found = summary(capsys, *words)
     assert found["lost"] == found["failed"] == found["flown"] == 2
+    assert found["results_hash"] is None
     assert found["reasons"] == {"time-out: not flown within ... s of wall-clock time": 2}
     assert summary(capsys, "resume", tmp_path / "out")["lost"] == 2
     again = summary(capsys, "resume", tmp_path / "out", "--retry", "--workers", "1")

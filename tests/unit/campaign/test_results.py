@@ -20,7 +20,7 @@ from satform.campaign.result_files import (
     verify,
     write_results,
 )
-from satform.campaign.results import CaseResult, Columns, ResultsHash
+from satform.campaign.results import CaseResult, Columns, ResultsHash, failure_text
 
 COLUMNS = Columns(
     {"x": "number", "seed": "integer", "law": "text", "on": "boolean"}, ("effort", "error"), ("error",)
@@ -110,6 +110,23 @@ def test_the_hash_is_another_one_where_anything_of_a_result_is_another(other: Ca
 )
 def test_the_hash_does_not_depend_on_how_a_case_was_flown(other: CaseResult) -> None:
     assert hashed([other]) == hashed([result(5)])
+
+
+def test_of_an_exception_the_class_is_hashed_and_the_text_is_not() -> None:
+    first, second, other = (
+        hashed([replace(result(5), success=False, reason=failure_text(error))])
+        for error in (
+            ValueError("<law at 0x7f01>"),
+            ValueError("<law at 0x7f02>"),
+            KeyError("<law at 0x7f01>"),
+        )
+    )
+    assert first == second != other
+    early, later = (
+        hashed([replace(result(5), success=False, reason=f"it ended at {time} s: sat1 diverged")])
+        for time in (1, 2)
+    )
+    assert early != later
 
 
 def test_all_that_is_not_a_number_is_hashed_alike() -> None:

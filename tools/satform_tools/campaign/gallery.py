@@ -142,6 +142,8 @@ def _fly_and_draw(campaign: Campaign, folder: Path, workers: int | None) -> bool
         summary = command.run(campaign.name, folder, options)
     if not summary.complete:
         raise CommandError(f"{campaign.name} was not flown to its end: {summary.reason or 'it was stopped'}")
+    if summary.lost:
+        raise CommandError(f"{campaign.name} has {summary.lost} lost cases, so that its results have no hash")
     with mpl.rc_context(STYLE):
         save(FIGURES.get(campaign.name, overview)(study(summary)), summary, picture(campaign.name))
     met = all(verdict.met for verdict in summary.verdicts)

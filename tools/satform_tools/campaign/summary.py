@@ -112,7 +112,7 @@ class Summary:
         figures: one for each figure.
         kinds: reasons without their numbers, and how many cases have each; the most frequent first.
         failures: the first failed cases.
-        results_hash: over all results; None while cases are missing.
+        results_hash: over all results; None while cases are missing or lost.
         result_files: files of results that were read. While cases are flown more are written; whatever is
             computed for the same report reads these alone.
         stopped: whether the user stopped it.
@@ -282,7 +282,7 @@ def summarise(
         ],
         kinds=dict(sorted(found.kinds.items(), key=lambda kind: (-kind[1], kind[0]))),
         failures=found.failures,
-        results_hash=hashed.hexdigest() if found.flown == count else None,
+        results_hash=hashed.hexdigest() if found.flown == count and not found.lost else None,
         result_files=files,
         stopped=stopped,
         reason=reason,

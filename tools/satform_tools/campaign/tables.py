@@ -27,6 +27,11 @@ def print_summary(summary: Summary) -> None:
     console.line(f"Results: {summary.folder.path}")
     if summary.results_hash:
         console.line(f"Hash over all results: {summary.results_hash}")
+    elif summary.complete and summary.lost:
+        console.line(
+            "No hash over all results: lost cases depend on the machine; `satform campaign resume --retry` "
+            "flies them again"
+        )
     for index, file in enumerate(summary.files):
         console.line(f"        {file}" if index else f"Report: {file}")
     _print_conclusion(summary)

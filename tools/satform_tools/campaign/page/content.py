@@ -178,7 +178,7 @@ def provenance(summary: Summary, speed: Speed | None) -> PageTable:
         "flown in stacks": str(summary.stacked),
         "flown one by one": str(summary.flown - summary.stacked),
         "ended by a time-out or with their worker": str(summary.lost),
-        "hash over all results": summary.results_hash or "none while cases are missing",
+        "hash over all results": summary.results_hash or "none while cases are missing or lost",
         "flown with": _listed(dict(manifest.versions)),
         "reported with": _listed(versions()),
     }

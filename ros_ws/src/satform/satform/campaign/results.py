@@ -141,7 +141,9 @@ class ResultsHash:
     """Hash over the results of a campaign: number, changes, figures, verdicts and reason of every case.
 
     It does not depend on how, where or when the cases were flown. Figures of sampled loops are left out.
-    Results are added in order of their numbers.
+    Of a case that an exception ended, its class is hashed and its text is not, which may name addresses and
+    paths. Results are added in order of their numbers. A lost case says what the machine did: a campaign that
+    has one is not hashed.
     """
 
     def __init__(self, columns: Columns) -> None:
@@ -167,7 +169,7 @@ class ResultsHash:
 
 def _encoded(result: CaseResult, columns: Columns) -> bytes:
     """Canonical bytes of a result: each value behind its name and type, so that no two results share them."""
-    parts = [struct.pack("<q?", result.number, result.success), _text(result.reason)]
+    parts = [struct.pack("<q?", result.number, result.success), _text(_hashed_reason(result.reason))]
     for path, kind in columns.changes.items():
         if path in result.changes:
             parts += [_text(path), _value(result.changes[path], kind)]
@@ -178,6 +180,12 @@ def _encoded(result: CaseResult, columns: Columns) -> bytes:
     for name in columns.judged:
         parts += [_text(name), struct.pack("<?", result.met[name])]
     return _text(b"".join(parts))
+
+
+def _hashed_reason(reason: str) -> str:
+    """A reason; of an exception its class alone. Only `failure_text` writes one word before a colon."""
+    name = reason.partition(":")[0]
+    return name if name.isidentifier() else reason
 
 
 def _value(value: ChangeValue, kind: Kind) -> bytes:
