@@ -59,6 +59,14 @@ def test_agreement_is_drawn_when_one_percent_of_the_first_disagreement_is_left(t
     assert 60.0 < losses[known].max() < 100.0 * lossy_consensus(campaign.base).largest_loss()
 
 
+def test_phases_that_agree_from_the_start_agree_at_once(tmp_path: Path) -> None:
+    campaign = load_campaign(CAMPAIGNS / "lossy_links_sweep.yaml", SCENARIOS)
+    phases = 80.0 * np.arange(241.0)[:, None] * [1.0, 1.0, 1.0]
+    results = [CaseResult(0, case_values(campaign, 0), success=True, series={"arc_length": phases})]
+    drawn = lines(agreement_over_loss(studied(campaign, results, tmp_path / "sweep")))
+    assert drawn["flights"][1].tolist() == [0.0]
+
+
 def test_the_border_of_gains_has_a_spectral_radius_of_one(tmp_path: Path) -> None:
     campaign = load_campaign(CAMPAIGNS / "gain_sweep.yaml", SCENARIOS)
     results = [

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from satform.plot.style import FAINT, INK, STYLE, figure, time_unit
+from satform.plot.style import BLUE, FAINT, INK, RED, STYLE, figure, time_unit
 from satform_tools.campaign.envelopes import Envelope
 from satform_tools.campaign.page.charts import (
     drawn_pairs,
@@ -24,7 +24,6 @@ from satform_tools.campaign.page.charts import (
 from satform_tools.campaign.study import Correlation, Histogram, RateByValue, Study
 from satform_tools.campaign.summary import interval_text
 
-_BLUE, _RED = "#0072B2", "#D55E00"
 _COLUMNS = 3
 _MOST_PANELS = 12
 _PANEL = (4.6, 3.2)
@@ -106,7 +105,7 @@ def rate_by_value(found: RateByValue, axes: Axes) -> None:
     numeric = all(isinstance(value, int | float) for value in found.values)
     values = np.array(found.values if numeric else range(len(found.values)), dtype=np.float64)
     bars = None if np.any(np.isnan(low)) else (rate - low, high - rate)
-    axes.errorbar(values, rate, bars, color=_BLUE, marker="o", ms=4, lw=1.2, elinewidth=1)
+    axes.errorbar(values, rate, bars, color=BLUE, marker="o", ms=4, lw=1.2, elinewidth=1)
     if not numeric:
         axes.set_xticks(values, [str(value) for value in found.values])
     elif is_wide(values):
@@ -118,16 +117,16 @@ def rate_by_value(found: RateByValue, axes: Axes) -> None:
 
 def histogram(found: Histogram, axes: Axes) -> None:
     """Draw the distribution of a figure, its limits, and the part of failed cases."""
-    axes.stairs(found.counts, found.edges, fill=True, color=_BLUE, alpha=0.35, label="all cases")
-    axes.stairs(found.counts, found.edges, color=_BLUE)
+    axes.stairs(found.counts, found.edges, fill=True, color=BLUE, alpha=0.35, label="all cases")
+    axes.stairs(found.counts, found.edges, color=BLUE)
     if np.any(found.failed):
-        axes.stairs(found.failed, found.edges, fill=True, color=_RED, alpha=0.6, label="failed")
+        axes.stairs(found.failed, found.edges, fill=True, color=RED, alpha=0.6, label="failed")
         axes.legend(loc="best")
     if found.logarithmic:
         axes.set_xscale("log")
     for limit in found.limits:
         if is_near(limit.value, found):
-            axes.axvline(limit.value, color=_RED, ls="--", lw=1.2)
+            axes.axvline(limit.value, color=RED, ls="--", lw=1.2)
     axes.set_xlabel(_short(with_unit(found.figure.name, found.figure.unit)))
     axes.set_ylabel("cases")
     if found.outside:
@@ -139,8 +138,8 @@ def envelope(found: Envelope, axes: Axes) -> None:
     unit = time_unit(float(found.time[-1]))
     time = found.time / unit.size
     low, middle, high = found.percentiles.T
-    axes.fill_between(time, low, high, color=_BLUE, alpha=0.25, lw=0, label="5 to 95 %")
-    axes.plot(time, middle, color=_BLUE, label="median")
+    axes.fill_between(time, low, high, color=BLUE, alpha=0.25, lw=0, label="5 to 95 %")
+    axes.plot(time, middle, color=BLUE, label="median")
     if is_wide(found.percentiles):
         axes.set_yscale("log")
     axes.set_xlim(time[0], time[-1])
@@ -153,8 +152,8 @@ def envelope(found: Envelope, axes: Axes) -> None:
 def dependence(pair: Correlation, study: Study, axes: Axes) -> None:
     """Draw a figure over an input, case by case."""
     _, first, second, success = scatter_of(pair, study)
-    axes.scatter(first[success], second[success], s=6, color=_BLUE, alpha=0.6, lw=0)
-    axes.scatter(first[~success], second[~success], s=8, color=_RED, alpha=0.8, lw=0)
+    axes.scatter(first[success], second[success], s=6, color=BLUE, alpha=0.6, lw=0)
+    axes.scatter(first[~success], second[~success], s=8, color=RED, alpha=0.8, lw=0)
     if is_wide(first):
         axes.set_xscale("log")
     if is_wide(second):

@@ -20,8 +20,8 @@ from satform_tools.campaign.envelopes import MOST_SAMPLED, Envelope, envelopes, 
 from satform_tools.campaign.summary import FigureSummary, Summary, rate_of
 
 _MOST_BINS = 40
-_WIDE = 100.0
-"""A figure whose values differ by more than this factor has bins of equal ratio."""
+WIDE = 100.0
+"""Positive values that differ by more than this factor have a logarithmic axis and bins of equal ratio."""
 
 _FAR, _ROOM = 2.0, 0.5
 """A histogram shows all values up to so far from the middle 90 %, in the width of these; where there are
@@ -307,19 +307,24 @@ def _statistic(wanted: object) -> str:
     return "mean" if percentile is None else f"{percentile:g} % percentile"
 
 
+def is_wide_range(minimum: float, maximum: float) -> bool:
+    """Whether values between two numbers need a logarithmic axis."""
+    return minimum > 0.0 and maximum > WIDE * minimum
+
+
 def _is_wide(figure: FigureSummary) -> bool:
-    if figure.minimum > 0.0:
-        return figure.maximum > _WIDE * figure.minimum
+    if is_wide_range(figure.minimum, figure.maximum):
+        return True
     # Many that are nearly zero, and a few that have grown.
     middle = figure.percentiles[1]
-    return figure.minimum == 0.0 < middle and figure.maximum > _WIDE * middle
+    return figure.minimum == 0.0 < middle and figure.maximum > WIDE * middle
 
 
 def _range(figure: FigureSummary) -> tuple[float, float]:
     """The values that a histogram shows: all but a few that are far from all others."""
     low, middle, high = figure.percentiles
     if _is_wide(figure):
-        return figure.minimum or low or middle / _WIDE**3, figure.maximum
+        return figure.minimum or low or middle / WIDE**3, figure.maximum
     span = high - low
     if span == 0.0:
         return figure.minimum, figure.maximum

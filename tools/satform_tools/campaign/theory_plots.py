@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from satform.campaign.result_files import all_series
 from satform.evaluation.stability_borders import lossy_consensus, stability_border
 from satform.numeric.elementwise import Array
-from satform.plot.style import FAINT, INK, figure
+from satform.plot.style import BLUE, FAINT, INK, RED, figure
 from satform_tools.campaign.study import Study
 
-_BLUE, _RED = "#0072B2", "#D55E00"
 _AGREED = 0.01
 """Part of the disagreement at the start below which satellites agree."""
 
@@ -37,9 +36,9 @@ def agreement_over_loss(study: Study) -> Figure:
     drawn = figure(9.0, 5.0)
     axes = drawn.subplots()
     agreed = np.isfinite(of_cases)
-    axes.plot(100 * losses[agreed], of_cases[agreed], "o", ms=3.5, alpha=0.5, color=_BLUE, label="flights")
+    axes.plot(100 * losses[agreed], of_cases[agreed], "o", ms=3.5, alpha=0.5, color=BLUE, label="flights")
     never = np.full(np.count_nonzero(~agreed), 1.03 * longest)
-    axes.plot(100 * losses[~agreed], never, "^", ms=5, color=_RED, label="flights that do not agree in time")
+    axes.plot(100 * losses[~agreed], never, "^", ms=5, color=RED, label="flights that do not agree in time")
     axes.plot(
         *_agreement_by_theory(study, longest), color=INK, label="theory: root mean square of all flights"
     )
@@ -65,8 +64,8 @@ def stability_over_gains(study: Study) -> Figure:
     drawn = figure(9.0, 5.0)
     axes = drawn.subplots()
     for name, colour, marker, rows in (
-        ("flights that converge", _BLUE, "o", sample.success),
-        ("flights that do not", _RED, "x", ~sample.success),
+        ("flights that converge", BLUE, "o", sample.success),
+        ("flights that do not", RED, "x", ~sample.success),
     ):
         axes.plot(gain[rows], layer[rows], marker, ms=5, color=colour, ls="", label=name)
     gains = np.linspace(gain.min(), gain.max(), _GAINS)
@@ -130,7 +129,10 @@ def _disagreement(phases: Array) -> Array:
 
 
 def _last_above(disagreement: Array) -> float:
-    """Rows after which the disagreement stays below its part; infinite where it does not."""
+    """Rows after which the disagreement stays below its part; infinite where it does not.
+
+    No row where there is no disagreement from the start.
+    """
     above = np.flatnonzero(disagreement > _AGREED * disagreement[0])
-    rows = int(above[-1]) + 1
+    rows = int(above[-1]) + 1 if len(above) else 0
     return float(rows) if rows < len(disagreement) else math.inf

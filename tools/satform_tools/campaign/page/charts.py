@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from satform.numeric.elementwise import Array
 from satform.plot.style import time_unit
 from satform_tools.campaign.envelopes import Envelope
-from satform_tools.campaign.study import Correlation, Histogram, RateByValue, Study
+from satform_tools.campaign.study import WIDE, Correlation, Histogram, RateByValue, Study, is_wide_range
 from satform_tools.report.page.document import packed
 
 Chart: TypeAlias = dict[str, Any]
@@ -23,7 +23,6 @@ MOST_POINTS = 1000
 """Cases in a scatter plot."""
 
 _MOST_ROWS, _MOST_COLUMNS = 30, 16
-_WIDE = 100.0
 
 
 def charts(study: Study) -> dict[str, list[Chart]]:
@@ -56,14 +55,14 @@ def scatter_of(pair: Correlation, study: Study) -> tuple[NDArray[np.int64], Arra
 def is_wide(values: Array) -> bool:
     """Whether values need a logarithmic axis."""
     known = values[np.isfinite(values)]
-    return bool(known.size and known.min() > 0.0 and known.max() > _WIDE * known.min())
+    return bool(known.size) and is_wide_range(float(known.min()), float(known.max()))
 
 
 def is_near(value: float, found: Histogram) -> bool:
     """Whether a limit can be drawn and leaves room for the cases."""
     low, high = float(found.edges[0]), float(found.edges[-1])
     if found.logarithmic:
-        return low / _WIDE <= value <= high * _WIDE
+        return low / WIDE <= value <= high * WIDE
     return low - (high - low) <= value <= high + (high - low)
 
 

@@ -21,7 +21,6 @@ MOST_PAIRS = 60
 """Rank correlations that are listed."""
 
 _MOST_REASONS = 30
-_MOST_FAILURES = 100
 
 
 def page_content(study: Study, speed: Speed | None) -> dict[str, Any]:
@@ -54,7 +53,7 @@ def page_content(study: Study, speed: Speed | None) -> dict[str, Any]:
                 "reason": failure.reason,
                 "command": summary.command(failure.number),
             }
-            for failure in summary.failures[:_MOST_FAILURES]
+            for failure in summary.failures
         ],
         "failures_note": _failures_note(summary),
         "paragraphs": [" ".join(part.split()) for part in text.strip().split("\n\n")],
@@ -215,7 +214,7 @@ def _failures_note(summary: Summary) -> str:
         return "No case is flown."
     if not summary.failed:
         return f"None: all {summary.flown} flown cases succeeded."
-    shown = min(len(summary.failures), _MOST_FAILURES)
+    shown = len(summary.failures)
     more = summary.failed - shown
     rest = f" {more} more failed cases are in the results." if more else ""
     return f"The first {shown} of {summary.failed} failed cases; a click on a command selects it.{rest}"

@@ -15,6 +15,8 @@ from satform.numeric.elementwise import Array
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Distinguishable with any colour vision (Okabe & Ito 2008)."""
 
+BLUE, RED = _COLOURS[:2]
+
 INK = "#222222"
 FAINT = "#8a8f98"
 MOST_NAMES = 12
