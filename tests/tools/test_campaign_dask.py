@@ -8,8 +8,10 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -191,6 +193,58 @@ def test_a_scheduler_or_the_last_worker_that_is_gone_ends_the_campaign_with_a_se
     finally:
         engine.close()
     assert sorted(result.number for result in found)[:8] == list(range(8))
+
+
+class SilentClient:
+    """A client of dask whose scheduler has one worker at first and then answers nothing any more."""
+
+    status = "running"
+
+    def __init__(self, *_words: object, **_options: object) -> None:
+        self.silent = threading.Event()
+        self.calls: list[str] = []
+
+    def wait_for_workers(self, *_words: object, **_options: object) -> None:
+        """There is one."""
+
+    def nthreads(self) -> dict[str, int]:
+        self._answer("nthreads")
+        return {"a": 1}
+
+    def cancel(self, *_words: object, **_options: object) -> None:
+        self.silent.set()
+        self._answer("cancel")
+
+    def run(self, *_words: object) -> None:
+        self._answer("run")
+
+    def close(self, **_options: object) -> None:
+        self.calls.append("close")
+
+    def as_current(self) -> AbstractContextManager[None]:
+        return nullcontext()
+
+    def _answer(self, call: str) -> None:
+        if self.silent.is_set():
+            threading.Event().wait(20.0)
+        self.calls.append(call)
+
+
+def test_a_scheduler_that_answers_nothing_is_waited_for_within_bounds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("distributed.Client", SilentClient)
+    monkeypatch.setattr("distributed.wait", lambda *_words, **_options: None)
+    monkeypatch.setattr("satform.campaign.dask_engine._CLOSE_LIMIT", 0.2)
+    engine = DaskEngine(Job(chunks.fly, {}), "tcp://127.0.0.1:9")
+    monkeypatch.setattr("satform.campaign.dask_engine._CONNECT_LIMIT", 0.2)
+    monkeypatch.setattr("satform.campaign.dask_engine._LOOK_PERIOD", 0.0)
+    engine._next_look = 0.0
+    engine._client.silent.set()
+    with pytest.raises(EngineError, match=r"does not answer any more: no answer within 0\.2 s"):
+        engine.wait(0.0)
+    engine.close()
+    assert engine._client.calls == ["nthreads", "close"]
 
 
 @pytest.fixture

@@ -233,14 +233,15 @@ def asleep(folder: Path) -> str:
     return str(program)
 
 
+@pytest.mark.parametrize("campaign", [{}, {0: "x" * 4_000_000}], ids=["small", "large"])
 def test_a_worker_that_does_not_start_is_an_error_without_a_time_limit_of_a_case(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    campaign: Mapping[int, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("satform.campaign.local_engine.sys.executable", asleep(tmp_path))
     monkeypatch.setattr("satform.campaign.local_engine._START_LIMIT", 0.2)
     looks = iter(range(100))
     flights = Flights(chunks.changes, lambda _: None, stop=lambda: next(looks, None) is None, period=0.05)
-    engine = LocalEngine(Job(chunks.fly, {}), 2)
+    engine = LocalEngine(Job(chunks.fly, campaign), 2)
     try:
         with pytest.raises(EngineError, match=r"a worker process has not started within 0\.2 s"):
             flights.fly(range(4), 2, engine)

@@ -7,21 +7,21 @@ task of dask can neither be ended by a time limit nor survive what ends its proc
 is lost is flown by another one. The optional dependencies `satform[dask]` are needed here and on the workers.
 """
 
-import hashlib
 import pickle
 import platform
 import subprocess
 import threading
 import time
+import uuid
 import zlib
-from collections.abc import Mapping
-from concurrent.futures import CancelledError
+from collections.abc import Callable, Mapping
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from multiprocessing.connection import wait
 from typing import Any
 
 from satform.campaign.engine import Chunk, EngineError, Job, Outcome
-from satform.campaign.local_engine import WorkerProcess
+from satform.campaign.local_engine import MOST_STARTS, WorkerProcess
 from satform.campaign.results import CaseResult
 from satform.campaign.software import software
 
@@ -40,7 +40,9 @@ _NO_WORKER_LIMIT = 60.0
 _LOOK_PERIOD = 2.0
 """Wall-clock time after which the workers are counted again, s."""
 
-_MOST_STARTS = 3
+_CLOSE_LIMIT = 10.0
+"""Wall-clock time in which the workers have to end their processes, s."""
+
 _PERIOD = 0.5
 """Wall-clock time after which a time limit is looked at, s."""
 
@@ -63,6 +65,7 @@ class DaskEngine:
         except ImportError as error:
             raise EngineError(f"the engine dask needs the packages of satform[dask] ({error})") from None
         self._job = zlib.compress(pickle.dumps(job))
+        self._token = uuid.uuid4().hex
         self._limit = job.time_limit
         self._futures: dict[Any, Chunk] = {}
         try:
@@ -91,7 +94,7 @@ class DaskEngine:
             return
         self._next_look = now + _LOOK_PERIOD
         try:
-            self._threads = sum(self._client.nthreads().values())
+            self._threads = sum(_within(_CONNECT_LIMIT, self._client.nthreads).values())
         except (OSError, TimeoutError) as error:
             raise EngineError(f"the dask scheduler does not answer any more: {error}") from None
         if self._threads:
@@ -112,7 +115,14 @@ class DaskEngine:
     def submit(self, chunk: Chunk) -> None:
         """Have a chunk flown."""
         future = self._client.submit(
-            fly_on_worker, self._job, chunk.numbers, self._limit, software(), pure=False, retries=0
+            fly_on_worker,
+            self._token,
+            self._job,
+            chunk.numbers,
+            self._limit,
+            software(),
+            pure=False,
+            retries=0,
         )
         self._futures[future] = chunk
 
@@ -130,13 +140,21 @@ class DaskEngine:
             raise EngineError(f"the dask scheduler is gone: the connection is {self._client.status}")
         self._count()
         done = [future for future in self._futures if future.done()]
-        return [self._outcome(future, self._futures.pop(future)) for future in done]
+        outcomes = {future: self._outcome(future, self._futures[future]) for future in done}
+        found = {future: outcome for future, outcome in outcomes.items() if outcome is not None}
+        for future in found:
+            del self._futures[future]
+        return list(found.values())
 
-    def _outcome(self, future: Any, chunk: Chunk) -> Outcome:
+    def _outcome(self, future: Any, chunk: Chunk) -> Outcome | None:
+        """What has come of a chunk; None where its results were lost with a worker and are made again."""
         from distributed import KilledWorker  # noqa: PLC0415 - an extra
 
         if future.status == "finished":
-            results, failure, suspects, timed_out = future.result()
+            try:
+                results, failure, suspects, timed_out = future.result(timeout=_CONNECT_LIMIT)
+            except TimeoutError:
+                return None
             return Outcome(chunk, results, failure=failure, suspects=suspects, timed_out=timed_out)
         error = future.exception() if future.status == "error" else None
         if isinstance(error, KilledWorker):
@@ -147,27 +165,60 @@ class DaskEngine:
         raise EngineError(f"the dask workers cannot fly the campaign: {type(error).__name__}: {error}")
 
     def close(self) -> None:
-        """Cancel all chunks, and end the worker processes."""
+        """Cancel all chunks, and end the worker processes of this campaign."""
         with suppress(Exception):  # a scheduler that is gone has nothing to cancel
-            self._client.cancel(list(self._futures), force=True)
-            self._client.run(end_processes)
+            _within(_CLOSE_LIMIT, self._end)
         self._futures = {}
         with suppress(Exception):
             self._client.close(timeout=5)
 
+    def _end(self) -> None:
+        self._client.cancel(list(self._futures), force=True)
+        self._client.run(end_processes, self._token)
+
+
+def _within(limit: float, call: Callable[[], Any]) -> Any:
+    """What a call gives that has no time-out of its own.
+
+    Raises:
+        TimeoutError: it has not ended within the limit, s; it goes on in its thread.
+    """
+    found: Future[Any] = Future()
+
+    def run() -> None:
+        try:
+            found.set_result(call())
+        except Exception as error:  # raised again in the thread that waits
+            found.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    try:
+        return found.result(limit)
+    except TimeoutError:
+        raise TimeoutError(f"no answer within {limit:g} s") from None
+
 
 _processes: dict[int, tuple[str, WorkerProcess]] = {}
-"""Of a dask worker: by thread, the digest of the job and the process that flies it."""
+"""Of a dask worker: by thread, the token of the campaign and the process that flies it."""
+
+_ended: set[str] = set()
+"""Tokens of campaigns for which this dask worker starts no process any more."""
 
 _ending = threading.Lock()
+"""Held where `_processes` and `_ended` are changed."""
 
 
 def fly_on_worker(
-    job: bytes, numbers: tuple[int, ...], time_limit: float | None, versions: Mapping[str, str]
+    token: str,
+    job: bytes,
+    numbers: tuple[int, ...],
+    time_limit: float | None,
+    versions: Mapping[str, str],
 ) -> tuple[list[CaseResult], str, tuple[int, ...], bool]:
     """Fly a chunk in a process of this thread of a dask worker.
 
     Args:
+        token: of the campaign, which no other campaign has on these dask workers.
         job: pickled and compressed.
         numbers: of the cases.
         time_limit: of a case, s; None for no limit.
@@ -177,20 +228,20 @@ def fly_on_worker(
         Results; why cases have none; which cases were flown then; whether the time limit was the reason.
 
     Raises:
-        EngineError: no worker process can be started, or its software is another one.
+        EngineError: no worker process can be started, its software is another one, or the campaign was ended.
     """
     if software() != versions:
         raise EngineError(f"{platform.node()} has {software()}, the campaign was started with {versions}")
     found: list[CaseResult] = []
-    process = _process_of_thread(job, time_limit)
-    for attempt in range(_MOST_STARTS):
+    process = _process_of_thread(token, job, time_limit)
+    for attempt in range(MOST_STARTS):
         process.start(Chunk(numbers))
         outcome = _last_outcome(process, found)
         if outcome is not None:
             return found, outcome.failure, outcome.suspects, outcome.timed_out
-        if attempt < _MOST_STARTS - 1:
-            process = _process_of_thread(job, time_limit)
-    raise EngineError(f"{_MOST_STARTS} worker processes ended before they could fly: {process.not_started}")
+        if attempt < MOST_STARTS - 1:
+            process = _process_of_thread(token, job, time_limit)
+    raise EngineError(f"{MOST_STARTS} worker processes ended before they could fly: {process.not_started}")
 
 
 def _last_outcome(process: WorkerProcess, found: list[CaseResult]) -> Outcome | None:
@@ -206,24 +257,34 @@ def _last_outcome(process: WorkerProcess, found: list[CaseResult]) -> Outcome | 
     return None
 
 
-def _process_of_thread(job: bytes, time_limit: float | None) -> WorkerProcess:
-    digest, thread = hashlib.sha256(job).hexdigest(), threading.get_ident()
+def _process_of_thread(token: str, job: bytes, time_limit: float | None) -> WorkerProcess:
+    thread = threading.get_ident()
     with _ending:
-        known, process = _processes.pop(thread, ("", None))
-    if process is not None and known == digest and process.alive:
-        _processes[thread] = known, process
-        return process
+        known, process = _processes.get(thread, ("", None))
+        if process is not None and known == token and process.alive:
+            return process
+        _processes.pop(thread, None)
     if process is not None:
         process.close()
-    process = WorkerProcess(zlib.decompress(job), time_limit, subprocess.DEVNULL)
-    _processes[thread] = digest, process
+    pickled = zlib.decompress(job)
+    with _ending:
+        if token in _ended:
+            raise EngineError("the campaign was ended")
+        process = WorkerProcess(pickled, time_limit, subprocess.DEVNULL)
+        _processes[thread] = token, process
     return process
 
 
-def end_processes() -> None:
-    """End the worker processes of this dask worker, whatever they do."""
+def end_processes(token: str) -> None:
+    """End the worker processes that this dask worker has for a campaign, whatever they do.
+
+    Args:
+        token: of the campaign; none is started for it afterwards.
+    """
     with _ending:
-        ended = [process for _, process in _processes.values()]
-        _processes.clear()
-    for process in ended:
-        process.kill()
+        _ended.add(token)
+        own = {thread: process for thread, (known, process) in _processes.items() if known == token}
+        for thread in own:
+            del _processes[thread]
+    for process in own.values():
+        process.kill_for_its_thread()

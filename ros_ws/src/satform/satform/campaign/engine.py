@@ -52,7 +52,10 @@ FlyChunk = Callable[[Any, Sequence[int], ChunkObserver | None, str | None], list
 
 @dataclass(frozen=True)
 class Job:
-    """What every worker of a campaign gets once.
+    """What a worker process of a campaign gets once.
+
+    The engine `dask` sends it to the dask workers with every chunk, compressed, so that a worker that joins
+    later or replaces a lost one has it too.
 
     Attributes:
         fly: function of a module that flies a chunk, such as `satform.campaign.chunk.fly_chunk`.
@@ -146,7 +149,7 @@ def chunk_size(cases: int, workers: int, satellites: int, series_bytes: int = 0)
         series_bytes: size of the retained series of one case.
     """
     workers = max(1, workers)
-    # Rather fewer chunks than narrow ones, and as many for every worker.
+    # Fewer chunks where more would have stacks narrower than WIDE_STACK; the same number for every worker.
     wide = workers * math.ceil(WIDE_STACK / max(1, satellites))
     rounds = max(1, min(CHUNKS_PER_WORKER, cases // wide))
     share = math.ceil(cases / (rounds * workers))

@@ -28,7 +28,7 @@ _END_LIMIT = 5.0
 
 _PROGRAM = "from satform.campaign.worker import main; main({})"
 
-_MOST_STARTS = 3
+MOST_STARTS = 3
 """Workers in a row that may end before they can fly anything."""
 
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -57,6 +57,8 @@ class WorkerProcess:
         self.chunk: Chunk | None = None
         self.not_started = ""
         self._limit = time_limit
+        # Sent when it asks for it: a large one would fill the pipe to a process that does not read yet.
+        self._job: bytes | None = job
         self._ready = False
         self._begun: tuple[int, ...] = ()
         self._deadline = time.monotonic() + _START_LIMIT
@@ -77,7 +79,6 @@ class WorkerProcess:
                 start_new_session=True,
             )
             other.close()
-            self._send(job)
         except OSError as error:
             other.close()
             self.connection.close()
@@ -94,7 +95,8 @@ class WorkerProcess:
         self._begun = chunk.numbers
         if self._ready:
             self._set_deadline()
-        self._send(pickle.dumps(chunk.numbers))
+        if self._job is None:
+            self._send(pickle.dumps(chunk.numbers))
 
     def receive(self) -> list[Outcome]:
         """Take in all messages that it has sent, and its end if it has ended; waits for none.
@@ -117,9 +119,8 @@ class WorkerProcess:
             message: Message = self.connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             return self._lost(f"its worker process ended {self._how_it_ended()}")
-        if message.kind == "ready":
-            self._ready = True
-            self._set_deadline()
+        if message.kind in {"started", "ready"}:
+            self._take_start(message)
             return None
         if not self._ready:
             raise EngineError(f"a worker process cannot use the campaign: {message.failure}")
@@ -128,6 +129,16 @@ class WorkerProcess:
             self._set_deadline()
             return None
         return self._outcome(message)
+
+    def _take_start(self, message: Message) -> None:
+        if message.kind == "ready":
+            self._ready = True
+            self._set_deadline()
+        elif self._job is not None:
+            self._send(self._job)
+            self._job = None
+            if self.chunk is not None:
+                self._send(pickle.dumps(self.chunk.numbers))
 
     def _outcome(self, message: Message) -> Outcome | None:
         chunk, begun = self.chunk, self._begun
@@ -184,6 +195,14 @@ class WorkerProcess:
         self._process.wait()
         if self.alive:
             self.connection.close()
+
+    def kill_for_its_thread(self) -> None:
+        """End it at once, while another thread may wait for its messages.
+
+        The pipe stays open here, so that `receive` in that thread finds its end.
+        """
+        self._process.kill()
+        self._process.wait()
 
     def _send(self, data: bytes) -> None:
         # One that has ended is noticed by the end of its pipe.
@@ -285,8 +304,8 @@ class LocalEngine:
     def _start_again(self, chunk: Chunk, sentence: str) -> None:
         """Have a chunk flown whose worker has ended before it could fly anything."""
         self._failed_starts += 1
-        if self._failed_starts >= _MOST_STARTS:
-            raise EngineError(f"{_MOST_STARTS} worker processes ended before they could fly: {sentence}")
+        if self._failed_starts >= MOST_STARTS:
+            raise EngineError(f"{MOST_STARTS} worker processes ended before they could fly: {sentence}")
         self._new().start(chunk)
 
     def close(self) -> None:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Worker process of a campaign: flies chunks until the pipe from its parent ends.
 
-The pipe carries pickles between processes of one user: first the job, then the numbers of each chunk, and
-back messages of the type `Message`. A worker whose parent has ended ends itself.
+The pipe carries pickles between processes of one user: the job once the worker has asked for it, then the
+numbers of each chunk, and back messages of the type `Message`. A worker whose parent has ended ends itself.
 """
 
 import faulthandler
@@ -29,16 +29,16 @@ class Message:
     """What a worker sends.
 
     Attributes:
-        kind: `ready` once it has its job, `begin` before cases are flown, `advanced` while they are,
-            `results` of some cases, `done` at the end of a chunk with the results that were not sent before,
-            `failed` in its stead.
+        kind: `started` once it reads its pipe and wants its job, `ready` once it has that, `begin` before
+            cases are flown, `advanced` while they are, `results` of some cases, `done` at the end of a chunk
+            with the results that were not sent before, `failed` in its stead.
         numbers: of the cases that begin.
         part: of these cases that is flown.
         results: of finished cases.
         failure: what went wrong, in a sentence without a full stop.
     """
 
-    kind: Literal["ready", "begin", "advanced", "results", "done", "failed"]
+    kind: Literal["started", "ready", "begin", "advanced", "results", "done", "failed"]
     numbers: tuple[int, ...] = ()
     part: float = 0.0
     results: tuple[CaseResult, ...] = ()
@@ -86,6 +86,7 @@ def main(descriptor: int) -> None:
     connection: Connection[Any, Any] = Connection(descriptor)
     received: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, received), daemon=True).start()
+    connection.send(Message("started"))
     try:
         job: Job = pickle.loads(received.get())  # noqa: S301 - from the parent process
     except Exception as error:  # a campaign may name classes of other packages
