@@ -326,3 +326,42 @@ def test_a_case_that_was_not_flown_when_the_time_was_over_is_no_time_out() -> No
     found: list[CaseResult] = []
     assert Flights(chunks.changes, found.extend).fly(range(2), 2, TimedOut())
     assert found == [chunks.result(0), chunks.result(1)]
+
+
+def test_a_stack_that_does_not_advance_within_the_time_of_a_case_is_a_time_out(played: Played) -> None:
+    process, numbers = played.process, tuple(range(8))
+    played.send(Message("ready"))
+    process.receive()
+    process.start(Chunk(numbers))
+    played.send(Message("begin", numbers))
+    process.receive()
+    for part in (0.25, 0.5):
+        played.now += 9.0
+        assert process.overdue() is None
+        played.send(Message("advanced", part=part))
+        assert [outcome.under_way for outcome in process.receive()] == [8 * part]
+    # One limit of 10 s, and what may pass between two reports.
+    played.now += 10.2
+    assert process.overdue() is None
+    played.now += 0.1
+    outcome = process.overdue()
+    assert outcome is not None
+    assert (outcome.timed_out, outcome.suspects) == (True, numbers)
+
+
+def test_a_stack_that_advances_has_the_time_of_its_cases_and_no_more(played: Played) -> None:
+    process, numbers = played.process, (0, 1)
+    played.send(Message("ready"))
+    process.receive()
+    process.start(Chunk(numbers))
+    played.send(Message("begin", numbers))
+    process.receive()
+    for part in (0.3, 0.6):
+        played.now += 9.5
+        assert process.overdue() is None
+        played.send(Message("advanced", part=part))
+        process.receive()
+    played.now += 1.1
+    outcome = process.overdue()
+    assert outcome is not None
+    assert (outcome.timed_out, outcome.suspects) == (True, numbers)

@@ -62,7 +62,7 @@ class Job:
         campaign: its first argument.
         records: folder for retained records; None to retain none.
         time_limit: wall-clock time in which a case flown alone has to end, s; a stack has as much for each of
-            its cases. None for no limit.
+            its cases, but has to advance, or give results, at least once in this time. None for no limit.
     """
 
     fly: FlyChunk

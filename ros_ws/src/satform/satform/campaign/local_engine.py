@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from satform.campaign.engine import Chunk, EngineError, Job, Outcome
-from satform.campaign.worker import Message
+from satform.campaign.worker import REPORT_PERIOD, Message
 
 _START_LIMIT = 120.0
 """Wall-clock time in which a worker has to start, s."""
@@ -62,6 +62,7 @@ class WorkerProcess:
         self._ready = False
         self._begun: tuple[int, ...] = ()
         self._deadline = time.monotonic() + _START_LIMIT
+        self._next_sign = float("inf")
         self.connection: Connection[Any, Any]
         self.connection, other = Pipe()
         # Of this process's path nothing is found anew: the working directory may hold modules of any name.
@@ -145,6 +146,7 @@ class WorkerProcess:
         if chunk is None:
             return None
         if message.kind in {"results", "advanced"}:
+            self._set_next_sign()
             return Outcome(chunk, message.results, ended=False, under_way=message.part * len(begun))
         self.chunk = None
         return Outcome(chunk, message.results, failure=message.failure, suspects=begun)
@@ -156,7 +158,8 @@ class WorkerProcess:
             EngineError: it has not started in time.
         """
         # A message that was not received yet may tell that the cases in question have ended in time.
-        if not self.alive or time.monotonic() < self._deadline or self.connection.poll():
+        deadline = min(self._deadline, self._next_sign)
+        if not self.alive or time.monotonic() < deadline or self.connection.poll():
             return None
         if not self._ready:
             self.kill()
@@ -212,6 +215,13 @@ class WorkerProcess:
     def _set_deadline(self) -> None:
         limit = float("inf") if self._limit is None else self._limit * max(1, len(self._begun))
         self._deadline = time.monotonic() + limit
+        self._set_next_sign()
+
+    def _set_next_sign(self) -> None:
+        # A stack that does not advance for as long as one case may last holds a case that does not end. It is
+        # then halved, so that this case costs some limits and not as many as the stack has cases.
+        limit = float("inf") if self._limit is None else self._limit
+        self._next_sign = time.monotonic() + limit + REPORT_PERIOD
 
     def _lost(self, sentence: str) -> Outcome | None:
         self.connection.close()

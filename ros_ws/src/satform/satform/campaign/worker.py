@@ -20,7 +20,7 @@ from typing import Any, Literal
 from satform.campaign.engine import Job
 from satform.campaign.results import CaseResult, failure_text
 
-_PERIOD = 0.25
+REPORT_PERIOD = 0.25
 """Wall-clock time between two messages with results of a chunk under way, s."""
 
 
@@ -51,7 +51,7 @@ class _Reports:
     def __init__(self, connection: "Connection[Any, Any]") -> None:
         self._connection = connection
         self._waiting: list[CaseResult] = []
-        self._next = time.monotonic() + _PERIOD
+        self._next = time.monotonic() + REPORT_PERIOD
         self.sent: set[int] = set()
 
     def begin(self, numbers: Sequence[int]) -> None:
@@ -72,7 +72,7 @@ class _Reports:
         now = time.monotonic()
         if now < self._next:
             return False
-        self._next = now + _PERIOD
+        self._next = now + REPORT_PERIOD
         return True
 
 
