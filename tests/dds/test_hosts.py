@@ -75,8 +75,8 @@ def test_three_hosts_fly_with_the_bits_of_one_process_and_say_which_of_them_judg
     ends = formation.assert_flown_with_the_bits_of_one_process()
     assert not (hosts.folder / "alpha-run" / "bag").exists()
     assert not (hosts.folder / "gamma-run" / "bag").exists()
-    assert "It is judged on host beta" in ends["alpha"][1]
-    assert "It is judged on host beta" in ends["gamma"][1]
+    assert "The expectations are evaluated on host beta" in ends["alpha"][1]
+    assert "The expectations are evaluated on host beta" in ends["gamma"][1]
     assert "not judged: the scenario expects nothing" in ends["beta"][1]
 
 
