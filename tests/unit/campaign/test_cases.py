@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Case N follows from the campaign's file and N alone, and is the scenario with its changes."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from scipy.stats import qmc
 
 from campaigns import campaign, of
 from satform.campaign.cases import case_scenario, case_values
+from satform.campaign.chunk import columns_of
 from satform.campaign.sampling import SOBOL_STREAM, case_seed
 
 UNIT = {"kind": "uniform", "low": 0.0, "high": 1.0}
@@ -156,6 +158,19 @@ def test_what_satellites_inherit_is_dispersed_one_by_one() -> None:
     for index in range(3):
         other = flown.satellite(index).controller.model_copy(update={"boundary_layer": (0.1, 0.1, 0.1)})  # type: ignore[union-attr]
         assert other == made.base.satellite(index).controller
+
+
+def test_chosen_angles_in_degrees_are_numbers_in_radians() -> None:
+    path = "satellite_defaults.thruster.pointing_error"
+    made = campaign(
+        "thruster_limited",
+        runs=20,
+        dispersions=[of(path, {"kind": "choice", "values": ["2 deg", "10 deg", 0.5]})],
+    )
+    found = {case_values(made, number)[path] for number in range(20)}
+    assert found == {math.radians(2.0), math.radians(10.0), 0.5}
+    assert columns_of(made).changes[path] == "number"
+    assert case_scenario(made, 0).satellite(0).thruster.pointing_error in found
 
 
 def test_text_and_truth_values_are_chosen() -> None:

@@ -17,6 +17,7 @@ from satform.campaign.exact_arithmetic import factor_times
 from satform.campaign.model import Campaign, Dispersion
 from satform.campaign.paths import Target
 from satform.campaign.sampling import Coordinate, case_seed
+from satform.common.angle_text import radians_of
 from satform.common.spec import FieldPath, Spec
 from satform.files.named_file import FileSource, with_copies
 from satform.scenario import Problem, Scenario, ScenarioError
@@ -224,6 +225,8 @@ def _drawn(dispersion: Dispersion, coordinate: Coordinate) -> Value | None:
 def _applied(dispersion: Dispersion, target: Target, drawn: Value) -> Value:
     """The value of a field after a draw."""
     value = drawn
+    if isinstance(drawn, str) and (angle := radians_of(drawn, target.angle)) is not None:
+        value = angle
     if dispersion.applied != "replace":
         assert isinstance(drawn, int | float)  # noqa: S101 - the campaign's validator has seen to it
         assert isinstance(target.value, int | float)  # noqa: S101 - likewise

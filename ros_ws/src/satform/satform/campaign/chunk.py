@@ -18,6 +18,7 @@ from satform.campaign.engine import ChunkObserver
 from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult, Columns, Kind, failure_text
 from satform.campaign.stacked_cases import Case, fly_stack, stacks
+from satform.common.angle_text import radians_of
 from satform.evaluation.evaluate import judge
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.files.durable_file import reason_text
@@ -216,8 +217,9 @@ def columns_of(campaign: Campaign) -> Columns:
     """The columns that the results of all cases of a campaign have."""
     kinds: dict[str, Kind] = {}
     for dispersion, found in zip(campaign.dispersions, campaign.targets, strict=True):
-        has_text = any(isinstance(value, str) for value in dispersion.values())
+        texts = [value for value in dispersion.values() if isinstance(value, str)]
         for target in found:
+            has_text = any(radians_of(text, target.angle) is None for text in texts)
             boolean: Kind = "boolean" if target.types == {bool} else "text"
             kinds[target.text] = "number" if target.is_number and not has_text else boolean
     kinds["seed"] = "integer"

@@ -64,6 +64,16 @@ PATTERNS: dict[Any, str] = {
 """By the function that takes such a text, which text it takes."""
 
 
+def radians_of(text: str, pattern: str) -> float | None:
+    """Number of a text of one of the patterns, rad or rad/s; None for another text.
+
+    Args:
+        text: such as `45 deg`.
+        pattern: one of `PATTERNS`; empty for none.
+    """
+    return math.radians(float(text.partition("deg")[0])) if pattern and re.match(pattern, text) else None
+
+
 def is_angle(value: Any) -> bool:
     """Whether a value is a text that stands for an angle or a rate."""
     return isinstance(value, str) and any(re.match(pattern, value) for pattern in PATTERNS.values())
