@@ -209,13 +209,6 @@ def test_only_what_is_asked_for_is_handed_over() -> None:
         flown(runs, quantities=frozenset({"speed"}))
 
 
-def test_a_flight_is_stopped_between_two_blocks() -> None:
-    plans = [compile_scenario(short("triangle").with_({"seed": seed})) for seed in range(2)]
-    blocks: list[FlightBlock] = []
-    fly_stacked(plans, blocks.append, EVERYTHING, block_steps=2, stop=lambda: len(blocks) == 3)
-    assert [block.first_step for block in blocks] == [0, 2, 4]
-
-
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [

@@ -184,12 +184,12 @@ def _ensure_field(data: Any, base: Scenario, path: FieldPath) -> dict[str, bytes
         if path[0] == "satellites" and depth == 1:
             # With what it takes from `satellite_defaults`.
             model = base.satellite(int(path[1]))
-        held = node[part] if isinstance(part, int) else node.get(part)
-        if held is None or (isinstance(model, tuple) and not isinstance(held, list)):
-            held, found = _plain(model)
+        inner = node[part] if isinstance(part, int) else node.get(part)
+        if inner is None or (isinstance(model, tuple) and not isinstance(inner, list)):
+            inner, found = _plain(model)
             files |= found
-            node[part] = held
-        node = held
+            node[part] = inner
+        node = inner
     return files
 
 
@@ -200,8 +200,8 @@ def _plain(model: Any) -> tuple[Any, dict[str, bytes]]:
         return json.loads(text), files
     plain, files = [], {}
     for entry in model:
-        held, found = _plain(entry) if isinstance(entry, Spec | tuple) else (entry, {})
-        plain.append(held)
+        data, found = _plain(entry) if isinstance(entry, Spec | tuple) else (entry, {})
+        plain.append(data)
         files |= found
     return plain, files
 

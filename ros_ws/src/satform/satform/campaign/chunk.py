@@ -75,7 +75,7 @@ def fly_chunk(
 
 
 def _stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
-    """Cases that can be flown together; none where a part of theirs cannot even be looked at."""
+    """Cases that can be flown together; none if a user's own part raises an exception."""
     try:
         return stacks(campaign, numbers)
     except Exception:  # of a user's own part: each case is flown alone, and says what is wrong with it
@@ -95,23 +95,26 @@ def _stacked_results(
 
 
 def _result(campaign: Campaign, case: Case, figures: Sequence[float], series: dict[str, Array]) -> CaseResult:
-    own = [figure.measure for figure in campaign.figures]
-    expectations = [*own, *case.scenario.expect]
-    names = campaign.figure_names
+    """The result of a case that was flown in a stack to its end."""
+    expectations = [*(figure.measure for figure in campaign.figures), *case.scenario.expect]
     verdicts = [
         expectation.verdict(figure) for expectation, figure in zip(expectations, figures, strict=True)
     ]
-    judged = dict(zip(names[len(own) :], verdicts[len(own) :], strict=True))
-    reason = reason_of("", judged)
+    return replace(_judged(campaign, case.number, verdicts, ""), stacked=True, series=series)
+
+
+def _judged(campaign: Campaign, number: int, verdicts: Sequence[Verdict], early_end: str) -> CaseResult:
+    """The result of a case by the verdicts of the campaign's figures and the scenario's expectations."""
+    names, own = campaign.figure_names, len(campaign.figures)
+    judged = dict(zip(names[own:], verdicts[own:], strict=True))
+    reason = reason_of(early_end, judged)
     return CaseResult(
-        number=case.number,
-        changes=case_values(campaign, case.number),
+        number=number,
+        changes=case_values(campaign, number),
         figures={name: verdict.figure for name, verdict in zip(names, verdicts, strict=True)},
         met={name: verdict.met for name, verdict in judged.items()},
         success=not reason,
         reason=reason,
-        stacked=True,
-        series=series,
     )
 
 
@@ -147,16 +150,8 @@ def result_of(campaign: Campaign, number: int, scenario: Scenario, record: Fligh
     """
     own = [figure.measure for figure in campaign.figures]
     verdicts = judge([*own, *scenario.expect], record, lambda: sampled_loops(scenario))
-    names = campaign.figure_names
-    judged = dict(zip(names[len(own) :], verdicts[len(own) :], strict=True))
-    reason = reason_of(record.early_end.sentence if record.early_end else "", judged)
-    return CaseResult(
-        number=number,
-        changes=case_values(campaign, number),
-        figures={name: verdict.figure for name, verdict in zip(names, verdicts, strict=True)},
-        met={name: verdict.met for name, verdict in judged.items()},
-        success=not reason,
-        reason=reason,
+    return replace(
+        _judged(campaign, number, verdicts, record.early_end.sentence if record.early_end else ""),
         state_hash=record.digest() if record.steps else None,
         series=retained_series(campaign, record),
     )

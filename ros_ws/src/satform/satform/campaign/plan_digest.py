@@ -98,6 +98,6 @@ def _within(value: Any) -> list[Any]:
         cells = [cell.cell_contents for cell in value.__closure__ or ()]
         return [value.__module__, value.__qualname__, *cells]
     slots = [name for kind in type(value).__mro__ for name in getattr(kind, "__slots__", ())]
-    held = {name: getattr(value, name) for name in slots if hasattr(value, name)}
-    held |= getattr(value, "__dict__", {})
-    return [type(value).__qualname__, held] if held else [type(value).__qualname__, repr(value)]
+    attributes = {name: getattr(value, name) for name in slots if hasattr(value, name)}
+    attributes |= getattr(value, "__dict__", {})
+    return [type(value).__qualname__, attributes] if attributes else [type(value).__qualname__, repr(value)]

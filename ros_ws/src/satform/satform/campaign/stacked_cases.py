@@ -102,12 +102,12 @@ def fly_stack(
     if len(ends) == len(cases):
         return []
     made = figures.figures()
-    kept = {name: own.series() for name, own in (series or {}).items()}
+    retained = {name: own.series() for name, own in (series or {}).items()}
     return [
         Flown(
             case,
             tuple(_with_loops(expectations, figures.of_loops, case, made[:, run].tolist())),
-            {name: values[run] for name, values in kept.items()},
+            {name: values[run] for name, values in retained.items()},
         )
         for run, case in enumerate(cases)
         if run not in ends

@@ -10,11 +10,9 @@ from satform.evaluation.sampled_loops import sampled_loops
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
 from satform.record.reducer import FlightShape
+from satform.record.stretch import TIME_SLACK
 from satform.scenario import Scenario
 from satform.scenario.expectation import Expectation, Loops, Verdict
-
-_TIME_SLACK = 1e-9
-"""Relative slack between two times that are meant to be the same."""
 
 
 def evaluate(scenario: Scenario, record: FlightRecord) -> list[Verdict]:
@@ -38,15 +36,15 @@ def judge(
         record: of the flight.
         loops: gives the scenario's sampled loops; what is expected of them is missed when left out.
     """
-    flown = math.inf if record.early_end is None else record.steps * record.step * (1 + _TIME_SLACK)
+    flown = math.inf if record.early_end is None else record.steps * record.step * (1 + TIME_SLACK)
     expected = tuple(expectations)
-    held = [
+    judged = [
         index
         for index, expectation in enumerate(expected)
         if expectation.ends(math.inf) + (record.step if expectation.of_steps else 0.0) <= flown
     ]
-    found = figures_of([expected[index] for index in held], record, loops)
-    figures = dict(zip(held, found, strict=True))
+    found = figures_of([expected[index] for index in judged], record, loops)
+    figures = dict(zip(judged, found, strict=True))
     return [expectation.verdict(figures.get(index, math.nan)) for index, expectation in enumerate(expected)]
 
 

@@ -39,8 +39,8 @@ class LastOutside:
         if outside[-1].all():
             self.last[...] = self.rows + len(outside) - 1
         elif outside.any():
-            place = self.rows + len(outside) - 1 - np.argmax(outside[::-1], axis=0)
-            self.last = np.where(outside.any(axis=0), place, self.last)
+            row = self.rows + len(outside) - 1 - np.argmax(outside[::-1], axis=0)
+            self.last = np.where(outside.any(axis=0), row, self.last)
         self.rows += len(outside)
 
     def settled(self, since: NDArray[np.int64] | int = 0) -> Array:

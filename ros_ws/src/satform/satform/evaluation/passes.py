@@ -146,14 +146,14 @@ class _ClosestPass:
             self._squared, self._time = np.full((2, block.runs), np.inf)
             self._separation = np.full((block.runs, 3), np.nan)
             self._gap = np.zeros(block.runs)
-        place = self._positions.read(block, quantity("position"))
-        motion = self._velocities.read(block, quantity("velocity"))
-        if place is None or motion is None:
+        positions = self._positions.read(block, quantity("position"))
+        velocities = self._velocities.read(block, quantity("velocity"))
+        if positions is None or velocities is None:
             return
-        self._gap += place.gaps()
-        self._gap += motion.gaps()
-        time = (np.arange(place.first, place.first + len(place.values)) * self._step)[:, None]
-        apart, closing = (part.values[:, :, 0] - part.values[:, :, 1] for part in (place, motion))
+        self._gap += positions.gaps()
+        self._gap += velocities.gaps()
+        time = (np.arange(positions.first, positions.first + len(positions.values)) * self._step)[:, None]
+        apart, closing = (part.values[:, :, 0] - part.values[:, :, 1] for part in (positions, velocities))
         speed_squared = dot(closing, closing)
         ahead = -dot(apart, closing) / np.where(speed_squared > 0.0, speed_squared, 1.0)
         ahead = np.clip(ahead, -0.5 * self._step, 0.5 * self._step)

@@ -296,6 +296,6 @@ def highest_of(values: Array) -> Array:
     if values.shape[-1] > math.isqrt(_WIDE):
         return np.asarray(np.max(values, axis=-1))
     found = values[..., 0].copy()
-    for place in range(1, values.shape[-1]):
-        np.maximum(found, values[..., place], out=found)
+    for column in range(1, values.shape[-1]):
+        np.maximum(found, values[..., column], out=found)
     return found

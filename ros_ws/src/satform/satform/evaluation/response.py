@@ -249,7 +249,7 @@ class _ComingNear:
 
 
 class _Peak:
-    """When the last one is furthest on, each for the first time."""
+    """Time at which each series has its largest progress for the first time; the latest of all series."""
 
     def __init__(self, step: float) -> None:
         self._step, self._rows = step, 0

@@ -128,9 +128,9 @@ class BlockRecorder:
             if name in values:
                 values[name][row] = numbers
         phases = self._formation.announces == "arc_length"
-        for place, name in enumerate(("arc_length", "rate")):
+        for index, name in enumerate(("arc_length", "rate")):
             if name in values:
-                values[name][row] = whole.sent[place] if phases else 0.0
+                values[name][row] = whole.sent[index] if phases else 0.0
         if plant.thrusters is not None:
             for name in _PROPULSION:
                 if name in values:
@@ -216,14 +216,14 @@ class BlockRecorder:
     def _pointing(self, runs: int, flying: Rows) -> dict[str, Array]:
         count, steps = len(self._formation.names), self._steps
         figures = {name: np.full((steps, runs, count), np.nan) for name in FIGURES}
-        for place, run in enumerate(flying.tolist()):
-            own = slice(place * count, (place + 1) * count)
+        for index, run in enumerate(flying.tolist()):
+            own = slice(index * count, (index + 1) * count)
             measured: dict[str, Any] = {}
             for name in _FOR_POINTING:
                 rows = steps + 1 if name in _KNOWN else steps
                 measured[name] = self._values[name][:rows, own]
             step = self._formation.timing.step
-            of_run = attitude_figures(self._orientations[place], step, measured, self._first)
+            of_run = attitude_figures(self._orientations[index], step, measured, self._first)
             for name, numbers in of_run.items():
                 figures[name][:, run] = numbers
         return figures

@@ -43,7 +43,6 @@ def fly_stacked(
     quantities: frozenset[str],
     *,
     block_steps: int = BLOCK_STEPS,
-    stop: Callable[[], bool] | None = None,
 ) -> dict[int, int]:
     """Fly runs as one formation.
 
@@ -52,7 +51,6 @@ def fly_stacked(
         observe: is handed each block of steps, in order.
         quantities: of a flight record that it needs, by name.
         block_steps: steps of a block.
-        stop: asked before each block whether to fly no further.
 
     Returns:
         The step in which a run would end early, by its index. Its numbers mean nothing from there on; flown
@@ -63,8 +61,6 @@ def fly_stacked(
         steps = plans[0].timing.steps
         first = 0
         while True:
-            if stop is not None and stop():
-                break
             count = min(block_steps, steps - first)
             flight.fly(first, count, last=first + count == steps)
             if len(flight.ends) == len(plans):
@@ -115,7 +111,6 @@ class _StackedFlight:
         first = plans[0]
         self.ends: dict[int, int] = {}
         self.flying = np.arange(len(plans))
-        self._runs = len(plans)
         self._plans = list(plans)
         self._count = len(first.names)
         self._limits = StackedLimitCheck([plan.limits for plan in plans], self._count)
@@ -157,12 +152,7 @@ class _StackedFlight:
                 measured_step = int(measured_steps[0 if group.rows is None else group.rows[0]])
             turned = None
             if attitude is not None and group.satellite.plan.orientation is not None:
-                turned = Attitude(
-                    *(
-                        group.of(part)
-                        for part in (attitude.mrp, attitude.angular_velocity, attitude.wheel_momentum)
-                    )
-                )
+                turned = group.turned(attitude)
             decision = group.satellite.act(own, received, measured_step, turned, group.of(plant.applied))
             beyond = self._limits.of_decision(decision, _numbers(group.satellite))
             if beyond.size:
@@ -181,22 +171,22 @@ class _StackedFlight:
             whole.announced(group.rows, _numbers(group.satellite))
 
     def _end(self, rows: Rows, step: int) -> None:
-        for place in np.unique(rows // self._count).tolist() if rows.size else ():
-            self.ends.setdefault(int(self.flying[place]), step)
+        for index in np.unique(rows // self._count).tolist() if rows.size else ():
+            self.ends.setdefault(int(self.flying[index]), step)
 
     def _link(self) -> None:
         for group in self._groups:
             group.receiver.link(self._formations)
 
     def block(self) -> FlightBlock:
-        """The steps flown last, with a place for every run."""
+        """The steps flown last, with a column for every run."""
         return self._recorder.block(
             len(self.flying) + len(set(self.ends) - set(self.flying.tolist())), self.flying
         )
 
     def leave_ended(self) -> None:
         """Go on without the runs that have ended."""
-        kept = np.array([place for place, run in enumerate(self.flying.tolist()) if run not in self.ends])
+        kept = np.array([index for index, run in enumerate(self.flying.tolist()) if run not in self.ends])
         if len(kept) == len(self.flying):
             return
         count = self._count
@@ -212,8 +202,8 @@ class _StackedFlight:
                 group.rows = group.rows[: len(own)]
         self._plant.keep(rows)
         self._limits.keep(rows)
-        self._plans = [self._plans[place] for place in kept.tolist()]
-        self._formations = [self._formations[place] for place in kept.tolist()]
+        self._plans = [self._plans[index] for index in kept.tolist()]
+        self._formations = [self._formations[index] for index in kept.tolist()]
         self._recorder.keep(kept)
         self._whole = _Whole(len(rows))
         self.flying = self.flying[kept]
@@ -252,11 +242,11 @@ class _Whole:
         width = sum(1 if part.ndim == 1 else part.shape[1] for part in parts)
         if len(self.sent) != width:
             self.sent = np.zeros((width, self._rows))
-        place = 0
+        row = 0
         for part in parts:
             for component in (part,) if part.ndim == 1 else part.T:
-                self.sent[place, slice(None) if rows is None else rows] = component
-                place += 1
+                self.sent[row, slice(None) if rows is None else rows] = component
+                row += 1
 
     def take_in(self, rows: Rows | None, decision: Decision) -> None:
         """Take in what a group of satellites has decided."""

@@ -160,8 +160,8 @@ def any_of(mask: Mask) -> Mask:
     if not 0 < mask.shape[-1] <= _FEW:
         return np.asarray(mask.any(axis=-1))
     found = mask[..., 0].copy()
-    for place in range(1, mask.shape[-1]):
-        found |= mask[..., place]
+    for column in range(1, mask.shape[-1]):
+        found |= mask[..., column]
     return found
 
 
