@@ -127,7 +127,7 @@ def test_a_restart_says_that_it_brings_back_nobody_when_all_are_lost(tmp_path: P
     flight = fly(shortened(*SCENARIO), tmp_path, record=False, progress=killer, policy=Policy(restart=True))
     if len(flight.lost) == 3:
         # One that was killed last may have been waited for by one that had been started again.
-        assert "no satellite is left, and a satellite is started again only while another" in flight.reason
+        assert "no satellite is left, and a satellite is restarted only while another" in flight.reason
 
 
 def test_a_killed_process_of_a_group_takes_all_its_satellites_with_it(tmp_path: Path) -> None:

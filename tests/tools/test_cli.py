@@ -146,18 +146,18 @@ def test_a_run_never_touches_what_is_there_already(
         (["--mode", "inprocess", "--restart"], "--restart needs several processes"),
         (
             ["--mode", "inprocess", "--satellites-per-process", "2"],
-            "--satellites-per-process is for several processes",
+            "--satellites-per-process needs several processes",
         ),
         (
             ["--mode", "inprocess", "--measure-round-trip"],
-            "--measure-round-trip is for messages between processes",
+            "--measure-round-trip needs several processes",
         ),
         (
             ["--mode", "inprocess", "--continue-without-recorder"],
-            "--continue-without-recorder is for a recorder",
+            "--continue-without-recorder needs a recorder process",
         ),
         (["--mode", "inprocess", "--rate", "10"], "--rate needs --mode realtime"),
-        (["--rate", "1"], "--mode lockstep has no wall clock"),
+        (["--rate", "1"], "--mode lockstep does not follow the wall clock"),
         (["--mode", "realtime", "--profile"], "--profile is for lockstep"),
         (["--display", "--secure", "keys"], "--display and --secure exclude each other"),
     ],
@@ -332,7 +332,7 @@ def test_messages_missing_from_the_bag_are_no_success(
 ) -> None:
     fly_like(monkeypatch, missed=("/sat1/command: 19 of 20 messages",))
     assert run_lockstep(tmp_path / "run") == EXIT_LOST
-    assert "cannot be judged: /sat1/command: 19 of 20 messages" in capsys.readouterr().out
+    assert "cannot be evaluated: /sat1/command: 19 of 20 messages" in capsys.readouterr().out
 
 
 def test_a_flight_that_was_stopped_ends_with_130(

@@ -37,7 +37,7 @@ def test_away_from_a_terminal_everything_is_plain_text(
 def test_help_says_what_the_exit_codes_mean(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["run", "--help"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    for meaning in ("0 as expected", "1 an expectation was missed", "2 bad input", "3 a process was lost"):
+    for meaning in ("0 done", "1 an expectation was missed", "2 bad input", "3 a process was lost"):
         assert meaning in printed
 
 
@@ -74,7 +74,7 @@ def test_check_says_everything_about_every_file(tmp_path: Path, capsys: pytest.C
             "graph: it is not connected",
         ),
         ("scale: 0.75", "scale: 0.76", "have equal periods only if"),
-        ("step: 0.5,", "step: 600.0,", "consensus: closed once in 600 s, arc_length"),
+        ("step: 0.5,", "step: 600.0,", "consensus: with a control period of 600 s, arc_length"),
         ("reaching_gain: 0.1", "reaching_gain: 5.0", "the sampled law diverges"),
     ],
 )

@@ -198,3 +198,8 @@ def test_every_package_has_the_version_of_the_library_and_so_has_the_citation() 
     )
     assert len(found) >= 8
     assert set(found.values()) == {satform.__version__}
+
+
+def test_modules_of_tests_have_names_of_their_own() -> None:
+    names = [file.name for file in (ROOT / "tests").rglob("test_*.py")]
+    assert sorted({name for name in names if names.count(name) > 1}) == []
