@@ -8,12 +8,12 @@ import pytest
 from satform_msgs.msg import FormationStatus
 
 from satform_nodes.transport.node_names import UNKNOWN_NODE
-from satform_tools.inspect.discovered_graph import Endpoints, Graph, is_complete
+from satform_tools.inspect.discovered_graph import DiscoveredGraph, Endpoints, is_complete
 
 STATUS = FormationStatus(satellites=["a", "b"], alive=[True, True], edge_receivers=[1], edge_senders=[0])
 """Two satellites, of which the second receives from the first."""
 
-WHOLE = Graph(
+WHOLE = DiscoveredGraph(
     frozenset({"plant", "recorder", "a", "b"}),
     {
         "/formation/status": Endpoints(["plant"], ["a", "b", "recorder"]),
@@ -29,13 +29,13 @@ WHOLE = Graph(
 )
 
 
-def with_ends(topic: str, publishers: list[str], subscribers: list[str]) -> Graph:
+def with_ends(topic: str, publishers: list[str], subscribers: list[str]) -> DiscoveredGraph:
     return replace(WHOLE, ends={**WHOLE.ends, topic: Endpoints(publishers, subscribers)})
 
 
 def test_what_has_everyone_is_whole_with_a_recorder_and_without() -> None:
     assert is_complete(WHOLE, STATUS)
-    without = Graph(
+    without = DiscoveredGraph(
         WHOLE.nodes - {"recorder"},
         {
             topic: Endpoints(ends.publishers, [name for name in ends.subscribers if name != "recorder"])
@@ -45,12 +45,12 @@ def test_what_has_everyone_is_whole_with_a_recorder_and_without() -> None:
     assert is_complete(without, STATUS)
 
 
-def without(topic: str) -> Graph:
+def without(topic: str) -> DiscoveredGraph:
     return replace(WHOLE, ends={name: ends for name, ends in WHOLE.ends.items() if name != topic})
 
 
 INCOMPLETE = {
-    "nothing": Graph(WHOLE.nodes, {}),
+    "nothing": DiscoveredGraph(WHOLE.nodes, {}),
     "a satellite does not receive the status yet": with_ends(
         "/formation/status", ["plant"], ["a", "recorder"]
     ),
@@ -70,7 +70,7 @@ INCOMPLETE = {
 
 
 @pytest.mark.parametrize("found", INCOMPLETE.values(), ids=INCOMPLETE)
-def test_an_incomplete_graph_is_not_complete(found: Graph) -> None:
+def test_an_incomplete_graph_is_not_complete(found: DiscoveredGraph) -> None:
     assert not is_complete(found, STATUS)
 
 
@@ -80,7 +80,7 @@ def test_a_lost_satellite_is_not_waited_for() -> None:
         "/formation/status": Endpoints(["plant"], ["a", "recorder"]),
         "/a/arc_length": Endpoints(["a"], ["recorder"]),
     }
-    assert is_complete(Graph(WHOLE.nodes - {"b"}, ends), lost)
+    assert is_complete(DiscoveredGraph(WHOLE.nodes - {"b"}, ends), lost)
 
 
 def test_topics_of_other_tools_are_not_waited_for() -> None:

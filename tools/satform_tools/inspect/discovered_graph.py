@@ -23,7 +23,7 @@ class Endpoints:
 
 
 @dataclass(frozen=True)
-class Graph:
+class DiscoveredGraph:
     """Nodes and endpoints that have been found.
 
     Attributes:
@@ -35,7 +35,7 @@ class Graph:
     ends: dict[str, Endpoints]
 
 
-def is_complete(graph: Graph, status: FormationStatus) -> bool:
+def is_complete(graph: DiscoveredGraph, status: FormationStatus) -> bool:
     """Whether all endpoints of the satellites that fly are found: states, commands, edges of the graph.
 
     Args:
@@ -78,7 +78,7 @@ def is_complete(graph: Graph, status: FormationStatus) -> bool:
     )
 
 
-def _is_found(ends: Endpoints, graph: Graph, own: set[str]) -> bool:
+def _is_found(ends: Endpoints, graph: DiscoveredGraph, own: set[str]) -> bool:
     """Whether the nodes of a topic's endpoints are known, and its subscribers have a publisher."""
     there = {*ends.publishers, *ends.subscribers}
     # An endpoint may be found before the node that it belongs to, and that before its name.

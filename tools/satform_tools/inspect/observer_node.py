@@ -28,7 +28,7 @@ from satform_nodes.runtime.signals import interrupting
 from satform_nodes.transport.node_names import local_name
 from satform_tools.errors import CommandError
 from satform_tools.inspect import target_domain
-from satform_tools.inspect.discovered_graph import Endpoints, Graph, is_complete
+from satform_tools.inspect.discovered_graph import DiscoveredGraph, Endpoints, is_complete
 
 _POLL_PERIOD = 0.05
 """Wall-clock time between two checks of a condition, s."""
@@ -189,7 +189,7 @@ class Observer:
 
         return settled
 
-    def _graph(self) -> Graph:
+    def _graph(self) -> DiscoveredGraph:
         """The graph discovered so far, by names as in the root namespace."""
         node, space = self.node, self.namespace or ""
 
@@ -198,7 +198,7 @@ class Observer:
 
         topics_there = [topic for topic, _ in node.get_topic_names_and_types()]
         own = [topic for topic in topics_there if topic in OF_ALL_NAMESPACES or topic.startswith(f"{space}/")]
-        return Graph(
+        return DiscoveredGraph(
             frozenset(
                 name for name, other in node.get_node_names_and_namespaces() if other.rstrip("/") == space
             ),

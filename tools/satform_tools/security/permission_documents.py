@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The XML documents of a secured formation: SROS 2 policies, DDS permissions and DDS governance.
 
-What each node may publish, subscribe to and call is computed in `access`; `keystore` signs the documents.
+What each node may publish, subscribe to and call is computed in `access`; `keystore` signs and stores the
+documents.
 
 Source: OMG DDS Security 1.1, section 9.4 (governance and permissions documents); ROS 2 design, "ROS 2 Access
 Control Policies" (policies) and "ROS 2 DDS-Security integration" (prefixes of topics and services).

@@ -4,7 +4,8 @@
 
 Harris-Priester is a table for mean solar activity (a flux of 150 at 10.7 cm), from 100 to 1000 km, between
 a bulge that follows the Sun by two hours and its opposite. NRLMSISE-00 follows solar and geomagnetic
-activity, which a scenario gives as constants: nothing is downloaded.
+activity, which a scenario gives as constants: nothing is downloaded. Drag is computed from this density in
+`orbital_forces.Drag`.
 """
 
 import math

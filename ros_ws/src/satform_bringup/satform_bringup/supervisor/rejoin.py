@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Restart of one process of a running flight by hand, so that a lost satellite rejoins."""
+"""Restart of one process of a running flight by hand, so that a lost satellite rejoins.
+
+Restarts by plan and by policy are in `supervisor`.
+"""
 
 from pathlib import Path
 
