@@ -205,15 +205,25 @@ def test_without_its_recorder_a_flight_goes_on_only_when_told_so(tmp_path: Path)
         assert_flies_again(cut)
 
 
-def test_a_killed_process_server_is_a_lost_process_and_no_stop(tmp_path: Path) -> None:
+@pytest.mark.parametrize("late", [0.0, 0.5], ids=["at once", "late"])
+def test_a_killed_process_server_is_a_lost_process_and_no_stop(
+    late: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     killed: list[int] = []
+    watched, ended = os.pipe()
+    report = threading.Timer(late, os.close, [ended])
 
     def kill(done: int, _all: int) -> None:
         if done >= 300 and not killed:
             killed.append(forkserver._forkserver._forkserver_pid)
             os.kill(killed[0], signal.SIGKILL)
+            report.start()
 
+    if late:
+        # On a busy machine the kernel reports the end of a process well after it has closed its files.
+        monkeypatch.setattr(process_server, "watch_server", lambda: watched)
     flight = fly(shortened("triangle", 6000.0), tmp_path, record=True, progress=kill)
+    report.join()
     process_server.close()
     assert killed
     assert flight.lost == (PROCESS_SERVER,)

@@ -52,6 +52,10 @@ _TITLE_LENGTH = 15
 """Characters that Linux keeps of a process's name."""
 
 
+NO_EXIT_CODE = 255
+"""Exit code that multiprocessing gives a process whose server has ended and cannot pass on the true one."""
+
+
 def prepare() -> ForkServerContext:
     """Begin to make the server ready, in the background; calling it again changes nothing.
 

@@ -153,12 +153,15 @@ class Supervisor:
         finally:
             os.close(self._server)
 
-    def _note_server(self) -> None:
+    def _note_server(self, timeout: float = 0.0) -> None:
         """Note the death of the server of processes, at which the kernel asks all processes to end.
 
         What they report of it is the consequence, so it is looked at before each report.
+
+        Args:
+            timeout: for which it is waited for, s.
         """
-        if PROCESS_SERVER not in self._lost and select.select([self._server], [], [], 0.0)[0]:
+        if PROCESS_SERVER not in self._lost and select.select([self._server], [], [], timeout)[0]:
             self._lost.insert(0, PROCESS_SERVER)
             sentence = f"the process server ended after step {self._steps}, and with it all nodes"
             if not self._signals.count and self._reason in ("", "stopped"):
@@ -287,6 +290,9 @@ class Supervisor:
             self._on_report(entry)
         entry.process.join()
         code = entry.process.exitcode or 0
+        if code == process_server.NO_EXIT_CODE:
+            # The kernel closes the files of a process that ends before it reports the end.
+            self._note_server(SHUTDOWN_TIMEOUT)
         self._forget(entry)
         if entry.name == "plant":
             if code and self._over_since is None and not self._reason:
