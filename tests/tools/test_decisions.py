@@ -296,7 +296,7 @@ def test_another_users_environment_that_cannot_be_used_is_left_alone_and_the_rea
 ):
     may = {finished_venv.root: False, finished_venv.python: runs}
     monkeypatch.setattr(os, "access", lambda path, _mode: may[path])
-    reason = "does not fit the sources" if runs else "this user may not run its Python"
+    reason = "does not match the sources" if runs else "this user may not run its Python"
     with pytest.raises(SetupError, match=f"is another user's, and .*{reason}"):
         ensure(finished_venv, WHEELS, {}, clean=False)
     assert read_stamp(finished_venv.venv_stamp)

@@ -8,6 +8,7 @@ import pickle
 import pkgutil
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,7 @@ VALUES = {
     "code": 3,
     "problems": [Problem("f.yaml", 3, "orbit", "is missing")],
     "nearest": 2.5,
+    "path": Path("results/cases.parquet"),
 }
 """An argument for each parameter that an error of ours is made with."""
 

@@ -16,13 +16,18 @@ PROGRAMS = Path(get_package_prefix("satform_nodes")) / "lib" / "satform_nodes"
 def started(program: str, *words: str, first_on_path: Path | None = None) -> subprocess.Popen[str]:
     path = [str(first_on_path)] if first_on_path else []
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*path, os.environ["PYTHONPATH"]])}
-    return subprocess.Popen(
-        [str(PROGRAMS / program), *words],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    # A program started by nohup ignores SIGHUP, and so would the node.
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    try:
+        return subprocess.Popen(
+            [str(PROGRAMS / program), *words],
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 @pytest.fixture

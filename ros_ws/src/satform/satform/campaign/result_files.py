@@ -49,11 +49,17 @@ class ResultFileError(ValueError):
 
     Attributes:
         path: of the file.
+        sentence: what is wrong with it.
     """
 
     def __init__(self, path: Path, sentence: str) -> None:
-        super().__init__(f"{path}: {sentence}")
+        super().__init__(path, sentence)
         self.path = path
+        self.sentence = sentence
+
+    def __str__(self) -> str:
+        """The message, with the path in front."""
+        return f"{self.path}: {self.sentence}"
 
 
 @dataclass(frozen=True)
