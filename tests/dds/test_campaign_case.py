@@ -11,6 +11,7 @@ import pytest
 
 from campaigns import SHIPPED, shortened_campaign
 from flights import SCENARIOS
+from flown import repetitions
 from satform.campaign.cases import case_scenario
 from satform.campaign.chunk import fly_case, fly_chunk, result_of
 from satform.campaign.folder import CampaignFolder
@@ -35,7 +36,7 @@ dispersions:
 figures: [{{name: effort, measure: {{kind: delta_v}}}}]
 """
 
-CASES = [(name, number) for name in SHIPPED for number in (0, 3)]
+CASES = [(name, number) for name in SHIPPED for number in range(repetitions(2))]
 
 
 @pytest.mark.slow
@@ -55,7 +56,7 @@ def test_a_case_over_dds_has_the_bits_and_the_figures_of_the_campaign(
     assert bag.complete
     scenario = case_scenario(campaign, number)
     assert simulate(scenario).differences(bag.record) == []
-    alone, stacked = fly_case(campaign, number), fly_chunk(campaign, range(4))[number]
+    alone, stacked = fly_case(campaign, number), fly_chunk(campaign, range(10))[number]
     assert run["state_hash"] == alone.state_hash
     assert (stacked.stacked, stacked.state_hash) == (True, None)
     over_dds = result_of(campaign, number, scenario, bag.record)
