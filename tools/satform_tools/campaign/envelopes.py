@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.campaign.model import Campaign, RetainedSeries
+from satform.campaign.model import Campaign
 from satform.campaign.result_files import all_series
+from satform.campaign.retained_data import RetainedSeries
 from satform.numeric.elementwise import Array
 from satform.record.tables import UNITS
 from satform_tools.campaign.summary import PERCENTILES, Summary

@@ -12,9 +12,10 @@ from typing import Any
 from pydantic import ValidationError
 from scipy.special import ndtr, ndtri
 
+from satform.campaign.dispersion import Dispersion
 from satform.campaign.distributions import LARGEST_QUANTILE, LEAST_QUANTILE, Value
 from satform.campaign.exact_arithmetic import factor_times
-from satform.campaign.model import Campaign, Dispersion
+from satform.campaign.model import Campaign
 from satform.campaign.paths import Target
 from satform.campaign.sampling import Coordinate, case_seed
 from satform.common.angle_text import radians_of

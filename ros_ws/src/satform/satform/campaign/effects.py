@@ -5,8 +5,9 @@
 from collections.abc import Iterator, Sequence
 
 from satform.campaign.cases import case_scenario, changed_scenario, values_at
+from satform.campaign.dispersion import Dispersion
 from satform.campaign.distributions import LARGEST_QUANTILE, LEAST_QUANTILE, ChoiceSpec
-from satform.campaign.model import Campaign, Dispersion
+from satform.campaign.model import Campaign
 from satform.campaign.paths import Target
 from satform.campaign.plan_digest import plan_digest
 from satform.campaign.sampling import Coordinate

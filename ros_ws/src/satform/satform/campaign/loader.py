@@ -9,7 +9,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from satform.campaign.model import Campaign, change_complaints
+from satform.campaign.campaign_checks import change_complaints
+from satform.campaign.model import Campaign
 from satform.campaign.paths import PathError, targets
 from satform.campaign.scenario_file import CampaignSource
 from satform.common.spec import Complaint
