@@ -6,7 +6,8 @@ All arrays have rows first, then any axes of runs and satellites (...). Of quant
 step only the rows of the steps are used where a formula also takes something that is decided in a step.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Generic, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,24 +15,170 @@ from numpy.typing import NDArray
 from satform.equipment.kalman_filter import normalised_error_squared
 from satform.numeric.elementwise import Array, norm
 
+Values = TypeVar("Values")
+
+
+class Derived(Generic[Values]):
+    """A derived quantity, as an attribute of a flight.
+
+    Attributes:
+        bases: quantities of a record that it is made of.
+    """
+
+    def __init__(self, formula: Callable[[Any], Values], bases: tuple[str, ...], *, kept: bool) -> None:
+        """Nothing is computed yet.
+
+        Args:
+            formula: takes the flight.
+            bases: quantities of a record that it is made of.
+            kept: whether every flight keeps it after its first use, not only those that keep all.
+        """
+        self.bases = bases
+        self.__doc__ = formula.__doc__
+        self._formula = formula
+        self._kept = kept
+
+    def __repr__(self) -> str:
+        return f"<derived from {', '.join(self.bases)}>"
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, flight: None, owner: type) -> "Derived[Values]": ...
+
+    @overload
+    def __get__(self, flight: "DerivedQuantities", owner: type) -> Values: ...
+
+    def __get__(self, flight: "DerivedQuantities | None", owner: type) -> "Derived[Values] | Values":
+        if flight is None:
+            return self
+        values = self._formula(flight)
+        if self._kept or flight.keeps_derived:
+            # Python looks here first from now on.
+            vars(flight)[self._name] = values
+        return values
+
+
+def derived(*bases: str, kept: bool = False) -> Callable[[Callable[[Any], Values]], Derived[Values]]:
+    """Make a method a derived quantity.
+
+    Args:
+        bases: quantities of a record that it is made of.
+        kept: whether every flight keeps it after its first use, not only those that keep all.
+    """
+    return lambda formula: Derived(formula, bases, kept=kept)
+
+
+_POSITION_ERROR = ("position", "reference_position")
+_VELOCITY_ERROR = ("velocity", "reference_velocity")
+
+
+class DerivedQuantities:
+    """Derived quantities of whatever has those of a flight: its record, or a block of its steps.
+
+    Shapes are of K steps and of the columns (...): N satellites in a record, R runs of N in a block.
+    """
+
+    keeps_derived: ClassVar[bool] = False
+    """Whether each is computed once and kept, for the memory of its array."""
+
+    step: float
+    position: Array
+    velocity: Array
+    measured_position: Array
+    acceleration: Array
+    applied_acceleration: Array
+    reference_position: Array
+    reference_velocity: Array
+    estimated_position_error: Array
+    estimated_velocity_error: Array
+    delta_v: Array
+    estimate_covariance: Array
+
+    @derived(*_POSITION_ERROR)
+    def position_error(self) -> Array:
+        """Position less reference, m, shape (K, ..., 3)."""
+        return _error(self.position, self.reference_position)
+
+    @derived(*_VELOCITY_ERROR)
+    def velocity_error(self) -> Array:
+        """Velocity less reference, m/s, shape (K, ..., 3)."""
+        return _error(self.velocity, self.reference_velocity)
+
+    @derived(*_POSITION_ERROR)
+    def tracking_error(self) -> Array:
+        """Length of the position error, m, shape (K, ...)."""
+        return norm(self.position_error)
+
+    @derived("acceleration")
+    def control(self) -> Array:
+        """Length of the commanded acceleration, m/s^2, shape (K, ...)."""
+        return norm(self.acceleration)
+
+    @derived("delta_v", "applied_acceleration")
+    def effort(self) -> Array:
+        """Delta-v of each step, m/s, shape (K, ...): as the thrusters count it, or of the command.
+
+        It takes the state after each step, so that only a record and a block with K + 1 states have it: the
+        last block of a flight, and those of `StepEnds`.
+        """
+        if len(self.delta_v) != len(self.applied_acceleration) + 1:
+            raise ValueError("the delta-v of a block's last step needs the state after it; see StepEnds")
+        counted = np.diff(self.delta_v, axis=0)
+        uncounted = np.isnan(counted)
+        if not uncounted.any():
+            return counted
+        return np.where(uncounted, self.step * norm(self.applied_acceleration), counted)
+
+    @derived("measured_position", "position")
+    def navigation_error(self) -> Array:
+        """Distance between measured and true position, m, shape (K or K + 1, ...): a row for each state."""
+        return norm(self.measured_position - self.position)
+
+    @derived("estimated_position_error", *_POSITION_ERROR)
+    def estimation_error(self) -> Array:
+        """Distance between estimated and true position, m, shape (K, ...)."""
+        return norm(self.estimated_position_error - self.position_error)
+
+    @derived(
+        *("estimate_covariance", "estimated_position_error", *_POSITION_ERROR),
+        *("estimated_velocity_error", *_VELOCITY_ERROR),
+        kept=True,
+    )
+    def estimation_error_squared(self) -> Array:
+        """Normalised estimation error squared (NEES) of the filters, shape (K, ...); no rows without one.
+
+        Mean 6 for a consistent filter; not a number where there is none.
+        """
+        if not len(self.estimate_covariance):
+            return np.empty((0, *self.position_error.shape[1:-1]))
+        off = (
+            self.estimated_position_error - self.position_error,
+            self.estimated_velocity_error - self.velocity_error,
+        )
+        return normalised_error_squared(np.concatenate(off, axis=-1), self.estimate_covariance)
+
+    @derived("reference_position", "acceleration", kept=True)
+    def absent(self) -> NDArray[np.bool_]:
+        """In which steps a satellite does not fly, shape (K, ...): no command and no reference."""
+        without: NDArray[np.bool_] = np.isnan(self.reference_position[..., 0])
+        if without.any():
+            for axis in range(3):
+                without &= np.isnan(self.reference_position[..., axis])
+                without &= self.acceleration[..., axis] == 0.0
+        return without
+
+
 DERIVED: Mapping[str, tuple[str, ...]] = {
-    "position_error": ("position", "reference_position"),
-    "velocity_error": ("velocity", "reference_velocity"),
-    "tracking_error": ("position", "reference_position"),
-    "control": ("acceleration",),
-    "effort": ("delta_v", "applied_acceleration"),
-    "navigation_error": ("measured_position", "position"),
-    "estimation_error": ("estimated_position_error", "position", "reference_position"),
-    "estimation_error_squared": (
-        *("estimate_covariance", "estimated_position_error", "position", "reference_position"),
-        *("estimated_velocity_error", "velocity", "reference_velocity"),
-    ),
-    "absent": ("reference_position", "acceleration"),
+    name: quantity.bases
+    for name, quantity in vars(DerivedQuantities).items()
+    if isinstance(quantity, Derived)
 }
 """Names of derived quantities, and the quantities of a record that each is made of."""
 
 
-def error(values: Array, reference: Array) -> Array:
+def _error(values: Array, reference: Array) -> Array:
     """A motion less its reference.
 
     Args:
@@ -43,77 +190,6 @@ def error(values: Array, reference: Array) -> Array:
     """
     difference: Array = values[: len(reference)] - reference
     return difference
-
-
-def effort(delta_v: Array, applied_acceleration: Array, step: float) -> Array:
-    """Delta-v of each step: as the thrusters count it, or of the applied acceleration where they do not.
-
-    Args:
-        delta_v: counted so far, m/s, shape (K + 1, ...); NaN where there is no thruster.
-        applied_acceleration: m/s^2, shape (K, ..., 3).
-        step: control period, s.
-
-    Returns:
-        m/s, shape (K, ...).
-    """
-    counted = np.diff(delta_v, axis=0)
-    uncounted = np.isnan(counted)
-    if not uncounted.any():
-        return counted
-    return np.where(uncounted, step * norm(applied_acceleration), counted)
-
-
-def navigation_error(measured_position: Array, position: Array) -> Array:
-    """Distance between measured and true position, m; shapes (rows, ..., 3), gives (rows, ...)."""
-    return norm(measured_position - position)
-
-
-def estimation_error(estimated_position_error: Array, position_error: Array) -> Array:
-    """Distance between estimated and true position, m; shapes (K, ..., 3), gives (K, ...)."""
-    return norm(estimated_position_error - position_error)
-
-
-def estimation_error_squared(
-    estimate_covariance: Array,
-    estimated_position_error: Array,
-    position_error: Array,
-    estimated_velocity_error: Array,
-    velocity_error: Array,
-) -> Array:
-    """Normalised estimation error squared (NEES) of the filters.
-
-    Args:
-        estimate_covariance: of (position, velocity) in m and m/s, shape (K, ..., 6, 6); or without rows.
-        estimated_position_error: estimated position less reference, m, shape (K, ..., 3).
-        position_error: true position less reference, m, shape (K, ..., 3).
-        estimated_velocity_error: estimated velocity less reference, m/s, shape (K, ..., 3).
-        velocity_error: true velocity less reference, m/s, shape (K, ..., 3).
-
-    Returns:
-        Shape (K, ...), NaN where there is no filter; no rows where nobody has one.
-    """
-    if not len(estimate_covariance):
-        return np.empty((0, *position_error.shape[1:-1]))
-    off = (estimated_position_error - position_error, estimated_velocity_error - velocity_error)
-    return normalised_error_squared(np.concatenate(off, axis=-1), estimate_covariance)
-
-
-def absent(reference_position: Array, acceleration: Array) -> NDArray[np.bool_]:
-    """In which steps a satellite does not fly: it commands nothing and has no reference.
-
-    Args:
-        reference_position: m, shape (K, ..., 3).
-        acceleration: commanded, m/s^2, shape (K, ..., 3).
-
-    Returns:
-        Shape (K, ...).
-    """
-    without: NDArray[np.bool_] = np.isnan(reference_position[..., 0])
-    if without.any():
-        for axis in range(3):
-            without &= np.isnan(reference_position[..., axis])
-            without &= acceleration[..., axis] == 0.0
-    return without
 
 
 def absent_of_rows(absent_steps: NDArray[np.bool_], rows: int) -> NDArray[np.bool_]:

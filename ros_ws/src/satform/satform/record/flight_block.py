@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.numeric.elementwise import Array, norm
+from satform.numeric.elementwise import Array
 from satform.record import derived
 from satform.record.flight_record import QUANTITIES, STATES, FlightRecord
 
 
 @dataclass(frozen=True, repr=False)
-class FlightBlock:
+class FlightBlock(derived.DerivedQuantities):
     """Consecutive steps of R flights of N satellites each, of the same names and control period.
 
     Each quantity of a `FlightRecord` that the block holds is an attribute with an axis of runs before that of
@@ -24,7 +24,8 @@ class FlightBlock:
     the state after the last step. A quantity that no satellite has may have no rows, as in the record.
     The blocks of a flight follow each other without gaps, the first begins at step 0, and each holds at
     least one step (the last one of a flight without steps holds its state alone).
-    Derived quantities have the formulas, and the bits, of the record's; each is computed once.
+    Derived quantities have the formulas, and the bits, of the record's; each is computed once, shape
+    (K, R, N, ...).
 
     Attributes:
         satellites: N names, in the order of the columns.
@@ -36,6 +37,8 @@ class FlightBlock:
         last: whether the flight ends with this block.
         quantities: by the names of `FlightRecord`, shape (rows, R, N, ...); those that were asked for.
     """
+
+    keeps_derived = True
 
     satellites: tuple[str, ...]
     step: float
@@ -67,63 +70,6 @@ class FlightBlock:
         end = self.first_step + self.steps
         last = ", the last" if self.last else ""
         return f"<FlightBlock of {self.runs} runs, steps {self.first_step} to {end}{last}>"
-
-    @cached_property
-    def position_error(self) -> Array:
-        """Position less reference, m, shape (K, R, N, 3)."""
-        return derived.error(self.position, self.reference_position)
-
-    @cached_property
-    def velocity_error(self) -> Array:
-        """Velocity less reference, m/s, shape (K, R, N, 3)."""
-        return derived.error(self.velocity, self.reference_velocity)
-
-    @cached_property
-    def tracking_error(self) -> Array:
-        """Length of the position error, m, shape (K, R, N)."""
-        return norm(self.position_error)
-
-    @cached_property
-    def control(self) -> Array:
-        """Length of the commanded acceleration, m/s^2, shape (K, R, N)."""
-        return norm(self.acceleration)
-
-    @cached_property
-    def effort(self) -> Array:
-        """Delta-v of each step, m/s, shape (K, R, N): as the thrusters count it, or of the command.
-
-        It takes the state after each step, so that only a block with K + 1 states has it: the last one, and
-        those of `StepEnds`.
-        """
-        if len(self.delta_v) != self.steps + 1:
-            raise ValueError("the delta-v of a block's last step needs the state after it; see StepEnds")
-        return derived.effort(self.delta_v, self.applied_acceleration, self.step)
-
-    @cached_property
-    def navigation_error(self) -> Array:
-        """Distance between measured and true position, m, shape (K or K + 1, R, N)."""
-        return derived.navigation_error(self.measured_position, self.position)
-
-    @cached_property
-    def estimation_error(self) -> Array:
-        """Distance between estimated and true position, m, shape (K, R, N)."""
-        return derived.estimation_error(self.estimated_position_error, self.position_error)
-
-    @cached_property
-    def estimation_error_squared(self) -> Array:
-        """Normalised estimation error squared (NEES) of the filters, shape (K, R, N); no rows without one."""
-        return derived.estimation_error_squared(
-            self.estimate_covariance,
-            self.estimated_position_error,
-            self.position_error,
-            self.estimated_velocity_error,
-            self.velocity_error,
-        )
-
-    @cached_property
-    def absent(self) -> NDArray[np.bool_]:
-        """In which steps a satellite does not fly, shape (K, R, N)."""
-        return derived.absent(self.reference_position, self.acceleration)
 
     @cached_property
     def any_absent(self) -> bool:

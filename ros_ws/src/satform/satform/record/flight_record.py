@@ -4,13 +4,12 @@
 
 import hashlib
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.numeric.elementwise import Array, norm
+from satform.numeric.elementwise import Array
 from satform.record import derived
 from satform.record.early_end import EarlyEnd
 from satform.record.tables import dataset, frame
@@ -53,7 +52,7 @@ class SatelliteRecord:
 
 
 @dataclass(frozen=True, repr=False)
-class FlightRecord:
+class FlightRecord(derived.DerivedQuantities):
     """A whole flight of N satellites over K control steps.
 
     Quantities known at the start of a step have K + 1 rows (the last is the state after the last
@@ -195,11 +194,6 @@ class FlightRecord:
         time: Array = np.arange(self.steps + 1, dtype=np.float64) * self.step
         return time
 
-    @cached_property
-    def absent(self) -> NDArray[np.bool_]:
-        """In which steps a satellite does not fly, shape (K, N): it commands nothing and has no reference."""
-        return derived.absent(self.reference_position, self.acceleration)
-
     def absent_rows(self, rows: int) -> NDArray[np.bool_]:
         """Where a satellite does not fly, for so many rows of steps or of states, shape (rows, N)."""
         return derived.absent_of_rows(self.absent, rows)
@@ -234,55 +228,6 @@ class FlightRecord:
             for name, array in ((name, getattr(self, name)) for name in QUANTITIES)
         }
         return replace(self, **shortened)
-
-    @property
-    def position_error(self) -> Array:
-        """Position minus reference, m, shape (K, N, 3)."""
-        return derived.error(self.position, self.reference_position)
-
-    @property
-    def velocity_error(self) -> Array:
-        """Velocity minus reference, m/s, shape (K, N, 3)."""
-        return derived.error(self.velocity, self.reference_velocity)
-
-    @property
-    def tracking_error(self) -> Array:
-        """Length of the position error, m, shape (K, N)."""
-        return norm(self.position_error)
-
-    @property
-    def control(self) -> Array:
-        """Length of the commanded acceleration, m/s^2, shape (K, N)."""
-        return norm(self.acceleration)
-
-    @property
-    def effort(self) -> Array:
-        """Delta-v of each step, m/s, shape (K, N): as the thrusters count it, or of the command."""
-        return derived.effort(self.delta_v, self.applied_acceleration, self.step)
-
-    @property
-    def navigation_error(self) -> Array:
-        """Distance between measured and true position, m, shape (K + 1, N)."""
-        return derived.navigation_error(self.measured_position, self.position)
-
-    @property
-    def estimation_error(self) -> Array:
-        """Distance between estimated and true position, m, shape (K, N)."""
-        return derived.estimation_error(self.estimated_position_error, self.position_error)
-
-    @cached_property
-    def estimation_error_squared(self) -> Array:
-        """Normalised estimation error squared (NEES) of the filters, shape (K, N); no rows without a filter.
-
-        Mean 6 for a consistent filter; not a number where there is none.
-        """
-        return derived.estimation_error_squared(
-            self.estimate_covariance,
-            self.estimated_position_error,
-            self.position_error,
-            self.estimated_velocity_error,
-            self.velocity_error,
-        )
 
     def digest(self) -> str:
         """State hash: SHA-256 over names, shapes and bits of all arrays; equal for equal flights only."""
@@ -394,11 +339,7 @@ STATES = (
 )
 """Quantities of a record with a row for each state, which are known at the start of a step."""
 
-COLUMNS = (
-    *QUANTITIES,
-    *("position_error", "velocity_error", "tracking_error", "control", "effort", "navigation_error"),
-    *("estimation_error", "estimation_error_squared", "absent"),
-)
+COLUMNS = (*QUANTITIES, *derived.DERIVED)
 """Names of all that a record has for each satellite."""
 
 _VECTORS = frozenset(
