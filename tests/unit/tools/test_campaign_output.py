@@ -122,7 +122,7 @@ def test_a_terminal_has_a_bar_that_leaves_nothing_behind(monkeypatch: pytest.Mon
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr("satform_tools.campaign.progress.BAR_PERIOD", 0.0)
+    monkeypatch.setattr("satform_tools.run.progress.BAR_PERIOD", 0.0)
     with progress.displayed("study") as report:
         for done in range(0, 101, 10):
             report(done, 100)

@@ -6,7 +6,6 @@ Each PNG file contains the digest of its campaign and the results as text. The p
 texts; a digest that differs from the campaign's shows that a picture is out of date.
 """
 
-import io
 import json
 import math
 import tempfile
@@ -16,8 +15,6 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from satform.campaign.model import Campaign
 from satform.common.exit_codes import EXIT_DONE, EXIT_MISSED
@@ -29,6 +26,7 @@ from satform_tools.campaign.study import study
 from satform_tools.campaign.summary import Summary
 from satform_tools.campaign.theory_plots import FIGURES
 from satform_tools.errors import CommandError
+from satform_tools.report import gallery_picture
 from satform_tools.run.scenario_library import ROOT
 
 FOLDER = ROOT / "docs" / "campaign_gallery"
@@ -40,7 +38,6 @@ PAGE = ROOT / "docs" / "campaign_gallery.md"
 _DIGEST = "Campaign digest"
 _RESULTS = "Results"
 _DOTS_PER_INCH = 75
-_COLOURS = 256
 _INTRODUCTION = """# Shipped campaigns
 
 Picture and results of every shipped campaign, made by `./tools/satform campaign gallery`. How campaigns are
@@ -64,13 +61,7 @@ def make(names: Sequence[str], workers: int | None, *, stale: bool, folders: Pat
         CommandError: a name is not that of a shipped campaign, or it cannot be flown to its end.
     """
     known = library.names()
-    for name in names:
-        if name not in known:
-            raise CommandError(f"{name!r} is not a shipped campaign; choose from {', '.join(known)}")
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    for file in FOLDER.glob("*.png"):
-        if file.stem not in known:
-            file.unlink()
+    gallery_picture.prepare(FOLDER, names, known, "campaign")
     missed = 0
     with tempfile.TemporaryDirectory() as removed:
         for name in names or known:
@@ -109,8 +100,6 @@ def save(drawn: Figure, summary: Summary, file: Path) -> None:
     Raises:
         OSError: the file cannot be written.
     """
-    buffer = io.BytesIO()
-    drawn.savefig(buffer, format="png", dpi=_DOTS_PER_INCH)
     results = {
         "cases": summary.flown,
         "succeeded": summary.succeeded,
@@ -126,12 +115,9 @@ def save(drawn: Figure, summary: Summary, file: Path) -> None:
             for verdict in summary.verdicts
         ],
     }
-    text = PngInfo()
-    text.add_text(_DIGEST, summary.folder.manifest.digest)
-    text.add_itxt(_RESULTS, json.dumps(results, ensure_ascii=False))
-    with Image.open(buffer) as image:
-        few = image.convert("RGB").quantize(_COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-        few.save(file, optimize=True, pnginfo=text)
+    digest = (_DIGEST, summary.folder.manifest.digest)
+    text = (_RESULTS, json.dumps(results, ensure_ascii=False))
+    gallery_picture.save(drawn, file, _DOTS_PER_INCH, digest, text)
 
 
 def _fly_and_draw(campaign: Campaign, folder: Path, workers: int | None) -> bool:
@@ -186,9 +172,4 @@ def _results(found: dict[str, Any], *, is_random: bool) -> str:
 
 def _text(name: str) -> dict[str, str]:
     """The text inside the picture of a campaign; empty when there is no readable picture."""
-    try:
-        with Image.open(picture(name)) as image:
-            image.load()
-            return {str(key): str(value) for key, value in image.info.items() if key in {_DIGEST, _RESULTS}}
-    except OSError:
-        return {}
+    return gallery_picture.texts(picture(name), {_DIGEST, _RESULTS})

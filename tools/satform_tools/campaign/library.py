@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Campaigns by name or path: shipped ones, files, and folders of campaigns under way."""
 
-import difflib
 from pathlib import Path
 
 from satform.campaign.cases import case_scenario, case_values
@@ -11,17 +10,16 @@ from satform.campaign.loader import load_campaign
 from satform.campaign.model import Campaign
 from satform.scenario import Scenario
 from satform_tools.errors import CommandError
+from satform_tools.run import shipped_files
 from satform_tools.run.scenario_library import SCENARIOS
 
 CAMPAIGNS = SCENARIOS / "campaigns"
 """Folder of the shipped campaigns."""
 
-_SUFFIXES = (".yaml", ".yml", ".json")
-
 
 def names() -> list[str]:
     """Names of the shipped campaigns."""
-    return sorted(path.stem for path in CAMPAIGNS.glob("*.yaml"))
+    return shipped_files.names(CAMPAIGNS)
 
 
 def find(campaign: str) -> Path:
@@ -36,20 +34,11 @@ def find(campaign: str) -> Path:
     Raises:
         CommandError: nothing of that name is known.
     """
-    known = names()
-    if campaign in known:
-        return CAMPAIGNS / f"{campaign}.yaml"
     path = Path(campaign)
-    if is_folder(path):
+    if campaign not in names() and is_folder(path):
         return path / "campaign.json"
-    if path.suffix in _SUFFIXES or "/" in campaign or path.is_file():
-        return path
-    close = difflib.get_close_matches(campaign, known, n=1)
-    meant = f"; did you mean {close[0]}?" if close else "."
-    raise CommandError(
-        f"there is no campaign {campaign!r}{meant} Name one of {', '.join(known)}, the path of a YAML file, "
-        "or the folder of a campaign"
-    )
+    otherwise = "the path of a YAML file, or the folder of a campaign"
+    return shipped_files.find(campaign, CAMPAIGNS, "campaign", otherwise)
 
 
 def load(campaign: str) -> tuple[Campaign, Path]:

@@ -2,34 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Progress of a campaign on standard error: a bar on a terminal, else a line now and then."""
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 
-from satform_tools.console import is_terminal, note
-from satform_tools.run.progress import BAR_PERIOD, LINE_PERIOD, Throttled
-
-Report = Callable[[int, int], None]
-"""Takes the cases that have a result and the number of all cases."""
+from satform_tools.run.progress import Report, bar_or_lines
 
 
-@contextmanager
-def displayed(name: str) -> Iterator[Report]:
+def displayed(name: str) -> AbstractContextManager[Report]:
     """Show the progress of a campaign for as long as the block lasts.
 
     Args:
         name: of the campaign.
 
-    Yields:
-        What to call as often as results come; it is cheap to call.
+    Returns:
+        Gives what to call as often as results come; it is cheap to call.
     """
-    if is_terminal(sys.stderr):
-        with _bar(name) as report:
-            yield report
-    else:
-        yield Throttled(
-            lambda done, total, speed: note(f"{name}: {progress_text(done, total, speed)}"), LINE_PERIOD
-        )
+    return bar_or_lines(name, None, progress_text, rate_text, counts=True)
 
 
 def progress_text(done: int, total: int, speed: float) -> str:
@@ -56,24 +43,3 @@ def duration_text(seconds: float) -> str:
     if hours:
         return f"{hours} h {minutes:02d} min"
     return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
-
-
-@contextmanager
-def _bar(name: str) -> Iterator[Report]:
-    from rich.console import Console  # noqa: PLC0415 - only a terminal needs them
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: PLC0415
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[speed]}"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(name, total=None, speed="")
-
-        def show(done: int, total: int, speed: float) -> None:
-            progress.update(task, completed=done, total=total, speed=rate_text(speed))
-
-        yield Throttled(show, BAR_PERIOD)

@@ -6,7 +6,6 @@ Each PNG file contains the digest of its scenario and the figures of the flight 
 written from these texts; a digest that differs from the scenario's shows that a picture is out of date.
 """
 
-import io
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,8 +13,6 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_MISSED
 from satform.evaluation.evaluate import evaluate
@@ -24,7 +21,7 @@ from satform.plot.style import STYLE
 from satform.scenario import Scenario
 from satform.scenario.expectation import Verdict
 from satform_tools import console
-from satform_tools.errors import CommandError
+from satform_tools.report import gallery_picture
 from satform_tools.report.plots.overview import overview
 from satform_tools.run import scenario_library
 
@@ -37,7 +34,6 @@ PAGE = scenario_library.ROOT / "docs" / "gallery.md"
 _DIGEST = "Scenario digest"
 _FIGURES = "Figures"
 _DOTS_PER_INCH = 60
-_COLOURS = 256
 _FIGURES_SHOWN = 4
 _INTRODUCTION = """# Gallery
 
@@ -64,13 +60,7 @@ def make(names: Sequence[str], *, stale: bool) -> int:
         OSError: the pictures or the page cannot be written.
     """
     known = scenario_library.names()
-    for name in names:
-        if name not in known:
-            raise CommandError(f"{name!r} is not a shipped scenario; choose from {', '.join(known)}")
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    for file in FOLDER.glob("*.png"):
-        if file.stem not in known:
-            file.unlink()
+    gallery_picture.prepare(FOLDER, names, known, "scenario")
     missed = 0
     for name in names or known:
         scenario = scenario_library.load(name)
@@ -111,8 +101,6 @@ def save(drawn: Figure, scenario: Scenario, verdicts: Sequence[Verdict], file: P
     Raises:
         OSError: the file cannot be written.
     """
-    buffer = io.BytesIO()
-    drawn.savefig(buffer, format="png", dpi=_DOTS_PER_INCH)
     figures = [
         {
             "label": verdict.label,
@@ -122,12 +110,8 @@ def save(drawn: Figure, scenario: Scenario, verdicts: Sequence[Verdict], file: P
         }
         for verdict in verdicts
     ]
-    text = PngInfo()
-    text.add_text(_DIGEST, scenario.digest())
-    text.add_itxt(_FIGURES, json.dumps(figures, ensure_ascii=False))
-    with Image.open(buffer) as image:
-        few = image.convert("RGB").quantize(_COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-        few.save(file, optimize=True, pnginfo=text)
+    text = (_FIGURES, json.dumps(figures, ensure_ascii=False))
+    gallery_picture.save(drawn, file, _DOTS_PER_INCH, (_DIGEST, scenario.digest()), text)
 
 
 def _fly_and_draw(scenario: Scenario) -> bool:
@@ -166,9 +150,4 @@ def _judgement(figures: Sequence[dict[str, Any]], scenario: Scenario) -> str:
 
 def _text(name: str) -> dict[str, str]:
     """The text inside the picture of a scenario; empty when there is no readable picture."""
-    try:
-        with Image.open(picture(name)) as image:
-            image.load()
-            return {str(key): str(value) for key, value in image.info.items() if key in {_DIGEST, _FIGURES}}
-    except OSError:
-        return {}
+    return gallery_picture.texts(picture(name), {_DIGEST, _FIGURES})

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Progress of a run on standard error: a bar on a terminal, else a line now and then."""
+"""Progress on standard error, of a run or of anything else: a bar on a terminal, else a line now and then."""
 
 import sys
 import time
@@ -11,7 +11,7 @@ from satform.scenario import Scenario
 from satform_tools.console import is_terminal, note
 
 Report = Callable[[int, int], None]
-"""Takes the steps flown and the steps to fly."""
+"""Takes what is done and what is to be done: steps of a run, cases of a campaign."""
 
 BAR_PERIOD = 0.1
 LINE_PERIOD = 5.0
@@ -27,11 +27,42 @@ def displayed(scenario: Scenario) -> Iterator[Report]:
     Yields:
         What to call after every step, or as often as is known; it is cheap to call.
     """
+
+    def line(done: int, total: int, speed: float) -> str:
+        return f"{done} of {total} steps ({100 * done // total} %), {pace(scenario, speed)}"
+
+    with bar_or_lines(
+        scenario.name, scenario.timing.steps, line, lambda speed: pace(scenario, speed)
+    ) as report:
+        yield report
+
+
+@contextmanager
+def bar_or_lines(
+    name: str,
+    total: int | None,
+    line: Callable[[int, int, float], str],
+    speed_text: Callable[[float], str],
+    *,
+    counts: bool = False,
+) -> Iterator[Report]:
+    """Show progress for as long as the block lasts: a bar on a terminal, else a line now and then.
+
+    Args:
+        name: of what progresses.
+        total: of what is to be done; None where it is known from the first report.
+        line: text of a line, from what is done, the total, and the speed in each second of wall-clock time.
+        speed_text: text of the speed beside the bar.
+        counts: whether the bar has numbers beside it, in place of percent.
+
+    Yields:
+        What to call as often as something is done; it is cheap to call.
+    """
     if is_terminal(sys.stderr):
-        with _bar(scenario) as report:
+        with _bar(name, total, speed_text, counts=counts) as report:
             yield report
     else:
-        yield Throttled(lambda done, total, speed: _print(scenario, done, total, speed), LINE_PERIOD)
+        yield Throttled(lambda done, total, speed: note(f"{name}: {line(done, total, speed)}"), LINE_PERIOD)
 
 
 def pace(scenario: Scenario, steps_per_second: float) -> str:
@@ -62,27 +93,24 @@ class Throttled:
         self._show(done, total, (done - first) / max(now - since, 1e-9))
 
 
-def _print(scenario: Scenario, done: int, total: int, speed: float) -> None:
-    text = f"{scenario.name}: {done} of {total} steps ({100 * done // total} %), {pace(scenario, speed)}"
-    note(text)
-
-
 @contextmanager
-def _bar(scenario: Scenario) -> Iterator[Report]:
-    from rich.console import Console  # noqa: PLC0415 - only a terminal needs them
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
+def _bar(
+    name: str, total: int | None, speed_text: Callable[[float], str], *, counts: bool
+) -> Iterator[Report]:
+    from rich import progress  # noqa: PLC0415 - only a terminal needs them
+    from rich.console import Console  # noqa: PLC0415
 
     columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("{task.fields[speed]}"),
-        TimeRemainingColumn(),
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn() if counts else progress.TaskProgressColumn(),
+        progress.TextColumn("{task.fields[speed]}"),
+        progress.TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(scenario.name, total=scenario.timing.steps, speed="")
+    with progress.Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+        task = shown.add_task(name, total=total, speed="")
 
         def show(done: int, total: int, speed: float) -> None:
-            progress.update(task, completed=done, total=total, speed=pace(scenario, speed))
+            shown.update(task, completed=done, total=total, speed=speed_text(speed))
 
         yield Throttled(show, BAR_PERIOD)

@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shipped scenarios by name: finds and loads them, with the nearest spelling in errors."""
 
-import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
 from satform.scenario import Scenario, load_scenario
 from satform_tools import console
-from satform_tools.errors import CommandError
+from satform_tools.run import shipped_files
 
 ROOT = Path(__file__).resolve().parents[3]
 """The project's folder."""
@@ -16,12 +15,10 @@ ROOT = Path(__file__).resolve().parents[3]
 SCENARIOS = ROOT / "scenarios"
 """Folder of the shipped scenarios."""
 
-_SUFFIXES = (".yaml", ".yml", ".json")
-
 
 def names() -> list[str]:
     """Names of the shipped scenarios."""
-    return sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+    return shipped_files.names(SCENARIOS)
 
 
 def find(scenario: str) -> Path:
@@ -36,17 +33,7 @@ def find(scenario: str) -> Path:
     Raises:
         CommandError: nothing of that name is known.
     """
-    known = names()
-    if scenario in known:
-        return SCENARIOS / f"{scenario}.yaml"
-    path = Path(scenario)
-    if path.suffix in _SUFFIXES or "/" in scenario or _is_file(path):
-        return path
-    close = difflib.get_close_matches(scenario, known, n=1)
-    meant = f"; did you mean {close[0]}?" if close else "."
-    raise CommandError(
-        f"there is no scenario {scenario!r}{meant} Name one of {', '.join(known)}, or the path of a YAML file"
-    )
+    return shipped_files.find(scenario, SCENARIOS, "scenario", "or the path of a YAML file")
 
 
 def load(scenario: str, changes: Iterable[str] = (), seed: int | None = None) -> Scenario:
@@ -66,10 +53,3 @@ def load(scenario: str, changes: Iterable[str] = (), seed: int | None = None) ->
     """
     seeds = () if seed is None else (f"seed={seed}",)
     return load_scenario(find(scenario), (*changes, *seeds), console.note)
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False

@@ -2,19 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Texts and tables of a campaign's page."""
 
-import io
 import json
 import math
 from typing import Any
-
-from ruamel.yaml import YAML
 
 from satform_tools.campaign.envelopes import MOST_SAMPLED
 from satform_tools.campaign.progress import duration_text, rate_text
 from satform_tools.campaign.study import Study
 from satform_tools.campaign.summary import Speed, Summary, interval_text
 from satform_tools.console import number
-from satform_tools.report.page.content import Fact, PageTable, Status
+from satform_tools.report.page.content import Fact, PageTable, Status, listed_versions, yaml_text
 from satform_tools.run.run_result import versions
 
 MOST_PAIRS = 60
@@ -178,8 +175,8 @@ def provenance(summary: Summary, speed: Speed | None) -> PageTable:
         "flown one by one": str(summary.flown - summary.stacked),
         "ended by a time-out or with their worker": str(summary.lost),
         "hash over all results": summary.results_hash or "none while cases are missing or lost",
-        "flown with": _listed(dict(manifest.versions)),
-        "reported with": _listed(versions()),
+        "flown with": listed_versions(manifest.versions),
+        "reported with": listed_versions(versions()),
     }
     return PageTable("Provenance", ("what", "value"), list(found.items()))
 
@@ -220,15 +217,5 @@ def _failures_note(summary: Summary) -> str:
     return f"The first {shown} of {summary.failed} failed cases; a click on a command selects it.{rest}"
 
 
-def _listed(parts: dict[str, str]) -> str:
-    return ", ".join(f"{name} {version}" for name, version in parts.items())
-
-
 def _yaml(summary: Summary) -> str:
-    fields = json.loads((summary.folder.path / "campaign.json").read_text(encoding="utf-8"))
-    writer = YAML()
-    writer.default_flow_style = None
-    writer.width = 110
-    stream = io.StringIO()
-    writer.dump(fields, stream)
-    return stream.getvalue()
+    return yaml_text(json.loads((summary.folder.path / "campaign.json").read_text(encoding="utf-8")))

@@ -5,7 +5,7 @@
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -240,8 +240,8 @@ def provenance(flights: list[StoredRun]) -> PageTable:
             "scenario digest": stored.scenario.digest(),
             "state hash": stored.state_hash or stored.why_no_hash,
             "seed": str(stored.scenario.seed),
-            "flown with": _listed(stored.versions) or "not recorded",
-            "reported with": _listed(versions()),
+            "flown with": listed_versions(stored.versions) or "not recorded",
+            "reported with": listed_versions(versions()),
         }
         for stored in flights
     ]
@@ -251,7 +251,8 @@ def provenance(flights: list[StoredRun]) -> PageTable:
     return PageTable("Provenance", ("what", *values), rows)
 
 
-def _listed(parts: dict[str, str]) -> str:
+def listed_versions(parts: Mapping[str, str]) -> str:
+    """Names and versions of programs and packages, as text."""
     return ", ".join(f"{name} {version}" for name, version in parts.items())
 
 
@@ -259,10 +260,11 @@ def scenario_text(scenario: Scenario, heading: str) -> ScenarioText:
     """Text and fields of a scenario."""
     text = scenario.to_json()
     paragraphs = tuple(" ".join(part.split()) for part in scenario.text.strip().split("\n\n"))
-    return ScenarioText(heading, paragraphs, scenario.sources, _yaml(json.loads(text)), text)
+    return ScenarioText(heading, paragraphs, scenario.sources, yaml_text(json.loads(text)), text)
 
 
-def _yaml(fields: Any) -> str:
+def yaml_text(fields: Any) -> str:
+    """Fields as YAML, short lists on one line."""
     writer = YAML()
     writer.default_flow_style = None
     writer.width = 110

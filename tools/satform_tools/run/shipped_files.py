@@ -1,0 +1,48 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Files of a folder by name, or any file by path; the nearest spelling in errors."""
+
+import difflib
+from pathlib import Path
+
+from satform_tools.errors import CommandError
+
+_SUFFIXES = (".yaml", ".yml", ".json")
+
+
+def names(folder: Path) -> list[str]:
+    """Names of the YAML files of a folder, without ending."""
+    return sorted(path.stem for path in folder.glob("*.yaml"))
+
+
+def find(asked: str, folder: Path, what: str, otherwise: str) -> Path:
+    """The file that a name or a path means.
+
+    Args:
+        asked: name of a file in the folder, or path of any file.
+        folder: of the shipped files.
+        what: the file describes, as text in an error.
+        otherwise: what may be given in place of a name, as text in an error.
+
+    Returns:
+        The file; a path is returned whether or not there is such a file.
+
+    Raises:
+        CommandError: nothing of that name is known.
+    """
+    known = names(folder)
+    if asked in known:
+        return folder / f"{asked}.yaml"
+    path = Path(asked)
+    if path.suffix in _SUFFIXES or "/" in asked or _is_file(path):
+        return path
+    close = difflib.get_close_matches(asked, known, n=1)
+    meant = f"; did you mean {close[0]}?" if close else "."
+    raise CommandError(f"there is no {what} {asked!r}{meant} Name one of {', '.join(known)}, {otherwise}")
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
