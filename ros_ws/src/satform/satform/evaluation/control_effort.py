@@ -15,22 +15,31 @@ from satform.record.flight_block import FlightBlock, StepEnds
 from satform.record.reducer import FlightShape, Reducer
 from satform.record.stretch import Stretch
 from satform.scenario.parts import SatelliteSpec
-from satform.scenario.windowed_expectation import OfSatellites, OverWindow
+from satform.scenario.windowed_expectation import OverWindow
 
 
-class Control(OverWindow):
+class _OfCommands(OverWindow):
+    """An expectation of what satellites command: nothing is judged where all that are meant coast."""
+
+    def complaints_about_satellites(
+        self, satellites: Mapping[str, SatelliteSpec], announces: str
+    ) -> list[str]:
+        found = super().complaints_about_satellites(satellites, announces)
+        meant = [satellites[name] for name in self.satellites or satellites]
+        if all(isinstance(own.controller, CoastSpec) and own.thruster is None for own in meant):
+            names = ", ".join(own.name for own in meant)
+            coast = "coasts" if len(meant) == 1 else "coast"
+            found.append(f"{names} {coast} and cannot command anything else")
+        return found
+
+
+class Control(_OfCommands):
     """Mean, smallest or largest magnitude of the commanded acceleration, in m/s^2."""
 
     unit = "m/s²"
     kind: Literal["control"] = "control"
     statistic: Literal["mean", "minimum", "maximum"] = "mean"
     """Mean over the stretch, or its smallest or largest value."""
-
-    def complaints_about_satellites(
-        self, satellites: Mapping[str, SatelliteSpec], announces: str
-    ) -> list[str]:
-        idle = coasting(self, satellites)
-        return super().complaints_about_satellites(satellites, announces) + idle
 
     def holds_in_part(self) -> bool:
         if self.statistic == "mean":
@@ -49,17 +58,11 @@ class Control(OverWindow):
         return self.label or f"{self.statistic} control{self.when()}{self.whose()}"
 
 
-class DeltaV(OverWindow):
+class DeltaV(_OfCommands):
     """Delta-v as the thrusters count it, or integral of an ideal command; the largest, in m/s."""
 
     unit = "m/s"
     kind: Literal["delta_v"] = "delta_v"
-
-    def complaints_about_satellites(
-        self, satellites: Mapping[str, SatelliteSpec], announces: str
-    ) -> list[str]:
-        idle = coasting(self, satellites)
-        return super().complaints_about_satellites(satellites, announces) + idle
 
     def holds_in_part(self) -> bool:
         # A part of a flight costs less: it is judged where nothing at all may be spent.
@@ -70,14 +73,6 @@ class DeltaV(OverWindow):
 
     def describe(self) -> str:
         return self.label or f"delta-v{self.when()}{self.whose()}"
-
-
-def coasting(expectation: OfSatellites, satellites: Mapping[str, SatelliteSpec]) -> list[str]:
-    """That nothing is judged where all satellites that are meant coast: they command nothing."""
-    meant = [satellites[name] for name in expectation.satellites or satellites]
-    idle = all(isinstance(own.controller, CoastSpec) and own.thruster is None for own in meant)
-    names = ", ".join(own.name for own in meant)
-    return [f"{names} coast{'s' if len(meant) == 1 else ''} and cannot command anything else"] if idle else []
 
 
 class _SumOfEffort(LargestSum):
