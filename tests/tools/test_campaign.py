@@ -22,6 +22,7 @@ from flights import SCENARIOS
 from satform.campaign.cases import case_scenario
 from satform.campaign.chunk import fly_case
 from satform.campaign.folder import CampaignFolder, locked
+from satform.campaign.folder_repair import damaged_files
 from satform.campaign.loader import load_campaign
 from satform.campaign.result_files import result_files
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
@@ -452,7 +453,7 @@ def test_a_killed_campaign_leaves_whole_files_and_no_workers(
     process.wait()
     assert ended(workers)
     folder = CampaignFolder.open(out)
-    assert folder.damaged() == []
+    assert damaged_files(folder) == []
     assert 0 < folder.done().sum() < 4000
     assert_as_flown_alone(out)
     # The lock has ended with its process.
@@ -497,7 +498,7 @@ def test_a_full_disk_ends_the_campaign_with_a_sentence_and_what_is_stored_stays(
         assert f"the disk is full (no space, or no inodes): {disk} has" in out
         assert "Traceback" not in err
         folder = CampaignFolder.open(disk / "out")
-        assert folder.damaged() == []
+        assert damaged_files(folder) == []
         assert not [path for path in (disk / "out").rglob(".*") if path.name != ".lock"]
     finally:
         subprocess.run(["umount", "--lazy", str(disk)], check=True)

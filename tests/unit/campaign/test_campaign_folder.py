@@ -17,10 +17,13 @@ import pytest
 from campaigns import campaign, of
 from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.chunk import columns_of, fly_case, fly_chunk
-from satform.campaign.folder import CampaignFolder, FolderError, ResultStore, locked
+from satform.campaign.folder import CampaignFolder, locked
+from satform.campaign.folder_repair import clean, damaged_files, forget_lost, repair
 from satform.campaign.loader import load_campaign, save_campaign
+from satform.campaign.manifest import FolderError
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import all_series, result_files, series_file
+from satform.campaign.result_store import ResultStore
 from satform.campaign.results import CaseResult
 from satform.evaluation.evaluate import evaluate
 from satform.flight.simulate import simulate
@@ -177,10 +180,10 @@ def test_a_repair_puts_a_damaged_file_aside_and_its_cases_are_missing(folder: Ca
     store.flush()
     first = min((folder.path / "results").iterdir())
     first.write_bytes(first.read_bytes()[:-10])
-    (damage,) = folder.damaged()
+    (damage,) = damaged_files(folder)
     assert damage.path == first
-    assert folder.repair() == 1
-    assert folder.damaged() == []
+    assert repair(folder) == 1
+    assert damaged_files(folder) == []
     assert np.flatnonzero(folder.done()).tolist() == [1]
     assert (folder.path / "damaged" / first.name).exists()
 
@@ -191,7 +194,7 @@ def test_lost_cases_are_forgotten_and_the_series_of_the_others_stay(folder: Camp
     store.store([CaseResult(0, {"seed": 1}, lost=True), CaseResult(2, {"seed": 1}, series=series)])
     store.store([CaseResult(1, {"seed": 1}, lost=True)])
     store.flush()
-    assert folder.forget_lost() == 2
+    assert forget_lost(folder) == 2
     assert np.flatnonzero(folder.done()).tolist() == [2]
     assert [number for number, _ in all_series(folder.path)] == [2]
     # A reader of the whole folder of series finds each case once, too.
@@ -226,10 +229,10 @@ def test_a_process_killed_while_it_forgets_lost_cases_leaves_a_folder_that_is_re
 
             with monkeypatch.context() as patch, suppress(KeyboardInterrupt):
                 patch.setattr(Path, operation, partialmethod(killed, call=getattr(Path, operation)))
-                folder.forget_lost()
-            assert folder.damaged() == []
-            folder.clean()
-            assert folder.damaged() == []
+                forget_lost(folder)
+            assert damaged_files(folder) == []
+            clean(folder)
+            assert damaged_files(folder) == []
             assert kept() == [2]
             assert [number for number, _ in all_series(folder.path)] == [2]
             assert len(list((folder.path / "series").iterdir())) == 1
@@ -255,12 +258,12 @@ def test_a_repair_puts_aside_every_file_that_cannot_be_used(folder: CampaignFold
     for path in (*(other / "results").iterdir(), *(large / "results").iterdir()):
         shutil.copy(path, results)
     (results / "cases.parquet").touch()
-    sentences = sorted(str(error).split(": ")[1] for error in folder.damaged())
+    sentences = sorted(str(error).split(": ")[1] for error in damaged_files(folder))
     assert len(sentences) == 4
     assert sentences[0].startswith("has case 1, which is in ")
     assert sentences[1:] == ["is not the name of a file of results", *["is of another campaign"] * 2]
-    assert folder.repair() == 4
-    assert folder.damaged() == []
+    assert repair(folder) == 4
+    assert damaged_files(folder) == []
     assert np.flatnonzero(folder.done()).tolist() == [0, 1, 3]
     assert len(list((folder.path / "damaged").iterdir())) == 4
 
@@ -273,7 +276,7 @@ def test_files_of_series_that_no_file_of_results_names_are_removed(folder: Campa
         store.flush()
     # As after a kill between the file of series and that of the results.
     result_files(folder.path)[0].path.unlink()
-    folder.clean()
+    clean(folder)
     (file,) = result_files(folder.path)
     assert list((folder.path / "series").iterdir()) == [series_file(file)]
 
@@ -281,7 +284,7 @@ def test_files_of_series_that_no_file_of_results_names_are_removed(folder: Campa
 def test_series_are_stored_in_files_that_are_not_larger_than_those_of_a_chunk(
     folder: CampaignFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("satform.campaign.folder.MOST_SERIES_BYTES", 250)
+    monkeypatch.setattr("satform.campaign.result_store.MOST_SERIES_BYTES", 250)
     store = ResultStore(folder)
     sizes = {5: 10, 1: 10, 2: 10, 0: 40, 3: 10}
     results = [
@@ -292,7 +295,7 @@ def test_series_are_stored_in_files_that_are_not_larger_than_those_of_a_chunk(
     store.flush()
     found = [(file.first, file.last) for file in result_files(folder.path)]
     assert found == [(0, 0), (1, 4), (5, 5)]
-    assert folder.damaged() == []
+    assert damaged_files(folder) == []
     series = dict(all_series(folder.path))
     assert {number: len(own["effort"]) for number, own in series.items()} == sizes
 

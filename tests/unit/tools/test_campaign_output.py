@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 import pytest
 
 from campaigns import campaign, of
-from satform.campaign.folder import CampaignFolder, ResultStore
+from satform.campaign.folder import CampaignFolder
+from satform.campaign.result_store import ResultStore
 from satform.campaign.results import CaseResult
 from satform.common.exit_codes import EXIT_LOST, EXIT_STOPPED
 from satform_tools.campaign import junit, progress, tables

@@ -18,10 +18,11 @@ from typing import Any
 from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.chunk import fly_chunk
 from satform.campaign.engine import ChunkObserver, Flights, Job, chunk_size
-from satform.campaign.folder import CampaignFolder, ResultStore
+from satform.campaign.folder import CampaignFolder
 from satform.campaign.loader import load_campaign
 from satform.campaign.local_engine import LocalEngine
 from satform.campaign.model import Campaign
+from satform.campaign.result_store import ResultStore
 from satform.campaign.results import CaseResult
 from satform.evaluation.evaluate import evaluate
 from satform.flight.simulate import simulate

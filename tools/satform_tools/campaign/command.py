@@ -14,14 +14,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from satform.campaign import folder_repair
 from satform.campaign.cases import case_values
 from satform.campaign.chunk import fly_chunk
 from satform.campaign.dask_engine import DaskEngine
 from satform.campaign.engine import Engine, EngineError, Flights, Job, chunk_size
-from satform.campaign.folder import RECORDS, CampaignFolder, FolderError, ResultStore, locked
+from satform.campaign.folder import RECORDS, CampaignFolder, locked
 from satform.campaign.local_engine import LocalEngine
+from satform.campaign.manifest import FolderError
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import ResultFileError
+from satform.campaign.result_store import ResultStore
 from satform.files.durable_file import write_durably
 from satform_nodes.runtime.signals import StopRequest
 from satform_tools import console
@@ -225,15 +228,15 @@ def _with_page(summary: Summary) -> Summary:
 
 def _prepare(folder: CampaignFolder, resumption: Resumption) -> None:
     if resumption.repair:
-        count = folder.repair()
+        count = folder_repair.repair(folder)
         if count:
             console.note(f"{count} files of results are put aside; their cases are flown again")
-    damaged = folder.damaged()
+    damaged = folder_repair.damaged_files(folder)
     if damaged:
         raise damaged[0]
-    folder.clean()
+    folder_repair.clean(folder)
     if resumption.retry:
-        count = folder.forget_lost()
+        count = folder_repair.forget_lost(folder)
         console.note(f"{count} cases that were ended by the machine are flown again")
 
 

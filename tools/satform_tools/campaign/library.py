@@ -5,8 +5,9 @@
 from pathlib import Path
 
 from satform.campaign.cases import case_scenario, case_values
-from satform.campaign.folder import MANIFEST, CampaignFolder, FolderError
+from satform.campaign.folder import CampaignFolder
 from satform.campaign.loader import load_campaign
+from satform.campaign.manifest import MANIFEST, FolderError
 from satform.campaign.model import Campaign
 from satform.scenario import Scenario
 from satform_tools.errors import CommandError
