@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 
 from satform.campaign.scenario_file import NamedScenario
 from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND, OR_EITHER_ANGLE
-from satform.common.spec import Plugin, Spec, specs
+from satform.common.spec import Plugin, Spec, choices, specs
 from satform.scenario.parts import SatelliteFields, SatelliteSpec
 
 GROUPS = {
@@ -195,16 +195,6 @@ def _anchored(heading: str) -> str:
 def is_registered(spec: type[Spec]) -> bool:
     """Whether a scenario chooses this by name, from an entry point group."""
     return any(spec in specs(group).values() for group in _EVERY_GROUP)
-
-
-def choices(annotation: Any) -> list[Any]:
-    """The types that a field may hold, without None and annotations."""
-    origin = get_origin(annotation)
-    if origin is Annotated:
-        return choices(get_args(annotation)[0])
-    if origin in (Union, types.UnionType):
-        return [choice for part in get_args(annotation) for choice in choices(part)]
-    return [] if annotation is type(None) else [annotation]
 
 
 def is_number(annotation: Any) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
-from satform.common.spec import Spec, specs
+from satform.common.spec import Spec, choices, specs
 from satform.control.protocol import ControllerSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.scenario import Scenario
@@ -14,7 +14,6 @@ from satform.scenario.parts import SatelliteFields, SatelliteSpec
 from satform_tools.describe.field_text import (
     GROUPS,
     bounds_text,
-    choices,
     default_text,
     is_number,
     is_registered,

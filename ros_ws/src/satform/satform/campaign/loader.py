@@ -18,8 +18,7 @@ from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import write_durably
 from satform.scenario import Problem, ScenarioError, load_scenario, save_scenario
 from satform.scenario.field_errors import coerced, dotted, problems
-from satform.scenario.yaml_reader import found as shown
-from satform.scenario.yaml_reader import line_of, plain, read_tree
+from satform.scenario.yaml_reader import line_of, plain, read_mapping, read_tree
 
 MAXIMUM_FILE_BYTES = 2_000_000
 """A larger campaign file is refused unread."""
@@ -69,11 +68,7 @@ def parse_campaign(text: str, file: str = "<text>", source: CampaignSource | Non
     Raises:
         ScenarioError: the text is no campaign that can be flown; all problems at once.
     """
-    tree = read_tree(text, file)
-    if not isinstance(tree, Mapping):
-        what = "nothing" if tree is None else "a list" if isinstance(tree, list) else shown(tree)
-        sentence = f"a campaign is a mapping of fields such as scenario, runs, dispersions; found {what}"
-        raise ScenarioError([Problem(file, 1, "", sentence)])
+    tree = read_mapping(text, file, "a campaign is a mapping of fields such as scenario, runs, dispersions")
     data = plain(tree)
     try:
         campaign = Campaign.model_validate(data, context=source or CampaignSource())

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, model_validator
-from pydantic_core import PydanticCustomError
 
 from satform.campaign.campaign_checks import (
     change_complaints,
@@ -29,7 +28,7 @@ from satform.campaign.paths import PathError, Target, targets
 from satform.campaign.retained_data import Keep
 from satform.campaign.sampling import MOST_CASES, Axis, MonteCarloSpec, Sampling
 from satform.campaign.scenario_file import NamedScenario
-from satform.common.spec import Complaint, Plugin, Positive, Spec
+from satform.common.spec import Complaint, Plugin, Positive, Spec, require_consistent
 from satform.files.named_file import BY_CONTENT
 from satform.scenario import Scenario, ScenarioError
 from satform.scenario.parts import Name, Sentence
@@ -75,13 +74,7 @@ class Campaign(Spec):
 
     @model_validator(mode="after")
     def _consistent(self, info: ValidationInfo) -> "Campaign":
-        complaints = self._scenario_complaints() or self._complaints()
-        if complaints:
-            # The loader turns each complaint into a problem with a line of its own.
-            summary = "; ".join(sentence for _, sentence in complaints)
-            raise PydanticCustomError(
-                "inconsistent", "{summary}", {"summary": summary, "complaints": complaints}
-            )
+        require_consistent(self._scenario_complaints() or self._complaints())
         return self
 
     def _scenario_complaints(self) -> list[Complaint]:

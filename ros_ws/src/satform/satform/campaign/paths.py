@@ -3,16 +3,15 @@
 """From the path of a dispersion to the fields of a scenario that it means."""
 
 import re
-import types
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
 from satform.common.angle_text import PATTERNS
 from satform.common.name_list import listed
-from satform.common.spec import FieldPath, Spec, validators
+from satform.common.spec import FieldPath, Spec, choices, validators
 from satform.scenario import Scenario
 from satform.scenario.field_errors import dotted, nearest
 
@@ -142,19 +141,9 @@ def _joined(path: FieldPath, part: str) -> str:
     return f"{dotted(path)}{inside}" if path else part
 
 
-def _choices(annotation: Any) -> list[Any]:
-    """The types that an annotation allows, without None."""
-    origin = get_origin(annotation)
-    if origin is Annotated:
-        return _choices(get_args(annotation)[0])
-    if origin in (Union, types.UnionType):
-        return [choice for part in get_args(annotation) for choice in _choices(part)]
-    return [] if annotation is type(None) else [annotation]
-
-
 def _entry_annotation(annotation: Any, index: int) -> Any:
     """Declared type of an entry of a tuple."""
-    for choice in _choices(annotation):
+    for choice in choices(annotation):
         if get_origin(choice) is tuple:
             parts = get_args(choice)
             return parts[0] if parts[-1] is ... else parts[min(index, len(parts) - 1)]
@@ -163,7 +152,7 @@ def _entry_annotation(annotation: Any, index: int) -> Any:
 
 def _target(current: _Node) -> Target:
     found: set[type] = set()
-    for choice in _choices(current.annotation):
+    for choice in choices(current.annotation):
         if get_origin(choice) is Literal:
             found |= {type(value) for value in get_args(choice)}
         elif choice in (float, int, bool, str):

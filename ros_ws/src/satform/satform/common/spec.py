@@ -10,12 +10,14 @@ Specs are found through Python entry points, so that a package outside this one 
 """
 
 import functools
+import types
+from collections.abc import Sequence
 from importlib.metadata import entry_points
-from typing import Annotated, Any, Union, get_args
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, GetCoreSchemaHandler
 from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema
+from pydantic_core import CoreSchema, PydanticCustomError
 
 FieldPath = tuple[int | str, ...]
 """Names of fields and indices in lists, from the top of a scenario or of a specification."""
@@ -33,6 +35,20 @@ class Spec(BaseModel):
         """Count `kind` as given: without it what was built in Python could not be read again."""
         if "kind" in type(self).model_fields:
             self.model_fields_set.add("kind")
+
+
+def require_consistent(complaints: Sequence[Complaint]) -> None:
+    """Refuse fields that do not fit each other; to be called by a validator of the whole.
+
+    Args:
+        complaints: that were found; none where everything fits.
+
+    Raises:
+        PydanticCustomError: there are some. A loader makes a problem with a line of its own of each.
+    """
+    if complaints:
+        summary = "; ".join(sentence for _, sentence in complaints)
+        raise PydanticCustomError("inconsistent", "{summary}", {"summary": summary, "complaints": complaints})
 
 
 def _three(value: Any) -> Any:
@@ -54,6 +70,16 @@ def validators(field: FieldInfo) -> list[Any]:
 def _with_parts(*parts: Any) -> list[Any]:
     """Types and what they are annotated with, and all that they are made of."""
     return [inner for part in parts for inner in (part, *_with_parts(*_within(part)))]
+
+
+def choices(annotation: Any) -> list[Any]:
+    """The types that a field may hold, without None and annotations."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return choices(get_args(annotation)[0])
+    if origin in (Union, types.UnionType):
+        return [choice for part in get_args(annotation) for choice in choices(part)]
+    return [] if annotation is type(None) else [annotation]
 
 
 def _within(annotation: Any) -> tuple[Any, ...]:

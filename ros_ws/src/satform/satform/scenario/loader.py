@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a YAML file to a `Scenario`, or to all that is wrong with it."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from satform.files.bounded_file import read_bounded, too_large
@@ -13,8 +13,7 @@ from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
 from satform.scenario.overrides import apply_changes
 from satform.scenario.truncation import beyond_the_end, excluded, within_the_end
-from satform.scenario.yaml_reader import found as shown
-from satform.scenario.yaml_reader import plain, read_tree
+from satform.scenario.yaml_reader import plain, read_mapping
 
 MAXIMUM_FILE_BYTES = 2_000_000
 """A larger scenario file is refused unread; half a megabyte holds a thousand satellites."""
@@ -102,11 +101,7 @@ def parse_scenario(
     if len(text) > MAXIMUM_FILE_BYTES:
         sentence = too_large(len(text), MAXIMUM_FILE_BYTES, _SCENARIO)
         raise ScenarioError([Problem(file, None, "", sentence)])
-    tree = read_tree(text, file)
-    if not isinstance(tree, Mapping):
-        what = "nothing" if tree is None else "a list" if isinstance(tree, list) else shown(tree)
-        sentence = f"a scenario is a mapping of fields such as name, orbit, satellites; found {what}"
-        raise ScenarioError([Problem(file, 1, "", sentence)])
+    tree = read_mapping(text, file, "a scenario is a mapping of fields such as name, orbit, satellites")
     data = plain(tree)
     written = plain(tree)
     changed = apply_changes(data, changes)

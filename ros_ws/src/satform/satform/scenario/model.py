@@ -10,10 +10,9 @@ from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
-from pydantic_core import PydanticCustomError
 
 from satform.attitude.satellite_pointing import SatellitePointingSpec
-from satform.common.spec import Complaint, Plugin, Positive, Spec
+from satform.common.spec import Complaint, Plugin, Positive, Spec, require_consistent
 from satform.communication.channel_model import LinksSpec
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
@@ -129,12 +128,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             *self.limits.complaints(self.orbit.altitude),
             *host_complaints(self.hosts, [satellite.name for satellite in self.satellites]),
         ]
-        if complaints:
-            # The loader turns each complaint into a problem with a line of its own.
-            summary = "; ".join(sentence for _, sentence in complaints)
-            raise PydanticCustomError(
-                "inconsistent", "{summary}", {"summary": summary, "complaints": complaints}
-            )
+        require_consistent(complaints)
         return self
 
     def _satellite_complaints(self) -> list[Complaint]:

@@ -48,6 +48,24 @@ def read_tree(text: str, file: str) -> Any:
     return _read(text, file) if len(text) > _SHORT_TEXT else _read_once(text, file)
 
 
+def read_mapping(text: str, file: str, what: str) -> Mapping[str, Any]:
+    """The tree of a YAML text that has to be a mapping of fields; as `read_tree`.
+
+    Args:
+        text: YAML 1.2.
+        file: the name to use in messages.
+        what: what the message says that it has to be, with some of its fields.
+
+    Raises:
+        ScenarioError: the text is not YAML, expands to more than is allowed, or is no mapping.
+    """
+    tree = read_tree(text, file)
+    if isinstance(tree, Mapping):
+        return tree
+    written = "nothing" if tree is None else "a list" if isinstance(tree, list) else found(tree)
+    raise ScenarioError([Problem(file, 1, "", f"{what}; found {written}")])
+
+
 def read_value(text: str, source: str) -> Any:
     """One value as people type it, with the rules of a scenario file: `1e3`, `[1, 2.5e-1, 3]`, `true`.
 
