@@ -76,7 +76,7 @@ def test_figures_and_series_of_runs_flown_as_one_are_those_of_each_alone(name: s
     records = [simulate(run) for run in runs]
     expected = expectations(base)
     figures = FlightFigures(expected, FlightShape.of(records[0]))
-    series = DecimatedSeries("tracking_error", 7, FlightShape.of(records[0]))
+    series = DecimatedSeries("tracking_error", 7)
 
     def observe(block: FlightBlock) -> None:
         figures.update(block)

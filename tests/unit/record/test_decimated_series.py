@@ -11,7 +11,6 @@ from flights import shortened
 from satform import FlightRecord, simulate
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import COLUMNS, STATES
-from satform.record.reducer import FlightShape
 from satform.record.series import DecimatedSeries
 
 STEPS = 60
@@ -27,10 +26,8 @@ def records() -> tuple[FlightRecord, FlightRecord]:
     return replace(flown, reference_position=reference, acceleration=acceleration), other
 
 
-def kept(
-    records: tuple[FlightRecord, ...], quantity: str, every: int, cuts: list[int], *names: str
-) -> np.ndarray:
-    series = DecimatedSeries(quantity, every, FlightShape.of(records[0]), names or None)
+def kept(records: tuple[FlightRecord, ...], quantity: str, every: int, cuts: list[int]) -> np.ndarray:
+    series = DecimatedSeries(quantity, every)
     for begin, end in zip([0, *cuts], [*cuts, STEPS], strict=True):
         last = end == STEPS
         held = {
@@ -56,23 +53,13 @@ def test_the_kept_rows_are_those_of_the_record_for_any_blocks(
         assert all(run.tobytes() == own.tobytes() for run, own in zip(found, expected, strict=True))
 
 
-def test_only_the_satellites_that_are_named_are_kept(records: tuple[FlightRecord, FlightRecord]) -> None:
-    found = kept(records, "tracking_error", 10, [25], "late", "raw")
-    columns = [records[0].satellites.index(name) for name in ("late", "raw")]
-    assert np.array_equal(found[1], records[1].tracking_error[::10][:, columns])
-
-
 def test_only_what_is_needed_is_asked_for() -> None:
-    flight = FlightShape(("a", "b"), 1.0, 10)
-    assert DecimatedSeries("rate", 2, flight).needs == {"rate"}
-    assert DecimatedSeries("tracking_error", 2, flight).needs == {"position", "reference_position"}
+    assert DecimatedSeries("rate", 2).needs == {"rate"}
+    assert DecimatedSeries("tracking_error", 2).needs == {"position", "reference_position"}
 
 
 def test_what_cannot_be_kept_is_named() -> None:
-    flight = FlightShape(("a", "b"), 1.0, 10)
     with pytest.raises(KeyError, match="speed"):
-        DecimatedSeries("speed", 2, flight)
+        DecimatedSeries("speed", 2)
     with pytest.raises(ValueError, match="every has to be 1 or more; found 0"):
-        DecimatedSeries("rate", 0, flight)
-    with pytest.raises(ValueError, match="no satellite c; there are a, b"):
-        DecimatedSeries("rate", 2, flight, ("a", "c"))
+        DecimatedSeries("rate", 0)

@@ -62,10 +62,10 @@ def stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
     measures = [figure.measure for figure in campaign.figures]
     cases = [case for case in (_case(campaign, number) for number in numbers) if case is not None]
     found = []
-    for group in group_runs([case.plan for case in cases]).groups:
+    for group in group_runs([case.plan for case in cases]):
         first = cases[group[0]].scenario
-        shape = _shape(cases[group[0]].plan)
-        if FlightFigures([*measures, *first.expect], shape).whole_records or _series(campaign, shape) is None:
+        figures = FlightFigures([*measures, *first.expect], _shape(cases[group[0]].plan))
+        if figures.whole_records or _series(campaign, first.timing.step) is None:
             continue
         alike = [cases[index] for index in group if cases[index].scenario.expect == first.expect]
         if len(alike) > 1:
@@ -88,7 +88,8 @@ def fly_stack(
     """
     first = cases[0]
     expectations = [*(figure.measure for figure in campaign.figures), *first.scenario.expect]
-    figures, series = FlightFigures(expectations, _shape(first.plan)), _series(campaign, _shape(first.plan))
+    figures = FlightFigures(expectations, _shape(first.plan))
+    series = _series(campaign, first.plan.timing.step)
 
     def observe(block: FlightBlock) -> None:
         figures.update(block)
@@ -139,10 +140,10 @@ def _shape(plan: FormationPlan) -> FlightShape:
     return FlightShape(plan.names, plan.timing.step, plan.timing.steps)
 
 
-def _series(campaign: Campaign, shape: FlightShape) -> dict[str, DecimatedSeries] | None:
+def _series(campaign: Campaign, step: float) -> dict[str, DecimatedSeries] | None:
     """What keeps the series that the campaign retains, by quantity; None where blocks do not hold them."""
-    strides = {wanted.quantity: wanted.stride(shape.step) for wanted in campaign.keep.series}
+    strides = {wanted.quantity: wanted.stride(step) for wanted in campaign.keep.series}
     try:
-        return {name: DecimatedSeries(name, stride, shape) for name, stride in strides.items()}
+        return {name: DecimatedSeries(name, stride) for name, stride in strides.items()}
     except KeyError:
         return None

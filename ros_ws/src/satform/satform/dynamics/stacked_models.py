@@ -171,21 +171,20 @@ class StackedInertialDynamics(StackedDynamics):
         return distance
 
 
-def stacked_kind(model: Dynamics) -> tuple[Any, ...] | str:
+def stacked_kind(model: Dynamics) -> tuple[Any, ...] | None:
     """What has to be the same in two models for their satellites to be moved as one.
 
     What a model with a chief of its own was built from has to be the same, too; that is for the caller to see
     to.
 
     Returns:
-        A hashable value; or why the model cannot be stacked at all, as the end of a sentence.
+        A hashable value; None where the model moves or disturbs the satellites of one run only.
     """
     perturbations = getattr(model, "perturbations", ())
-    unlike = [part for part in perturbations if not isinstance(part, STACKED_PERTURBATIONS)]
     if not isinstance(model, CwDynamics | _SharedModel):
-        return f"{type(model).__name__} moves the satellites of one run only"
-    if unlike:
-        return f"{type(unlike[0]).__name__} disturbs the satellites of one run only"
+        return None
+    if not all(isinstance(part, STACKED_PERTURBATIONS) for part in perturbations):
+        return None
     kinds = tuple(type(part) for part in perturbations)
     if isinstance(model, CwDynamics):
         return (CwDynamics, kinds, model.step.nodes.tobytes())

@@ -1,9 +1,8 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which runs can be flown as one formation, and why others cannot."""
+"""Which runs can be flown as one formation."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from satform.dynamics.cw_model import CwDynamics
@@ -14,20 +13,7 @@ from satform.membership.formation import has_individual_events
 from satform.numeric import stacking
 
 
-@dataclass(frozen=True)
-class Grouping:
-    """Runs by how they can be flown.
-
-    Attributes:
-        groups: runs that can be flown as one, by their indices, ascending.
-        alone: why a run cannot be flown with any other, by its index.
-    """
-
-    groups: tuple[tuple[int, ...], ...]
-    alone: dict[int, str]
-
-
-def group_runs(plans: Sequence[FormationPlan]) -> Grouping:
+def group_runs(plans: Sequence[FormationPlan]) -> list[tuple[int, ...]]:
     """Runs that can be flown as one formation.
 
     They may differ in every number of a part: starts, gains, seeds, noise, curves, graphs, the orbit's rate
@@ -35,65 +21,50 @@ def group_runs(plans: Sequence[FormationPlan]) -> Grouping:
 
     Args:
         plans: of the runs.
+
+    Returns:
+        Groups of two runs or more by their indices, ascending. A run that cannot be flown with any other is
+        in none of them.
     """
     kinds: dict[tuple[Any, ...], list[int]] = {}
-    alone: dict[int, str] = {}
     for index, plan in enumerate(plans):
-        reason = _never(plan)
-        if reason:
-            alone[index] = reason
-        else:
-            kinds.setdefault(tuple(_kind(plan).values()), []).append(index)
-    groups = [tuple(members) for members in kinds.values() if len(members) > 1]
-    single = [members[0] for members in kinds.values() if len(members) == 1]
-    largest = max(groups, key=len, default=None)
-    for index in single:
-        if largest is None:
-            alone[index] = "there is no other run of its kind"
-        else:
-            alone[index] = _difference(plans[index], plans[largest[0]])
-    return Grouping(tuple(groups), alone)
+        if not _flies_alone(plan):
+            kinds.setdefault(_kind(plan), []).append(index)
+    return [tuple(members) for members in kinds.values() if len(members) > 1]
 
 
-def _never(plan: FormationPlan) -> str:
-    """Why a run cannot be flown with any other; empty if it can."""
-    if has_individual_events(plan.membership.events):
-        return "satellites are lost in it"
-    if not plan.faults.empty:
-        return "equipment or messages are faulty in it"
-    kind = stacked_kind(plan.plant.dynamics)
-    return kind if isinstance(kind, str) else ""
+def _flies_alone(plan: FormationPlan) -> bool:
+    """Whether a run has lost satellites or faults, or a model that moves the satellites of one run only."""
+    return (
+        has_individual_events(plan.membership.events)
+        or not plan.faults.empty
+        or stacked_kind(plan.plant.dynamics) is None
+    )
 
 
-def _kind(plan: FormationPlan) -> dict[str, Any]:
-    """What has to be the same in runs that are flown as one, by what it is."""
+def _kind(plan: FormationPlan) -> tuple[Any, ...]:
+    """What has to be the same in runs that are flown as one."""
     graph, plant = plan.membership.possible_graph, plan.plant
     neighbours = [graph.neighbours(index) for index in range(len(plan.names))]
     model = () if isinstance(plant.dynamics, CwDynamics) else plan.dynamics_text
-    return {
-        "the satellites' names": plan.names,
-        "the control period": plan.timing.step,
-        "the duration": plan.timing.steps,
-        "what satellites exchange": plan.announces,
-        "the dynamics": (stacked_kind(plant.dynamics), model),
-        "the number of neighbours": tuple(len(own) for own in neighbours),
-        "the steps at which the graph changes": tuple(sorted(plan.membership.events)),
-        "whether links lose or delay messages": plan.links.links is None,
-        "the limits": plan.limits.limits.model_dump_json(),
-        "the kinds of control law, curve, filter or pointing": tuple(
-            stacking.kind(plan.satellite(index, own)) for index, own in enumerate(neighbours)
-        ),
-        "the thrusters": tuple(thruster is None for thruster in plant.thrusters),
-        "the sensors' update and latency": tuple(_sensor_kind(sensor) for sensor in plant.sensors),
-        "the sub-steps of the attitude": tuple(own and own.parts for own in plant.attitudes),
-    }
+    return (
+        plan.names,
+        plan.timing.step,
+        plan.timing.steps,
+        plan.announces,
+        (stacked_kind(plant.dynamics), model),
+        tuple(len(own) for own in neighbours),
+        # Steps at which the graph changes.
+        tuple(sorted(plan.membership.events)),
+        plan.links.links is None,
+        plan.limits.limits.model_dump_json(),
+        # Control law, curve, filter and pointing.
+        tuple(stacking.kind(plan.satellite(index, own)) for index, own in enumerate(neighbours)),
+        tuple(thruster is None for thruster in plant.thrusters),
+        tuple(_sensor_kind(sensor) for sensor in plant.sensors),
+        tuple(own and own.parts for own in plant.attitudes),
+    )
 
 
 def _sensor_kind(sensor: Sensor | None) -> tuple[int, int] | None:
     return None if sensor is None else (sensor.update, sensor.latency)
-
-
-def _difference(plan: FormationPlan, other: FormationPlan) -> str:
-    own, common = _kind(plan), _kind(other)
-    unlike = [name for name in own if own[name] != common[name]]
-    return f"it differs from the other runs in {' and in '.join(unlike)}"

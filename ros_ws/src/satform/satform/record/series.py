@@ -6,7 +6,6 @@ import numpy as np
 
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock, StepEnds, base_quantities
-from satform.record.reducer import FlightShape
 
 
 class DecimatedSeries:
@@ -18,29 +17,21 @@ class DecimatedSeries:
         needs: quantities of a `FlightRecord` that the blocks have to hold.
     """
 
-    def __init__(
-        self, quantity: str, every: int, flight: FlightShape, satellites: tuple[str, ...] | None = None
-    ) -> None:
+    def __init__(self, quantity: str, every: int) -> None:
         """What is kept.
 
         Args:
             quantity: name of a quantity of a `FlightRecord`, or of a derived one such as `tracking_error`.
             every: k, steps from a row that is kept to the next.
-            flight: names, control period and steps of each flight.
-            satellites: names of those that are meant; all when left out.
 
         Raises:
             KeyError: a flight has no such quantity.
-            ValueError: `every` is less than 1, or the flights have no satellite of a name.
+            ValueError: `every` is less than 1.
         """
         if every < 1:
             raise ValueError(f"every has to be 1 or more; found {every}")
-        unknown = sorted(set(satellites or ()) - set(flight.satellites))
-        if unknown:
-            raise ValueError(f"no satellite {', '.join(unknown)}; there are {', '.join(flight.satellites)}")
         self.needs = base_quantities((quantity,))
         self._quantity, self._every = quantity, every
-        self._columns = list(flight.columns(satellites))
         self._ends = StepEnds(self.needs) if quantity == "effort" else None
         self._retained: list[Array] = []
 
@@ -62,7 +53,7 @@ class DecimatedSeries:
     def _keep(self, rows: Array) -> None:
         # Nothing that was derived from it is needed of the block any more once these rows are copied.
         if len(rows) or not self._retained:
-            self._retained.append(np.array(rows[:, :, self._columns], dtype=np.float64))
+            self._retained.append(np.array(rows, dtype=np.float64))
 
     def _first(self, block: FlightBlock) -> int:
         return -block.first_step % self._every
