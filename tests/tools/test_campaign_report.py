@@ -464,7 +464,9 @@ def test_a_campaign_without_a_result_has_a_page_that_says_so(tmp_path: Path) -> 
     folder = CampaignFolder.create(path, some_campaign(5), None, "2026-01-01T00:00:00+00:00")
     shown = Shown(report.write(summarise(folder, folder.campaign()), tmp_path / "page")[0]).texts
     assert "Not complete: 5 of 5 cases are not flown" in shown
+    assert "No case is flown: there is no success rate and no figure yet." in shown
     assert "No case is flown." in shown
+    assert not [text for text in shown if "nan" in text.split() or "0 of 0" in text]
 
 
 @pytest.mark.unmeasured

@@ -66,6 +66,25 @@ def test_a_campaign_that_is_not_complete_says_so_with_its_reasons_and_how_to_go_
     assert summarise(folder, folder.campaign(), stopped=True).exit_code == EXIT_STOPPED
 
 
+def test_a_campaign_of_which_no_case_is_flown_says_so_and_prints_no_figures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    studied = campaign(
+        "triangle",
+        runs=6,
+        set={"timing.duration": 4.0, "expect": [EXPECTED]},
+        expect=[{"kind": "success_rate", "above": 0.5}],
+    )
+    made = CampaignFolder.create(tmp_path, studied, None, "2026-01-01T00:00:00+00:00")
+    found = summarise(made, made.campaign())
+    assert found.figures
+    tables.print_summary(found)
+    printed = capsys.readouterr().out
+    assert "0 of 6 cases flown: there is no success rate and no figure yet\n" in printed
+    assert "NOT COMPLETE: 6 of 6 cases are not flown; go on with: " in printed
+    assert "nan" not in printed.replace(str(tmp_path), "").split()
+
+
 def test_junit_lists_failed_cases_up_to_a_bound_and_cases_without_a_result_as_an_error(
     folder: CampaignFolder, tmp_path: Path
 ) -> None:
@@ -91,7 +110,7 @@ def test_junit_lists_failed_cases_up_to_a_bound_and_cases_without_a_result_as_an
 @pytest.mark.parametrize(
     ("reason", "kind"),
     [
-        ("time-out: not flown within 0.5 s", "time-out: not flown within ... s"),
+        ("timeout: not flown within 0.5 s", "timeout: not flown within ... s"),
         ("position of sat12 is not finite at step 3", "position of sat12 is not finite at step ..."),
         ("mass is -1.5e-3 kg", "mass is ... kg"),
         ("its worker process ended by SIGKILL", "its worker process ended by SIGKILL"),

@@ -66,7 +66,7 @@ class Resumption:
 
     Attributes:
         repair: whether damaged files of results are put aside and their cases flown again.
-        retry: whether cases that a time-out or the end of a worker process ended are flown again.
+        retry: whether cases that a timeout or the end of a worker process ended are flown again.
         stored: whether the campaign is flown as it was stored, though its file has changed since.
     """
 

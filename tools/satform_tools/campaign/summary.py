@@ -32,6 +32,9 @@ MOST_FAILURES = 100
 _MOST_KINDS = 1000
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])", re.IGNORECASE)
 
+NOTHING_FLOWN = "there is no success rate and no figure yet"
+"""What a campaign has of which no case is flown."""
+
 PERCENTILES = (5.0, 50.0, 95.0)
 
 
@@ -105,7 +108,7 @@ class Summary:
         succeeded: cases that were a success.
         rate: success rate of the flown cases and the limits of its 95 % interval (Wilson), NaN where the
             sampling is not random.
-        lost: cases that a time-out or the end of a worker process ended.
+        lost: cases that a timeout or the end of a worker process ended.
         stacked: cases that were flown in stacks.
         records_missing: cases whose record the campaign retains, and could not be stored.
         verdicts: one for each expectation of the campaign.

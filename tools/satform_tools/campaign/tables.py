@@ -4,7 +4,7 @@
 
 from satform_tools import console
 from satform_tools.campaign.progress import duration_text, rate_text
-from satform_tools.campaign.summary import Summary, interval_text
+from satform_tools.campaign.summary import NOTHING_FLOWN, Summary, interval_text
 
 _MOST_LISTED = 10
 """Failed cases and kinds of reasons that are printed."""
@@ -14,7 +14,7 @@ def print_summary(summary: Summary) -> None:
     """Print what came of a campaign."""
     console.heading(f"{summary.campaign.name}: {summary.campaign.title}")
     _print_cases(summary)
-    if summary.figures:
+    if summary.flown and summary.figures:
         console.line()
         _print_figures(summary)
     if summary.verdicts:
@@ -47,14 +47,14 @@ def _print_cases(summary: Summary) -> None:
             f", {speed.cases} of them now in {duration_text(speed.seconds)} by {speed.workers} "
             f"{'worker' if speed.workers == 1 else 'workers'} ({rate_text(speed.cases / speed.seconds)})"
         )
-    console.line(flown)
+    console.line(flown if summary.flown else f"{flown}: {NOTHING_FLOWN}")
     if summary.flown:
         console.line(
             f"Success: {summary.succeeded} of {summary.flown}, {100 * rate:.4g} %"
             f"{f' (95 % interval {interval} %)' if interval else ''}"
         )
         if summary.lost:
-            console.line(f"Ended by a time-out or with their worker process: {summary.lost}")
+            console.line(f"Ended by a timeout or with their worker process: {summary.lost}")
         if summary.records_missing:
             console.line(f"Records that could not be stored, as on a full disk: {summary.records_missing}")
         alone = summary.flown - summary.stacked

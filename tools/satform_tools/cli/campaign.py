@@ -105,7 +105,7 @@ def resume(
     ] = False,
     retry: Annotated[
         bool,
-        typer.Option("--retry", help="Also fly cases again that ended by a time-out or with their worker."),
+        typer.Option("--retry", help="Also fly cases again that ended by a timeout or with their worker."),
     ] = False,
     stored: Annotated[
         bool,

@@ -9,7 +9,7 @@ from typing import Any
 from satform_tools.campaign.envelopes import MOST_SAMPLED
 from satform_tools.campaign.progress import duration_text, rate_text
 from satform_tools.campaign.study import Study
-from satform_tools.campaign.summary import Speed, Summary, interval_text
+from satform_tools.campaign.summary import NOTHING_FLOWN, Speed, Summary, interval_text
 from satform_tools.console import number
 from satform_tools.report.page.content import Fact, PageTable, Status, listed_versions, yaml_text
 from satform_tools.run.run_result import versions
@@ -36,6 +36,7 @@ def page_content(study: Study, speed: Speed | None) -> dict[str, Any]:
         "status": status(summary),
         "facts": facts(study, speed),
         "expectations": expectations(summary),
+        "expectations_note": _expectations_note(summary),
         "figures": figures(summary),
         "figures_note": "Percentiles are of the cases that have the figure.",
         "has_series": bool(study.envelopes),
@@ -78,9 +79,12 @@ def facts(study: Study, speed: Speed | None) -> list[Fact]:
     rate, low, high = summary.rate
     campaign, count = summary.campaign, len(study.inputs)
     interval = interval_text(100 * low, 100 * high, ".4g")
-    found = [
+    success = [
         Fact("Success", f"{summary.succeeded} of {summary.flown} cases"),
         Fact("Success rate", f"{100 * rate:.4g} %{f' ({interval} %)' if interval else ''}"),
+    ]
+    found = [
+        *(success if summary.flown else ()),
         Fact("Cases", f"{summary.flown} of {summary.cases} flown"),
         Fact("Scenario", campaign.base.name),
         Fact("Sampling", str(getattr(campaign.sampling, "kind", "own")).replace("_", " ")),
@@ -119,9 +123,9 @@ def expectations(summary: Summary) -> PageTable:
 
 
 def figures(summary: Summary) -> PageTable:
-    """Percentiles of each figure."""
+    """Percentiles of each figure; no rows where no case is flown."""
     rows = []
-    for figure in summary.figures:
+    for figure in summary.figures if summary.flown else ():
         low, middle, high = figure.percentiles
         shown = (figure.minimum, low, middle, high, figure.maximum, figure.mean)
         met = "-" if figure.met is None else f"{figure.met} of {summary.flown}"
@@ -173,7 +177,7 @@ def provenance(summary: Summary, speed: Speed | None) -> PageTable:
         "engine": "not recorded" if speed is None else f"{speed.engine}, {speed_text(speed)}",
         "flown in stacks": str(summary.stacked),
         "flown one by one": str(summary.flown - summary.stacked),
-        "ended by a time-out or with their worker": str(summary.lost),
+        "ended by a timeout or with their worker": str(summary.lost),
         "hash over all results": summary.results_hash or "none while cases are missing or lost",
         "flown with": listed_versions(manifest.versions),
         "reported with": listed_versions(versions()),
@@ -181,8 +185,15 @@ def provenance(summary: Summary, speed: Speed | None) -> PageTable:
     return PageTable("Provenance", ("what", "value"), list(found.items()))
 
 
+def _expectations_note(summary: Summary) -> str:
+    """Why no expectation is judged."""
+    if not summary.flown:
+        return f"No case is flown: {NOTHING_FLOWN}."
+    return "" if summary.verdicts else "The campaign expects nothing of all cases together."
+
+
 def _inputs_note(study: Study) -> str:
-    if not study.inputs:
+    if not study.inputs or not study.summary.flown:
         return ""
     of_text = len(study.inputs) - len(study.sample.inputs)
     cases = len(study.sample.numbers)
