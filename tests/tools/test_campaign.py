@@ -512,7 +512,7 @@ def test_cases_that_do_not_end_in_time_are_lost_and_are_flown_again_when_that_is
     found = summary(capsys, *words)
     assert found["lost"] == found["failed"] == found["flown"] == 2
     assert found["results_hash"] is None
-    assert found["reasons"] == {"time-out: not flown within ... s of wall-clock time": 2}
+    assert found["reasons"] == {"timeout: not flown within ... s of wall-clock time": 2}
     assert summary(capsys, "resume", tmp_path / "out")["lost"] == 2
     again = summary(capsys, "resume", tmp_path / "out", "--retry", "--workers", "1")
     assert (again["lost"], again["flown"]) == (0, 2)

@@ -156,7 +156,7 @@ def test_a_killed_dask_worker_costs_no_case_and_accidents_are_results(tmp_path: 
     assert sorted(result.number for result in found) == list(range(60))
     by_number = {result.number: result for result in found}
     assert by_number[5].reason == "its worker process ended with exit code 3"
-    assert by_number[11].reason == "time-out: not flown within 4 s of wall-clock time"
+    assert by_number[11].reason == "timeout: not flown within 4 s of wall-clock time"
     rest = [result for result in found if result.number not in (5, 11)]
     assert hashed(rest) == hashed([chunks.result(number) for number in range(60) if number not in (5, 11)])
 

@@ -62,7 +62,7 @@ def test_a_case_that_ends_its_process_or_does_not_end_is_named(tmp_path: Path, t
     _, failure, suspects, timed_out = dask_engine.fly_on_worker(
         f"{token}-2", limited, (1, 2), 1.5, software()
     )
-    assert (failure, suspects) == ("time-out: not flown within 1.5 s of wall-clock time", (2,))
+    assert (failure, suspects) == ("timeout: not flown within 1.5 s of wall-clock time", (2,))
     assert timed_out
 
 

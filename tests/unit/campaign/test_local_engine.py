@@ -90,7 +90,7 @@ def test_a_case_that_does_not_end_in_time_is_a_result_and_the_rest_of_its_chunk_
 ) -> None:
     results = flown({5: "hang", 6: "hang"}, tmp_path, cases=12, size=12, time_limit=1.5)
     for number in (5, 6):
-        assert results[number].reason == "time-out: not flown within 1.5 s of wall-clock time"
+        assert results[number].reason == "timeout: not flown within 1.5 s of wall-clock time"
         assert results[number].lost
     assert all(results[number] == chunks.result(number) for number in range(12) if number not in (5, 6))
 
@@ -305,7 +305,7 @@ def test_a_case_that_was_not_flown_when_the_time_was_over_is_no_time_out() -> No
     submitted: list[Chunk] = []
 
     class TimedOut:
-        """Reports the time-out of case 0 with its result."""
+        """Reports the timeout of case 0 with its result."""
 
         workers, free = 1, 1
 

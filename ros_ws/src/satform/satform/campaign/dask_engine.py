@@ -178,7 +178,7 @@ class DaskEngine:
 
 
 def _within(limit: float, call: Callable[[], Any]) -> Any:
-    """What a call gives that has no time-out of its own.
+    """What a call gives that has no timeout of its own.
 
     Raises:
         TimeoutError: it has not ended within the limit, s; it goes on in its thread.

@@ -92,7 +92,7 @@ def clean(folder: CampaignFolder) -> None:
 
 
 def forget_lost(folder: CampaignFolder) -> int:
-    """Remove the results of cases that a time-out or the end of a worker process ended; how many.
+    """Remove the results of cases that a timeout or the end of a worker process ended; how many.
 
     To be called with the folder locked.
 

@@ -168,7 +168,7 @@ class WorkerProcess:
             return None
         self.kill()
         chunk, self.chunk = self.chunk, None
-        sentence = f"time-out: not flown within {self._limit:g} s of wall-clock time"
+        sentence = f"timeout: not flown within {self._limit:g} s of wall-clock time"
         return Outcome(chunk, failure=sentence, suspects=self._begun, timed_out=True)
 
     @property

@@ -32,7 +32,7 @@ class CaseResult:
         met: whether the figure is as expected, by name, for figures with a limit.
         success: whether the flight went to its end and every expectation was met.
         reason: why it was no success, in a sentence without a full stop; empty when it was one.
-        lost: whether the machine and not the flight ended the case: a time-out, or its worker process died.
+        lost: whether the machine and not the flight ended the case: a timeout, or its worker process died.
         state_hash: of the flight's record; None where the record was not made.
         stacked: whether it was flown in one stack with other cases.
         series: retained quantities over time by name, shape (T, N, ...).

@@ -84,7 +84,7 @@ def lossy_consensus(scenario: Scenario) -> LossyConsensus:
 
     Args:
         scenario: with the linear consensus on arc lengths. Loss and period of its default link count; delays,
-            outages and time-outs do not.
+            outages and timeouts do not.
 
     Raises:
         ValueError: the satellites follow another law, or the formation is too large.
