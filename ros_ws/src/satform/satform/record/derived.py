@@ -25,18 +25,18 @@ class Derived(Generic[Values]):
         bases: quantities of a record that it is made of.
     """
 
-    def __init__(self, formula: Callable[[Any], Values], bases: tuple[str, ...], *, kept: bool) -> None:
+    def __init__(self, formula: Callable[[Any], Values], bases: tuple[str, ...], *, cached: bool) -> None:
         """Nothing is computed yet.
 
         Args:
             formula: takes the flight.
             bases: quantities of a record that it is made of.
-            kept: whether every flight keeps it after its first use, not only those that keep all.
+            cached: whether every flight keeps it after its first use, not only those that keep all.
         """
         self.bases = bases
         self.__doc__ = formula.__doc__
         self._formula = formula
-        self._kept = kept
+        self._cached = cached
 
     def __repr__(self) -> str:
         return f"<derived from {', '.join(self.bases)}>"
@@ -54,20 +54,20 @@ class Derived(Generic[Values]):
         if flight is None:
             return self
         values = self._formula(flight)
-        if self._kept or flight.keeps_derived:
+        if self._cached or flight.keeps_derived:
             # Python looks here first from now on.
             vars(flight)[self._name] = values
         return values
 
 
-def derived(*bases: str, kept: bool = False) -> Callable[[Callable[[Any], Values]], Derived[Values]]:
+def derived(*bases: str, cached: bool = False) -> Callable[[Callable[[Any], Values]], Derived[Values]]:
     """Make a method a derived quantity.
 
     Args:
         bases: quantities of a record that it is made of.
-        kept: whether every flight keeps it after its first use, not only those that keep all.
+        cached: whether every flight keeps it after its first use, not only those that keep all.
     """
-    return lambda formula: Derived(formula, bases, kept=kept)
+    return lambda formula: Derived(formula, bases, cached=cached)
 
 
 _POSITION_ERROR = ("position", "reference_position")
@@ -81,7 +81,7 @@ class DerivedQuantities:
     """
 
     keeps_derived: ClassVar[bool] = False
-    """Whether each is computed once and kept, for the memory of its array."""
+    """Whether each is computed once and cached, for the memory of its array."""
 
     step: float
     position: Array
@@ -144,7 +144,7 @@ class DerivedQuantities:
     @derived(
         *("estimate_covariance", "estimated_position_error", *_POSITION_ERROR),
         *("estimated_velocity_error", *_VELOCITY_ERROR),
-        kept=True,
+        cached=True,
     )
     def estimation_error_squared(self) -> Array:
         """Normalised estimation error squared (NEES) of the filters, shape (K, ...); no rows without one.
@@ -159,7 +159,7 @@ class DerivedQuantities:
         )
         return normalised_error_squared(np.concatenate(off, axis=-1), self.estimate_covariance)
 
-    @derived("reference_position", "acceleration", kept=True)
+    @derived("reference_position", "acceleration", cached=True)
     def absent(self) -> NDArray[np.bool_]:
         """In which steps a satellite does not fly, shape (K, ...): no command and no reference."""
         without: NDArray[np.bool_] = np.isnan(self.reference_position[..., 0])
