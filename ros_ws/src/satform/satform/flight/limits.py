@@ -22,8 +22,10 @@ from satform.flight.plans import LimitPlan
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.record.early_end import EarlyEnd
+from satform.scenario.limits import LimitsSpec
 
 if TYPE_CHECKING:
+    from satform.attitude.guidance import Attitude
     from satform.flight.plant import Plant
     from satform.flight.satellite import Decision
 
@@ -90,6 +92,60 @@ _Rows = tuple[Quantity, Array, Sequence[int]]
 """A quantity, its vectors (M, n), and the satellites that they belong to."""
 
 
+def computed_values(decision: "Decision", announced: Array) -> tuple[Array | None, ...]:
+    """What is checked of what satellites compute in a step.
+
+    Args:
+        decision: of one satellite, or of many stacked.
+        announced: numbers that each of them announces for the next step, shape (..., width).
+
+    Returns:
+        Values of each of `QUANTITIES`, in order; None for one that the satellites do not compute.
+    """
+    motion, reference = decision.motion, decision.reference
+    return (
+        motion.position,
+        motion.velocity,
+        reference.position,
+        reference.velocity,
+        reference.acceleration,
+        decision.sliding_variable,
+        decision.acceleration,
+        decision.wheel_torque,
+        announced,
+    )
+
+
+def true_values(plant: "Plant") -> tuple[tuple[Quantity, Array], ...]:
+    """What is checked of the true states of all satellites: quantities and their vectors, shape (N, 3).
+
+    The second one is the position.
+    """
+    motion = plant.motion()
+    return ((_APPLIED, plant.applied), (_POSITION, motion.position), (_VELOCITY, motion.velocity))
+
+
+def attitude_values(attitude: "Attitude") -> tuple[tuple[Quantity, Array], ...]:
+    """What is checked of true attitudes: quantities and their vectors, shape (M, 3)."""
+    return (
+        (_RATE, attitude.angular_velocity),
+        (_ATTITUDE, attitude.mrp),
+        (_MOMENTUM, attitude.wheel_momentum),
+    )
+
+
+def limit_values(limits: LimitsSpec) -> dict[Bound, float]:
+    """The limit of each `Quantity.bound`, in SI units."""
+    return {
+        "distance": limits.distance,
+        "speed": limits.speed,
+        "acceleration": limits.acceleration,
+        "angular_rate": limits.angular_rate,
+        "altitude": limits.altitude,
+        "": LARGEST,
+    }
+
+
 @dataclass(frozen=True)
 class Violation:
     """What a satellite computed that it must not fly by.
@@ -117,14 +173,7 @@ class LimitCheck:
         self._names = list(plan.names)
         self._step = plan.step
         limits = plan.limits
-        self._limits: dict[Bound, float] = {
-            "distance": limits.distance,
-            "speed": limits.speed,
-            "acceleration": limits.acceleration,
-            "angular_rate": limits.angular_rate,
-            "altitude": limits.altitude,
-            "": LARGEST,
-        }
+        self._limits = limit_values(limits)
         self._squares = [self._limits[quantity.bound] ** 2 for quantity in QUANTITIES]
         self._lowest = EQUATORIAL_RADIUS + limits.altitude
         # A chief below the ground is no real one, and its satellites have no altitude.
@@ -143,18 +192,7 @@ class LimitCheck:
         Returns:
             The first violation of each satellite that has one, by its row; row 0 for one satellite alone.
         """
-        motion, reference = decision.motion, decision.reference
-        computed = (
-            motion.position,
-            motion.velocity,
-            reference.position,
-            reference.velocity,
-            reference.acceleration,
-            decision.sliding_variable,
-            decision.acceleration,
-            decision.wheel_torque,
-            announced,
-        )
+        computed = computed_values(decision, announced)
         for values, square in zip(computed, self._squares, strict=True):
             if values is not None and not np.vdot(values, values) <= square:
                 return self._violations(computed)
@@ -190,19 +228,10 @@ class LimitCheck:
 
     def of_plant(self, plant: "Plant") -> EarlyEnd | None:
         """How a flight ends because of what is true at the plant's present step; None when it goes on."""
-        motion = plant.motion()
-        checked: list[_Rows] = [
-            (_APPLIED, plant.applied, self._everyone),
-            (_POSITION, motion.position, self._everyone),
-            (_VELOCITY, motion.velocity, self._everyone),
-        ]
+        checked: list[_Rows] = [(*pair, self._everyone) for pair in true_values(plant)]
         for group in plant.turning:
-            measured, members = group.measured(), group.members.tolist()
-            checked += [
-                (_RATE, measured.angular_velocity, members),
-                (_ATTITUDE, measured.mrp, members),
-                (_MOMENTUM, measured.wheel_momentum, members),
-            ]
+            members = group.members.tolist()
+            checked += [(*pair, members) for pair in attitude_values(group.measured())]
         squares = [float(np.vdot(values, values)) for _, values, _ in checked]
         within = all(
             square <= self._limits[quantity.bound] ** 2

@@ -6,12 +6,19 @@ A run is found here in the step in which `satform.flight.limits` would end it if
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.flight.limits import LARGEST
+from satform.flight.limits import (
+    QUANTITIES,
+    Quantity,
+    attitude_values,
+    computed_values,
+    limit_values,
+    true_values,
+)
 from satform.flight.plans import LimitPlan
 from satform.flight.plant import Plant
 from satform.flight.satellite import Decision
@@ -37,7 +44,8 @@ class StackedLimitCheck:
             plans: of each run.
             count: satellites of a run.
         """
-        self._limits = limits = plans[0].limits
+        limits = plans[0].limits
+        self._limits = limit_values(limits)
         self._lowest = EQUATORIAL_RADIUS + limits.altitude
         radius = np.repeat(np.array([plan.chief_radius for plan in plans]), count)
         self._radius = np.where(radius > max(self._lowest, EQUATORIAL_RADIUS), radius, np.inf)
@@ -48,48 +56,35 @@ class StackedLimitCheck:
         """Go on with some of the satellites alone."""
         self._radius = self._radius[rows]
 
-    def of_decision(self, decision: Decision, announced: Sequence[Array]) -> Rows:
+    def of_decision(self, decision: Decision, announced: Array) -> Rows:
         """Satellites that computed in a step what is not finite or beyond its limit, by their rows.
 
         Args:
             decision: of all of them.
-            announced: what they announce for the next step, arrays of shape (M, ...).
+            announced: numbers that each of them announces for the next step, shape (M, width).
         """
-        limits, motion, reference = self._limits, decision.motion, decision.reference
-        computed = [
-            (motion.position, limits.distance),
-            (motion.velocity, limits.speed),
-            (reference.position, limits.distance),
-            (reference.velocity, limits.speed),
-            (reference.acceleration, limits.acceleration),
-            (decision.sliding_variable, LARGEST),
-            (decision.acceleration, limits.acceleration),
-        ]
-        if decision.wheel_torque is not None:
-            computed.append((decision.wheel_torque, LARGEST))
-        return _any_beyond([*computed, (encode_alike(announced), LARGEST)])
+        return self._any_beyond(
+            (quantity, values)
+            for quantity, values in zip(QUANTITIES, computed_values(decision, announced), strict=True)
+            if values is not None
+        )
 
     def of_plant(self, plant: Plant) -> Rows:
         """Satellites whose true states are not finite or beyond a limit, by their rows."""
-        limits, motion = self._limits, plant.motion()
-        found = _any_beyond(
-            [
-                (plant.applied, limits.acceleration),
-                (motion.position, limits.distance),
-                (motion.velocity, limits.speed),
-            ]
-        )
+        found = self._any_beyond(true_values(plant))
         for group in plant.turning:
-            measured = group.measured()
-            own = _any_beyond(
-                [
-                    (measured.angular_velocity, limits.angular_rate),
-                    (measured.mrp, LARGEST),
-                    (measured.wheel_momentum, LARGEST),
-                ]
-            )
+            own = self._any_beyond(attitude_values(group.measured()))
             found = np.concatenate((found, group.members[own]))
         return np.concatenate((found, self._below(plant))) if self._has_ground else found
+
+    def _any_beyond(self, checked: Iterable[tuple[Quantity, Array]]) -> Rows:
+        found = []
+        for quantity, values in checked:
+            limit = self._limits[quantity.bound]
+            # As a rule the squares of all satellites' components together are below that of the limit.
+            if not np.vdot(values.T, values.T) <= limit * limit:
+                found.append(_beyond(values, limit))
+        return np.concatenate(found) if found else _NONE
 
     def _below(self, plant: Plant) -> Rows:
         position = plant.motion().position.T
@@ -102,22 +97,6 @@ class StackedLimitCheck:
         if not suspects.size:
             return _NONE
         return suspects[~(plant.earth_distance()[suspects] >= self._lowest)]
-
-
-def encode_alike(parts: Sequence[Array]) -> Array:
-    """Numbers of each satellite side by side, shape (M, width)."""
-    rows = [part[:, None] if part.ndim == 1 else part for part in parts]
-    return rows[0] if len(rows) == 1 else np.concatenate(rows, axis=1)
-
-
-def _any_beyond(checked: Sequence[tuple[Array, float]]) -> Rows:
-    # As a rule the squares of all satellites' components together are below that of the limit.
-    found = [
-        _beyond(values, limit)
-        for values, limit in checked
-        if not np.vdot(values.T, values.T) <= limit * limit
-    ]
-    return np.concatenate(found) if found else _NONE
 
 
 def _beyond(values: Array, limit: float) -> Rows:

@@ -8,14 +8,14 @@ go on undisturbed.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude
-from satform.communication.messages import PhaseMessage
+from satform.communication.messages import WIDTH, encode
 from satform.communication.receiver import ReceiverModel
 from satform.communication.stacked_receiver import StackedReceiver
 from satform.control.protocol import Motion
@@ -82,12 +82,24 @@ class _Group:
         receiver: what they receive.
         rows: of these satellites among all, ascending; None for all.
         neighbours: largest number of possible in-neighbours.
+        announced: numbers that they announce for the coming step, shape (M, width).
+        stamp: simulated time to which these belong, s.
     """
 
     satellite: Satellite
     receiver: StackedReceiver
     rows: Rows | None
     neighbours: int
+    announced: Array = field(init=False)
+    stamp: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.announce()
+
+    def announce(self) -> None:
+        """Take down what they announce for the coming step, after each one and when some have left."""
+        message = self.satellite.announce()
+        self.announced, self.stamp = encode(message), float(message.time.flat[0])
 
     def of(self, values: Array) -> Array:
         """Their rows of an array of all satellites."""
@@ -111,6 +123,7 @@ class _StackedFlight:
         first = plans[0]
         self.ends: dict[int, int] = {}
         self.flying = np.arange(len(plans))
+        self._runs = len(plans)
         self._plans = list(plans)
         self._count = len(first.names)
         self._limits = StackedLimitCheck([plan.limits for plan in plans], self._count)
@@ -119,7 +132,8 @@ class _StackedFlight:
         self._groups = _grouped(self._plans, self._count)
         self._plant = Plant(_plant_plan(self._plans, self._count))
         self._recorder = BlockRecorder(first, [plan.orientations() for plan in plans], quantities)
-        self._whole: _Whole = _Whole(len(plans) * self._count)
+        self._width = WIDTH[first.announces]
+        self._whole = _Whole(len(plans) * self._count, self._width)
         self._link()
 
     def fly(self, first_step: int, count: int, *, last: bool) -> None:
@@ -154,7 +168,8 @@ class _StackedFlight:
             if attitude is not None and group.satellite.plan.orientation is not None:
                 turned = group.turned(attitude)
             decision = group.satellite.act(own, received, measured_step, turned, group.of(plant.applied))
-            beyond = self._limits.of_decision(decision, _numbers(group.satellite))
+            group.announce()
+            beyond = self._limits.of_decision(decision, group.announced)
             if beyond.size:
                 self._end(beyond if group.rows is None else group.rows[beyond], step)
             whole.take_in(group.rows, decision)
@@ -166,9 +181,8 @@ class _StackedFlight:
         """What all satellites send for the coming step."""
         whole = self._whole
         for group in self._groups:
-            message = group.satellite.announce()
-            whole.stamp = float(message.time.flat[0])
-            whole.announced(group.rows, _numbers(group.satellite))
+            whole.stamp = group.stamp
+            whole.sent[:, slice(None) if group.rows is None else group.rows] = group.announced.T
 
     def _end(self, rows: Rows, step: int) -> None:
         for index in np.unique(rows // self._count).tolist() if rows.size else ():
@@ -180,9 +194,7 @@ class _StackedFlight:
 
     def block(self) -> FlightBlock:
         """The steps flown last, with a column for every run."""
-        return self._recorder.block(
-            len(self.flying) + len(set(self.ends) - set(self.flying.tolist())), self.flying
-        )
+        return self._recorder.block(self._runs, self.flying)
 
     def leave_ended(self) -> None:
         """Go on without the runs that have ended."""
@@ -197,6 +209,7 @@ class _StackedFlight:
             state = stacking.take(group.satellite.state, own)
             group.satellite = Satellite(stacking.take(group.satellite.plan, own), group.neighbours)
             group.satellite.state = state
+            group.announce()
             group.receiver.keep(kept, own)
             if group.rows is not None:
                 group.rows = group.rows[: len(own)]
@@ -205,7 +218,7 @@ class _StackedFlight:
         self._plans = [self._plans[index] for index in kept.tolist()]
         self._formations = [self._formations[index] for index in kept.tolist()]
         self._recorder.keep(kept)
-        self._whole = _Whole(len(rows))
+        self._whole = _Whole(len(rows), self._width)
         self.flying = self.flying[kept]
 
 
@@ -215,14 +228,13 @@ class _Whole:
     Attributes:
         sent: numbers that they send for the step, shape (width, R N).
         stamp: simulated time to which these belong, s.
-        decision: in the step.
         acceleration: commanded, m/s^2, shape (R N, 3).
         wheel_torque: commanded, N m, shape (R N, 3); None where nobody has wheels.
     """
 
-    def __init__(self, rows: int) -> None:
+    def __init__(self, rows: int, width: int) -> None:
         self._rows = rows
-        self.sent: Array = np.empty((0, rows))
+        self.sent: Array = np.zeros((width, rows))
         self.stamp = 0.0
         self._values: dict[str, Array] = {}
 
@@ -237,16 +249,6 @@ class _Whole:
     def values(self, name: str) -> Array | None:
         """What was decided, by the name of a quantity; None where nobody decides that."""
         return self._values.get(name)
-
-    def announced(self, rows: Rows | None, parts: Sequence[Array]) -> None:
-        width = sum(1 if part.ndim == 1 else part.shape[1] for part in parts)
-        if len(self.sent) != width:
-            self.sent = np.zeros((width, self._rows))
-        row = 0
-        for part in parts:
-            for component in (part,) if part.ndim == 1 else part.T:
-                self.sent[row, slice(None) if rows is None else rows] = component
-                row += 1
 
     def take_in(self, rows: Rows | None, decision: Decision) -> None:
         """Take in what a group of satellites has decided."""
@@ -281,14 +283,6 @@ def _decided(decision: Decision) -> dict[str, Array]:
         found["innovation"] = decision.estimate.innovation
         found["rejected_measurements"] = decision.estimate.rejected
     return found
-
-
-def _numbers(satellite: Satellite) -> tuple[Array, Array]:
-    """What satellites announce for the coming step beside its time."""
-    message = satellite.announce()
-    if isinstance(message, PhaseMessage):
-        return message.arc_length, message.rate
-    return message.position, message.velocity
 
 
 def _grouped(plans: Sequence[FormationPlan], count: int) -> list[_Group]:
