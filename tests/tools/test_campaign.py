@@ -44,7 +44,7 @@ dispersions:
     distribution: {{kind: uniform, low: -15.0e3, high: 15.0e3}}
     applied: add
 figures: [{{name: effort, measure: {{kind: delta_v}}}}]
-expect: [{{kind: success_rate, above: {above}, compare: estimate}}]
+expect: [{{kind: success_rate, above: {above}, compare: estimate, source: a test}}]
 {more}
 """
 

@@ -59,8 +59,8 @@ def some_campaign(cases: int, figure: str = "residual") -> Campaign:
             "series": [{"quantity": "tracking_error", "every": 5.0}, {"quantity": "position", "every": 30.0}]
         },
         expect=[
-            {"kind": "success_rate", "above": 0.9},
-            {"kind": "percentile", "figure": figure, "percentile": 50, "below": 1e9},
+            {"kind": "success_rate", "above": 0.9, "source": HOSTILE},
+            {"kind": "percentile", "figure": figure, "percentile": 50, "below": 1e9, "regression": True},
         ],
     )
 
@@ -264,8 +264,8 @@ def test_a_grid_has_no_intervals_and_no_p_values(
         figures=[{"name": "residual", "measure": {"kind": "tracking_error"}}],
         # Wilson's interval of 6 of 8 cases begins at 0.41.
         expect=[
-            {"kind": "success_rate", "above": 0.7},
-            {"kind": "mean", "figure": "residual", "above": 100.0},
+            {"kind": "success_rate", "above": 0.7, "source": "a test"},
+            {"kind": "mean", "figure": "residual", "above": 100.0, "source": "a test"},
         ],
     )
     folder = CampaignFolder.create(path, about, None, "2026-01-01T00:00:00+00:00")
@@ -298,6 +298,7 @@ def test_a_grid_has_no_intervals_and_no_p_values(
     shown = Shown(report.write(summary, tmp_path / "page", [Format.SVG])[0]).texts
     assert "75 %" in shown
     assert "There are no p-values: the cases are not drawn at random." in shown
+    assert "a test" in shown
     assert not any("nan" in text.split() or "(95 %)" in text for text in shown)
     junit.write(summary, tmp_path / "junit.xml")
     failure = ElementTree.parse(tmp_path / "junit.xml").getroot().find("testcase/failure")  # noqa: S314 - our own

@@ -113,7 +113,8 @@ def test_check_warns_of_expectations_that_no_flight_can_decide(
 ) -> None:
     text = (
         "scenario: triangle\nruns: 20\nset: {timing.duration: 60.0, expect: []}\n"
-        f"figures: [{{name: dv, measure: {{kind: delta_v}}}}]\nexpect:\n  - {{{expectation}}}\n"
+        "figures: [{name: dv, measure: {kind: delta_v}}]\n"
+        f"expect:\n  - {{{expectation}, source: a test}}\n"
     )
     file = written(tmp_path, text)
     assert cli.main(["check", file]) == 0

@@ -139,6 +139,16 @@ WRONG = [
         "there is no figure 'dv'; there are arc-",
     ),
     (HEAD + "expect:\n  - {kind: success_rate, above: 1.5}\n", 5, "less than or equal to 1"),
+    (
+        HEAD + "expect:\n  - {kind: success_rate, above: 0.5}\n",
+        5,
+        "expect[0]: nothing says where the bounds come from: give a source",
+    ),
+    (
+        HEAD + "expect:\n  - {kind: success_rate, above: 0.5, source: a test, regression: true}\n",
+        5,
+        "bounds have a source or follow what this software gave, not both",
+    ),
     (HEAD + "keep: {series: [{quantity: positon}]}\n", 4, "did you mean position?"),
     (
         HEAD + "keep: {series: [{quantity: position, every: 0.7}]}\n",
@@ -257,6 +267,12 @@ def test_the_digest_follows_content_and_scenario_but_no_words() -> None:
     base = loaded(DISPERSED + PATH.format(path="orbit.period"))
     same = loaded(DISPERSED + PATH.format(path="orbit.period") + "title: another\ntext: words\n")
     assert base.digest == same.digest
+    rate = "expect: [{kind: success_rate, above: 0.5, "
+    digests = {
+        loaded(HEAD + rate + origin).digest for origin in ("source: a}]", "source: b}]", "regression: true}]")
+    }
+    assert len(digests) == 1
+    assert loaded(HEAD).digest not in digests
     others = [
         loaded(HEAD),
         loaded((DISPERSED + PATH.format(path="orbit.period")).replace("runs: 10", "runs: 11")),

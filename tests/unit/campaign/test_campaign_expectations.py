@@ -38,6 +38,17 @@ def test_a_success_rate_holds_with_confidence_only_with_enough_runs(runs: int, m
     assert verdict(made("success_rate", above=0.95, compare="estimate"), success=success).met
 
 
+def test_a_verdict_says_where_its_bounds_come_from() -> None:
+    success = [True, False]
+    for fields, origin in (
+        ({"source": "a paper"}, "a paper"),
+        ({"regression": True}, "regression bound of this software"),
+        ({}, ""),
+    ):
+        expectation = made("success_rate", above=0.4, compare="estimate", **fields)
+        assert verdict(expectation, success=success).origin == expectation.origin == origin
+
+
 def test_a_rate_can_be_bounded_from_above() -> None:
     few = np.arange(1000) < 5
     assert verdict(made("success_rate", below=0.02), success=few).met

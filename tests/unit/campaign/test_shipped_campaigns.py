@@ -92,6 +92,7 @@ def test_the_schema_accepts_the_shipped_campaign(name: str) -> None:
         {"runs": 3},
         {"scenario": "triangle", "dispersions": [{"distribution": {"kind": "normal"}}]},
         {"scenario": "triangle", "sampling": {"kind": "sobl"}},
+        {"scenario": "triangle", "runs": 3, "expect": [{"kind": "success_rate", "above": 0.5}]},
         {"scenario": "triangle", "figures": [{"name": "dv", "measure": {"kind": "delta_v", "below": 3.0}}]},
     ],
 )
@@ -127,9 +128,3 @@ def test_gains_are_stable_in_flight_where_they_are_in_theory(number: int) -> Non
     # So close to one a loop takes longer than the flight.
     assert abs(radius - 1.0) > 0.01
     assert all(verdict.met for verdict in evaluate(scenario, simulate(scenario))) is (radius < 1.0)
-
-
-def test_the_gain_sweep_has_both_sides_of_the_border() -> None:
-    campaign = LOADED["gain_sweep"]
-    radii = [loop_radius(case_scenario(campaign, n), "tracking") for n in range(0, campaign.cases, 7)]
-    assert 0.3 < np.mean(np.array(radii) < 1.0) < 0.8

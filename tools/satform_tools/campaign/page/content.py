@@ -113,12 +113,13 @@ def expectations(summary: Summary) -> PageTable:
             f"{interval} ({100 * verdict.confidence:g} %)" if interval else "-",
             verdict.compared,
             "passed" if verdict.met else "missed",
+            verdict.origin,
         )
         for verdict in summary.verdicts
         for interval in [interval_text(verdict.low, verdict.high, ".7g")]
     ]
     styles = {row: "met" if verdict.met else "missed" for row, verdict in enumerate(summary.verdicts)}
-    headings = ("expectation of all cases", "allowed", "found", "interval", "compared", "result")
+    headings = ("expectation of all cases", "allowed", "found", "interval", "compared", "result", "source")
     return PageTable("Expectations", headings, rows, frozenset({2, 3}), styles)
 
 

@@ -194,7 +194,7 @@ def figure_complaints(
 def expectation_complaints(
     expectations: Sequence[CampaignExpectation], figure_names: Sequence[str]
 ) -> list[Complaint]:
-    """Expectations of figures that the campaign does not have.
+    """Expectations of figures that the campaign does not have, and those whose bounds come from nowhere.
 
     Args:
         expectations: in their order in the campaign.
@@ -206,6 +206,12 @@ def expectation_complaints(
             sentence = f"there is no figure {expectation.figure!r}"
             allowed = f"; there are {listed(figure_names, 20)}" if figure_names else "; the campaign has none"
             complaints.append((("expect", index, "figure"), sentence + allowed))
+        if not expectation.origin:
+            sentence = (
+                "nothing says where the bounds come from: give a source (requirement, paper, theory, another "
+                "program), or say regression: true where they follow what this software gave"
+            )
+            complaints.append((("expect", index), sentence))
     return complaints
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from satform.campaign.statistics import mean_interval, percentile_interval, success_rate
 from satform.common.spec import Number, Spec
@@ -33,6 +33,7 @@ class CampaignVerdict:
         compared: which of them the bounds were compared with, in words.
         allowed: what was expected, in words.
         met: whether it is allowed.
+        origin: where the bounds come from, in words.
     """
 
     label: str
@@ -44,10 +45,15 @@ class CampaignVerdict:
     compared: str
     allowed: str
     met: bool
+    origin: str = ""
 
 
 class CampaignExpectation(Spec):
     """A statistic of all cases and its bounds."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": ["source"]}, {"required": ["regression"]}]}
+    )
 
     label: str | None = None
     """What is judged, in words; made from the fields when left out."""
@@ -57,6 +63,21 @@ class CampaignExpectation(Spec):
     """What the bounds are compared with: the limit of the confidence interval that is nearer to the bound's
     wrong side, so that the bound holds with this confidence; or the estimate itself. The samplings `grid` and
     `one_at_a_time` have no interval."""
+    source: Annotated[str, Field(min_length=1)] | None = None
+    """Where the bounds come from: requirement, paper, theory, another program. Left out with `regression`."""
+    regression: bool = False
+    """Whether the bounds follow what this software gave, to notice changes; no source is named then."""
+
+    @model_validator(mode="after")
+    def _has_one_origin(self) -> "CampaignExpectation":
+        if self.regression and self.source is not None:
+            raise ValueError("bounds have a source or follow what this software gave, not both")
+        return self
+
+    @property
+    def origin(self) -> str:
+        """Where the bounds come from, in words; empty where nothing says so."""
+        return "regression bound of this software" if self.regression else (self.source or "")
 
     of_figure: ClassVar[bool] = True
 
@@ -100,7 +121,16 @@ class CampaignExpectation(Spec):
         statistic = for_above if self.lowest is not None else for_below
         compared = f"limit of the {100 * self.confidence:g} % interval" if by_interval else "estimate"
         return CampaignVerdict(
-            self.describe(), unit, statistic, low, high, self.confidence, compared, " and ".join(allowed), met
+            label=self.describe(),
+            unit=unit,
+            statistic=statistic,
+            low=low,
+            high=high,
+            confidence=self.confidence,
+            compared=compared,
+            allowed=" and ".join(allowed),
+            met=met,
+            origin=self.origin,
         )
 
     def _has_bound(self) -> None:

@@ -173,9 +173,12 @@ class Campaign(Spec):
     def digest(self) -> str:
         """SHA-256 of the campaign's meaning and of its scenario's, with the content of files that it names.
 
-        Title and text do not count: two campaigns with the same digest have the same cases and results.
+        Title, text, and where the bounds of `expect` come from do not count: two campaigns with the same
+        digest have the same cases, results and verdicts.
         """
-        content = json.loads(self.model_dump_json(exclude={"title", "text", "scenario"}, context=BY_CONTENT))
+        unused: Any = {"title": True, "text": True, "scenario": True}
+        unused["expect"] = {"__all__": {"source", "regression"}}
+        content = json.loads(self.model_dump_json(exclude=unused, context=BY_CONTENT))
         content["scenario"] = self.scenario.scenario.digest()
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
