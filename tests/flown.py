@@ -3,6 +3,9 @@
 """Flights over DDS for the tests that break them: how to fly, whom to kill, and what to compare with."""
 
 import os
+import signal
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -72,3 +75,54 @@ def processes_of(folder: Path) -> dict[str, int]:
         if target.is_relative_to(folder / "log"):
             found[target.stem] = int(descriptor.parts[2])
     return found
+
+
+class HeldRestart:
+    """Kills a satellite at a step and holds the flight until its next process has opened DDS.
+
+    Without the hold a flight on a busy machine may end before the new process takes part. The scenario's
+    `node_timeout` has to be longer than a process takes to start.
+    """
+
+    def __init__(self, folder: Path, step: int, killed: str, held: str, restarted: str) -> None:
+        """Nothing is killed yet.
+
+        Args:
+            folder: of the run.
+            step: from which on the satellite is killed.
+            killed: name of the satellite.
+            held: name of the satellite that is stopped meanwhile, so that no step is taken.
+            restarted: log of the next process, without its suffix.
+        """
+        self.helper: threading.Thread | None = None
+        self._folder, self._step = folder, step
+        self._killed, self._held, self._restarted = killed, held, restarted
+
+    def __call__(self, done: int, _all: int) -> None:
+        if done < self._step or self.helper is not None:
+            return
+        there = processes_of(self._folder)
+        os.kill(there[self._held], signal.SIGSTOP)
+        os.kill(there[self._killed], signal.SIGKILL)
+        self.helper = threading.Thread(target=self._resume, args=(there[self._held],))
+        self.helper.start()
+
+    def _resume(self, held: int) -> None:
+        end = time.monotonic() + 240.0
+        while time.monotonic() < end:
+            process = processes_of(self._folder).get(self._restarted)
+            if process is not None and has_udp_socket(process):
+                break
+            time.sleep(0.01)  # polls: another process starts the process
+        os.kill(held, signal.SIGCONT)
+
+
+def has_udp_socket(process: int) -> bool:
+    """Whether a process has opened a UDP socket, as the first node of a process does."""
+    table = Path(f"/proc/{process}/net/udp")
+    try:
+        inodes = {line.split()[9] for line in table.read_text().splitlines()[1:]}
+        links = [str(link.readlink()) for link in Path(f"/proc/{process}/fd").iterdir()]
+    except OSError:
+        return False
+    return any(link.removeprefix("socket:[").removesuffix("]") in inodes for link in links)

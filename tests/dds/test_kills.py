@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from flights import shortened
-from flown import assert_as_in_one_process, assert_flies_again, flown, processes_of, repetitions
+from flown import HeldRestart, assert_as_in_one_process, assert_flies_again, flown, processes_of, repetitions
 from satform.bag.reader import read_bag
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST
 from satform_bringup.supervisor import process_server
@@ -170,8 +170,9 @@ def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: st
 
 
 def test_with_restart_a_killed_satellite_comes_back_from_its_checkpoint(tmp_path: Path) -> None:
-    scenario = shortened("triangle", 3000.0, "checkpoint_period=20.0")
-    flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 300, "sat2"), restart=True)
+    scenario = shortened("triangle", 3000.0, "checkpoint_period=20.0", "node_timeout=300.0")
+    killer = HeldRestart(tmp_path, 300, "sat2", held="sat1", restarted="sat2.1")
+    flight, bag = flown(scenario, tmp_path, killer, restart=True)
     # Back at the end it is not lost any more; both are on record.
     assert flight.lost == ()
     (loss,), (back,) = flight.losses, flight.returns

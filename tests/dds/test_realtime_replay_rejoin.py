@@ -7,15 +7,13 @@ import os
 import signal
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from flights import shipped, shortened
-from flown import assert_flies_again, flown, processes_of
+from flown import HeldRestart, assert_flies_again, flown, processes_of
 from satform_tools.run.command import RunOptions, run
 
 pytestmark = pytest.mark.unmeasured
@@ -104,29 +102,18 @@ def test_a_flight_with_a_kill_has_the_same_bits_when_it_is_replayed(tmp_path: Pa
 
 
 def test_a_lost_satellite_that_is_started_by_hand_takes_part_again(tmp_path: Path) -> None:
-    helpers: list[threading.Thread] = []
+    held = HeldRestart(tmp_path, 300, "sat2", held="sat1", restarted="sat2.again1")
+    commands: list[subprocess.Popen[bytes]] = []
 
-    def rejoin(held: int) -> None:
-        again = tmp_path / "log" / "sat2.again1.log"
-        command = [sys.executable, "-m", "satform_tools", "rejoin", str(tmp_path), "sat2"]
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
-            end = time.monotonic() + 60.0
-            while not again.exists() and time.monotonic() < end:
-                time.sleep(0.01)  # polls: another process starts the process
-            os.kill(held, signal.SIGCONT)
-            process.wait(120)
+    def kill_and_rejoin(done: int, steps: int) -> None:
+        held(done, steps)
+        if held.helper is not None and not commands:
+            command = [sys.executable, "-m", "satform_tools", "rejoin", str(tmp_path), "sat2"]
+            commands.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
 
-    def kill_and_rejoin(done: int, _all: int) -> None:
-        if done > 300 and not helpers:
-            there = processes_of(tmp_path)
-            # The flight stands until the new process has been started.
-            os.kill(there["sat1"], signal.SIGSTOP)
-            os.kill(there["sat2"], signal.SIGKILL)
-            helpers.append(threading.Thread(target=rejoin, args=(there["sat1"],)))
-            helpers[0].start()
-
-    flight, bag = flown(shortened("triangle", 4000.0, "node_timeout=60.0"), tmp_path, kill_and_rejoin)
-    helpers[0].join(30)
+    flight, bag = flown(shortened("triangle", 4000.0, "node_timeout=300.0"), tmp_path, kill_and_rejoin)
+    with commands[0] as command:
+        assert command.wait(300) == 0
     assert [loss.name for loss in flight.losses] == ["sat2"]
     assert [back.name for back in flight.returns] == ["sat2"]
     assert_flies_again(bag)

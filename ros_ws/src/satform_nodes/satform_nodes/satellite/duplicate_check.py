@@ -48,17 +48,22 @@ class DuplicateCheck:
         since = time.monotonic() - self._ready_at
         return self._first is None and step * self._timing.step / self._rate <= since
 
-    def require_lost(self, step: int, *, alive: bool) -> None:
+    def require_lost(self, step: int, version: int, *, alive: bool, known_version: int) -> None:
         """End this process if another one flies this satellite: steps are taken, and it is not lost.
+
+        States of before a rejoin may be received after the status that announces the rejoin. They are of an
+        earlier version of the formation, in which the satellite was lost, and prove nothing.
 
         Args:
             step: whose state has come, in which this process does not take part.
-            alive: whether the satellite takes part by the plant's status.
+            version: of the formation for which the state was published.
+            alive: whether the satellite takes part by the plant's last status.
+            known_version: of the formation in the plant's last status.
 
         Raises:
             NodeError: the satellite is not lost.
         """
-        if not alive or step == 0:
+        if not alive or step == 0 or version != known_version:
             self._first = None
             return
         self._first = first, since = self._first or (step, time.monotonic())

@@ -340,7 +340,13 @@ class SatelliteNode:
             self._state = None
             return
         if not self.flying and not self.join(step):
-            self._duplicate.require_lost(step, alive=bool(self.view.formation.alive[self.index]))
+            formation = self.view.formation
+            self._duplicate.require_lost(
+                step,
+                int(state[3]),
+                alive=bool(formation.alive[self.index]),
+                known_version=formation.number,
+            )
             return
         if self.clocked:
             self._act_on_the_clock(step, state)
