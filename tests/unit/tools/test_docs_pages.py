@@ -40,6 +40,37 @@ def test_every_public_module_of_the_sources_is_on_an_api_page(tmp_path: Path) ->
     assert modules - shown == set()
 
 
+SOURCES = ROOT / "ros_ws" / "src"
+
+
+@pytest.mark.parametrize(
+    ("page", "heading", "package"),
+    [
+        (DOCS / "architecture.md", "### satform: the library", SOURCES / "satform" / "satform"),
+        (
+            DOCS / "architecture.md",
+            "### satform_nodes: the nodes",
+            SOURCES / "satform_nodes" / "satform_nodes",
+        ),
+        (
+            DOCS / "architecture.md",
+            "### satform_bringup: starting and supervising",
+            SOURCES / "satform_bringup" / "satform_bringup",
+        ),
+        (DOCS / "architecture.md", "### tools: the command line", ROOT / "tools" / "satform_tools"),
+        (SOURCES / "satform" / "README.md", "## Sub-packages", SOURCES / "satform" / "satform"),
+    ],
+    ids=["library", "nodes", "bringup", "tools", "readme of the library"],
+)
+def test_the_table_of_a_package_has_every_sub_package_and_no_other(
+    page: Path, heading: str, package: Path
+) -> None:
+    section = page.read_text(encoding="utf-8").partition(f"\n{heading}\n")[2].partition("\n#")[0]
+    firsts = [line.split("|")[1] for line in section.splitlines() if line.startswith("|")]
+    listed = [name.rstrip("/") for cell in firsts for name in re.findall(r"`([a-z_]+/?)`", cell)]
+    assert sorted(listed) == sorted(path.parent.name for path in package.glob("*/__init__.py"))
+
+
 def test_pages_of_modules_that_are_gone_are_removed(tmp_path: Path) -> None:
     (tmp_path / "satform.gone.rst").write_text("old")
     api_pages.write(tmp_path)
