@@ -3,8 +3,10 @@
 """One case of a campaign as a run of its own."""
 
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
+from satform.campaign.model import Campaign
 from satform.files.durable_file import write_durably
 from satform.scenario import Scenario
 from satform_tools import console
@@ -15,7 +17,38 @@ CASE = "case.json"
 """In the folder of a run: of which campaign it is a case, and what that sets."""
 
 
-def prepare(name: str, number: int, out: Path | None) -> tuple[Scenario, Path]:
+@dataclass(frozen=True)
+class PreparedCase:
+    """A case that is about to be flown as a run.
+
+    Attributes:
+        campaign: that it belongs to.
+        file: of the campaign.
+        number: of the case.
+        scenario: with the changes of the case.
+        folder: of its run; it exists and is empty.
+    """
+
+    campaign: Campaign
+    file: Path
+    number: int
+    scenario: Scenario
+    folder: Path
+
+    def describe(self) -> None:
+        """Write into the folder of the run of which campaign it is a case, where there is room for that."""
+        about = {
+            "campaign": self.campaign.name,
+            "file": str(self.file.absolute()),
+            "digest": self.campaign.digest,
+            "case": self.number,
+            "changes": library.values(self.campaign, self.number),
+        }
+        with suppress(OSError):
+            write_durably(self.folder / CASE, f"{console.to_json(about)}\n".encode())
+
+
+def prepare(name: str, number: int, out: Path | None) -> PreparedCase:
     """The scenario of a case, and the folder of its run.
 
     Args:
@@ -23,33 +56,11 @@ def prepare(name: str, number: int, out: Path | None) -> tuple[Scenario, Path]:
         number: of the case.
         out: folder, new or empty; None for a new one in `runs`.
 
-    Returns:
-        The scenario, and the folder, which exists and is empty.
-
     Raises:
         CommandError: there is no such case, or the folder cannot be written.
         ScenarioError: the case cannot be flown.
     """
-    campaign, _ = library.load(name)
-    scenario = library.case(campaign, number)
-    return scenario, output_folders.make(out, f"{campaign.name}-case-{number}")
-
-
-def describe(name: str, number: int, folder: Path) -> None:
-    """Write into the folder of a run of which campaign it is a case, where there is room for that.
-
-    Args:
-        name: of the campaign, its file or its folder.
-        number: of the case.
-        folder: of the run.
-    """
     campaign, file = library.load(name)
-    about = {
-        "campaign": campaign.name,
-        "file": str(file.absolute()),
-        "digest": campaign.digest,
-        "case": number,
-        "changes": library.values(campaign, number),
-    }
-    with suppress(OSError):
-        write_durably(folder / CASE, f"{console.to_json(about)}\n".encode())
+    scenario = library.case(campaign, number)
+    folder = output_folders.make(out, f"{campaign.name}-case-{number}")
+    return PreparedCase(campaign, file, number, scenario, folder)

@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Validates a campaign file: errors, and warnings about cases that cannot fly and what has no effect."""
+"""Validates a campaign file: errors, and warnings about cases that cannot fly and what has no effect.
+
+The errors are those of loading (`satform.campaign.campaign_checks`); cases are tried by
+`satform.campaign.effects`. Warnings about expectations that cannot be missed or met are made here.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path

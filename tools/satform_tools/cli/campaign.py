@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands of campaigns: run, resume, report, case."""
+"""The commands of campaigns: run, resume, report, case, gallery."""
 
 # ruff: noqa: PLC0415
 

@@ -148,8 +148,10 @@ def run(
     from satform_tools.run import command as run_command
     from satform_tools.run import scenario_library
 
+    prepared = None
     if campaign is not None and case is not None:
-        flown, out = campaign_case.prepare(campaign, case, out)
+        prepared = campaign_case.prepare(campaign, case, out)
+        flown, out = prepared.scenario, prepared.folder
     else:
         flown = scenario_library.load(scenario or "", changes or (), seed)
     options = run_command.RunOptions(
@@ -165,8 +167,8 @@ def run(
         namespace=names.namespace(namespace),
     )
     result = run_command.run(flown, mode.value, record=record, out=out, options=options)
-    if campaign is not None and case is not None:
-        campaign_case.describe(campaign, case, result.folder)
+    if prepared is not None:
+        prepared.describe()
     if profile:
         from satform_tools.report import profile as flight_profile
 

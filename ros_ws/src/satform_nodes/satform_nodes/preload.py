@@ -2,16 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """All that any node needs, imported and looked up before the processes part ways."""
 
+# ruff: noqa: F401 - imported so that every process forked later has them
+
 import scipy.special
 
-from satform_nodes.display import node as display_node
-from satform_nodes.plant import flight_loop as plant_node
-from satform_nodes.recorder import flight_loop as recorder_node
-from satform_nodes.satellite import group_node
-from satform_nodes.satellite import single_node as satellite_node
+import satform_nodes.display.node
+import satform_nodes.plant.flight_loop
+import satform_nodes.recorder.flight_loop
+import satform_nodes.satellite.group_node
+import satform_nodes.satellite.single_node
 from satform_nodes.transport import topic_types
-
-MODULES = (scipy.special, display_node, group_node, plant_node, recorder_node, satellite_node)
 
 for _message_type in topic_types.TYPES.values():
     # Loads the C libraries that turn these messages into bytes.

@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the parts of a campaign against each other and against its scenario."""
+"""Checks of the parts of a campaign against each other and against its scenario, made when it is loaded.
+
+What no case has to be built for is checked here. `effects` builds cases to find values that cannot fly and
+dispersions without effect; `satform check` prints these as warnings.
+"""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What dispersions do, tried before a campaign is flown: values that cannot fly, and those without effect."""
+"""What dispersions do, tried before a campaign is flown: values that cannot fly, and those without effect.
+
+Cases of a loaded campaign are built here, which takes time: `satform check` does this, loading does not.
+What loading checks is in `campaign_checks`.
+"""
 
 from collections.abc import Iterator, Sequence
 

@@ -24,9 +24,8 @@ import numpy as np
 from satform.consensus.arc_length import NeighbourValues
 from satform.consensus.graph import Graph
 from satform.consensus.stability import Gains
+from satform.control.sampled_stability import border_between
 from satform.numeric.elementwise import Array
-
-_BISECTIONS = 40
 
 MOST_NUMBERS = 200
 """Numbers of a whole state up to which the mean square is worked out, which has the square of them."""
@@ -153,13 +152,9 @@ class LossyConsensus:
         Returns:
             Probability; 1 where it decays for every smaller one, 0 where it does not without loss.
         """
-        low, high = 0.0, 1.0
-        if self.mean_square_radius(low) >= 1.0:
+        if self.mean_square_radius(0.0) >= 1.0:
             return 0.0
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.mean_square_radius(middle) < 1.0 else (low, middle)
-        return high
+        return border_between(lambda loss: self.mean_square_radius(loss) < 1.0, 0.0, 1.0)[1]
 
     def start(self, phases: Array, rates: Array) -> Array:
         """The state in which every satellite holds its neighbours' own values.

@@ -44,6 +44,8 @@ _NEUTRAL = 1e-6
 _MOST_WAITING = 200
 """Measurements on their way up to which a loop with latency is worked out."""
 
+_BISECTIONS = 40
+
 _NOWHERE = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
 
 
@@ -80,6 +82,27 @@ def spectral_radius(transition: Array, steps: int = 1) -> float:
     if not np.all(np.isfinite(transition)):
         return float("inf")
     return float(np.max(np.abs(np.linalg.eigvals(transition)), initial=0.0) ** (1.0 / steps))
+
+
+def border_between(stable: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+    """Values that enclose the one at which a loop becomes unstable, or stable, by bisection.
+
+    Args:
+        stable: whether the loop is, as a function of a parameter.
+        low: a value of it.
+        high: a larger one, at which `stable` is other than at `low`.
+
+    Returns:
+        The largest value found that is as `low`, and the smallest that is as `high`.
+    """
+    at_low = stable(low)
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if stable(middle) == at_low:
+            low = middle
+        else:
+            high = middle
+    return low, high
 
 
 def require_stable_hold(closed_loop: Array, name: str, step: float) -> None:

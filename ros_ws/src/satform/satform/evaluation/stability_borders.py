@@ -8,11 +8,9 @@ from collections.abc import Callable
 from satform.consensus.arc_length import ArcLengthConsensusSpec
 from satform.consensus.lossy_links import LossyConsensus
 from satform.consensus.stability import Gains
-from satform.control.sampled_stability import LoopKind
+from satform.control.sampled_stability import LoopKind, border_between
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.scenario import Scenario
-
-_BISECTIONS = 40
 
 
 def loop_radius(scenario: Scenario, loop: LoopKind | None = None) -> float:
@@ -67,15 +65,9 @@ def crossing(radius: Callable[[float], float], low: float, high: float) -> float
     Returns:
         The parameter; None where the radius is below 1 at both ends, or at neither.
     """
-    stable = radius(low) < 1.0
-    if stable == (radius(high) < 1.0):
+    if (radius(low) < 1.0) == (radius(high) < 1.0):
         return None
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        if (radius(middle) < 1.0) == stable:
-            low = middle
-        else:
-            high = middle
+    low, high = border_between(lambda value: radius(value) < 1.0, low, high)
     return 0.5 * (low + high)
 
 
