@@ -27,7 +27,7 @@ from satform.campaign.results import CaseResult
 from satform_tools.campaign import envelopes, gallery, junit, plots, report, tables
 from satform_tools.campaign.exports import export
 from satform_tools.campaign.page.charts import MOST_POINTS, charts, drawn_pairs
-from satform_tools.campaign.study import Study, study
+from satform_tools.campaign.report_statistics import ReportStatistics, report_statistics
 from satform_tools.campaign.summary import MOST_FAILURES, Summary, summarise
 from satform_tools.cli import main as cli
 from satform_tools.console import to_json
@@ -134,8 +134,8 @@ def summary(folder: CampaignFolder) -> Summary:
 
 
 @pytest.fixture(scope="module")
-def found(summary: Summary) -> Study:
-    return study(summary)
+def found(summary: Summary) -> ReportStatistics:
+    return report_statistics(summary)
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +169,7 @@ class Shown(HTMLParser):
 
 
 def test_success_and_its_interval_are_those_of_the_files(
-    folder: CampaignFolder, page: Path, found: Study
+    folder: CampaignFolder, page: Path, found: ReportStatistics
 ) -> None:
     success = table(folder)["success"]
     interval = binomtest(int(success.sum()), len(success)).proportion_ci(method="wilson")
@@ -189,7 +189,7 @@ def test_success_and_its_interval_are_those_of_the_files(
 
 
 def test_histograms_count_every_case_that_has_the_figure_and_show_its_limit(
-    folder: CampaignFolder, found: Study
+    folder: CampaignFolder, found: ReportStatistics
 ) -> None:
     columns = table(folder)
     residual, delta_v = found.histograms
@@ -217,7 +217,7 @@ def test_a_report_of_a_campaign_under_way_counts_the_same_cases_everywhere(tmp_p
     summary = summarise(folder, folder.campaign())
     # What is flown between the passes over the results.
     write_results(path, results[100:], folder.manifest.schema)
-    found = study(summary)
+    found = report_statistics(summary)
     assert [histogram.outside for histogram in found.histograms] == [0, 0]
     assert found.histograms[1].counts.sum() == summary.flown == 100
     assert sum(found.rates[0].cases) == 100
@@ -238,7 +238,7 @@ def test_a_figure_with_the_name_success_is_correlated_beside_success(tmp_path: P
         for number, result in enumerate(results_of(about, 100))
     ]
     write_results(path, results, folder.manifest.schema)
-    found = study(summarise(folder, folder.campaign()))
+    found = report_statistics(summarise(folder, folder.campaign()))
     numbers, inputs = found.sample.numbers, found.sample.inputs[ERROR]
     expected = {
         ("success", False): spearmanr(inputs, -(numbers**2.0)).statistic,
@@ -281,7 +281,7 @@ def test_a_grid_has_no_intervals_and_no_p_values(
     write_results(path, results, folder.manifest.schema)
     summary = summarise(folder, folder.campaign())
     assert [verdict.met for verdict in summary.verdicts] == [True, False]
-    found = study(summary)
+    found = report_statistics(summary)
     assert found.rates[0].rates[:, 0].tolist() == [0.0, 1.0, 1.0, 1.0]
     assert np.isnan(found.rates[0].rates[:, 1:]).all()
     assert found.correlations[0].coefficient == pytest.approx(1.0)
@@ -321,17 +321,19 @@ def test_a_few_cases_far_from_all_others_leave_the_histogram_its_shape(tmp_path:
         for figure in [grown.get(number, 100.0 + number)]
     ]
     write_results(path, results, folder.manifest.schema)
-    nearly_zero, linear = study(summarise(folder, folder.campaign())).histograms
+    nearly_zero, linear = report_statistics(summarise(folder, folder.campaign())).histograms
     assert (linear.outside, linear.counts.sum(), linear.logarithmic) == (2, 198, False)
     assert 0.0 < linear.edges[0] < 100.0
     assert 299.0 < linear.edges[-1] < 400.0
     assert (nearly_zero.outside, nearly_zero.logarithmic) == (10, True)
-    notes = [chart["note"] for chart in charts(study(summarise(folder, folder.campaign())))["figures"]]
+    notes = [
+        chart["note"] for chart in charts(report_statistics(summarise(folder, folder.campaign())))["figures"]
+    ]
     assert "2 more cases are outside of this range." in notes[1]
 
 
 def test_rank_correlations_are_those_of_scipy_over_the_files_strongest_first(
-    folder: CampaignFolder, found: Study
+    folder: CampaignFolder, found: ReportStatistics
 ) -> None:
     columns = {**table(folder)}
     columns["figure.success"] = columns["success"].astype(float)
@@ -353,7 +355,7 @@ def test_rank_correlations_are_those_of_scipy_over_the_files_strongest_first(
 
 
 def test_envelopes_are_the_percentiles_of_all_satellites_of_all_cases(
-    folder: CampaignFolder, found: Study
+    folder: CampaignFolder, found: ReportStatistics
 ) -> None:
     error, *position = found.envelopes
     assert [entry.quantity for entry in position] == ["position x", "position y", "position z"]
@@ -417,11 +419,11 @@ def test_the_page_asks_for_nothing_else(page: Path) -> None:
 
 def test_a_large_campaign_has_a_small_page_with_all_cases_counted(large: Summary, tmp_path: Path) -> None:
     cases = large.cases
-    found = study(large)
+    found = report_statistics(large)
     assert found.histograms[1].counts.sum() == cases
     assert len(found.sample.numbers) == envelopes.MOST_SAMPLED
     assert len(np.unique(found.sample.numbers)) == envelopes.MOST_SAMPLED
-    assert study(large).sample.numbers.tolist() == found.sample.numbers.tolist()
+    assert report_statistics(large).sample.numbers.tolist() == found.sample.numbers.tolist()
     for scatter in charts(found)["scatters"]:
         assert sum(len(part["cases"]) for part in scatter["parts"]) == MOST_POINTS
     file = report.write(large, tmp_path)[0]

@@ -19,18 +19,18 @@ from satform.campaign.result_files import write_results
 from satform.campaign.results import CaseResult
 from satform.evaluation.stability_borders import loop_radius, lossy_consensus
 from satform_tools.campaign import gallery
-from satform_tools.campaign.study import Study, study
+from satform_tools.campaign.report_statistics import ReportStatistics, report_statistics
 from satform_tools.campaign.summary import summarise
 from satform_tools.campaign.theory_plots import agreement_over_loss, stability_over_gains
 
 
-def studied(campaign: Campaign, results: list[CaseResult], path: Path) -> Study:
+def studied(campaign: Campaign, results: list[CaseResult], path: Path) -> ReportStatistics:
     path.mkdir()
     folder = CampaignFolder.create(path, campaign, None, "2026-01-01T00:00:00+00:00")
     write_results(
         path, [folder.manifest.columns.complete(result) for result in results], folder.manifest.schema
     )
-    return study(summarise(folder, campaign))
+    return report_statistics(summarise(folder, campaign))
 
 
 def lines(figure: Any) -> dict[str, tuple[np.ndarray, np.ndarray]]:

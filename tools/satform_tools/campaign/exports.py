@@ -4,25 +4,20 @@
 
 import csv
 from collections.abc import Iterator, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from satform.campaign.result_files import result_columns
-from satform.campaign.results import CaseResult
-from satform_tools.campaign.study import Study
+from satform_tools.campaign.report_statistics import ReportStatistics
 from satform_tools.campaign.summary import Summary
 from satform_tools.report.formats import Format
 
-_ROWS = 5000
-"""Cases that are held at once."""
 
-
-def export(study: Study, folder: Path, formats: Sequence[Format]) -> list[Path]:
+def export(statistics: ReportStatistics, folder: Path, formats: Sequence[Format]) -> list[Path]:
     """Write the exports of a campaign.
 
     Args:
-        study: its statistics.
+        statistics: of the campaign.
         folder: existing; files of the same name are replaced.
         formats: figures as PNG, SVG or PDF, the results as CSV or Parquet.
 
@@ -38,11 +33,11 @@ def export(study: Study, folder: Path, formats: Sequence[Format]) -> list[Path]:
     files: list[Path] = []
     for wanted in dict.fromkeys(formats):
         if wanted is Format.CSV:
-            files.append(_write_csv(study.summary, folder / "cases.csv"))
+            files.append(_write_csv(statistics.summary, folder / "cases.csv"))
         elif wanted is Format.PARQUET:
-            files.append(_write_parquet(study.summary, folder / "cases.parquet"))
+            files.append(_write_parquet(statistics.summary, folder / "cases.parquet"))
         else:
-            files += plots.draw(study, folder, wanted.value)
+            files += plots.draw(statistics, folder, wanted.value)
     return files
 
 
@@ -51,7 +46,7 @@ def _write_csv(summary: Summary, file: Path) -> Path:
     with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         is_first = True
-        for results in _parts(summary):
+        for results in summary.batches():
             columns = result_columns(results, summary.folder.manifest.columns)
             if is_first:
                 writer.writerow(columns)
@@ -71,7 +66,7 @@ def _write_parquet(summary: Summary, file: Path) -> Path:
     schema = Schema([Field(name, column.type) for name, column in empty.items()])
 
     def batches() -> Iterator[Any]:
-        for results in _parts(summary):
+        for results in summary.batches():
             columns = result_columns(results, summary.folder.manifest.columns)
             yield RecordBatch.from_arrays(list(columns.values()), schema=schema)
 
@@ -79,9 +74,3 @@ def _write_parquet(summary: Summary, file: Path) -> Path:
     reader = RecordBatchReader.from_batches(schema, batches())
     write_parquet(reader, file, compression="zstd(3)", key_value_metadata=metadata)
     return file
-
-
-def _parts(summary: Summary) -> Iterator[list[CaseResult]]:
-    results = summary.folder.results(summary.result_files)
-    while part := list(islice(results, _ROWS)):
-        yield part

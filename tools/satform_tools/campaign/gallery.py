@@ -22,7 +22,7 @@ from satform.plot.style import STYLE
 from satform_tools import console
 from satform_tools.campaign import command, library
 from satform_tools.campaign.plots import overview
-from satform_tools.campaign.study import study
+from satform_tools.campaign.report_statistics import report_statistics
 from satform_tools.campaign.summary import Summary
 from satform_tools.campaign.theory_plots import FIGURES
 from satform_tools.errors import CommandError
@@ -131,7 +131,9 @@ def _fly_and_draw(campaign: Campaign, folder: Path, workers: int | None) -> bool
     if summary.lost:
         raise CommandError(f"{campaign.name} has {summary.lost} lost cases, so that its results have no hash")
     with mpl.rc_context(STYLE):
-        save(FIGURES.get(campaign.name, overview)(study(summary)), summary, picture(campaign.name))
+        save(
+            FIGURES.get(campaign.name, overview)(report_statistics(summary)), summary, picture(campaign.name)
+        )
     met = all(verdict.met for verdict in summary.verdicts)
     console.line(f"{campaign.name}: {'as expected' if met else 'MISSED'}", "" if met else "bold red")
     return met

@@ -21,7 +21,7 @@ from satform_tools.campaign.page.charts import (
     scatter_of,
     with_unit,
 )
-from satform_tools.campaign.study import Correlation, Histogram, RateByValue, Study
+from satform_tools.campaign.report_statistics import Correlation, Histogram, RateByValue, ReportStatistics
 from satform_tools.campaign.summary import interval_text
 
 _COLUMNS = 3
@@ -30,11 +30,11 @@ _PANEL = (4.6, 3.2)
 """Width and height of a panel, inches."""
 
 
-def draw(study: Study, folder: Path, form: str) -> list[Path]:
+def draw(statistics: ReportStatistics, folder: Path, form: str) -> list[Path]:
     """Draw the figures of a campaign: distributions, envelopes, success by value, dependences.
 
     Args:
-        study: its statistics.
+        statistics: of the campaign.
         folder: existing; files of the same name are replaced.
         form: of the files: png, svg or pdf.
 
@@ -46,7 +46,7 @@ def draw(study: Study, folder: Path, form: str) -> list[Path]:
     """
     files = []
     with mpl.rc_context(STYLE):
-        for name, panels in _figures(study).items():
+        for name, panels in _figures(statistics).items():
             if panels:
                 file = folder / f"{name}.{form}"
                 tiled(panels[:_MOST_PANELS]).savefig(file)
@@ -54,16 +54,17 @@ def draw(study: Study, folder: Path, form: str) -> list[Path]:
     return files
 
 
-def overview(study: Study) -> Figure:
+def overview(statistics: ReportStatistics) -> Figure:
     """What came of a campaign in one figure: success by value, envelopes, distributions, dependences."""
-    found = _figures(study)
+    found = _figures(statistics)
     panels = [*found["success"][:2], *found["envelopes"][:2], *found["figures"][:3]]
     panels += found["dependences"][: max(1, 6 - len(panels))]
     drawn = tiled(panels[:6])
-    rate, low, high = (100.0 * value for value in study.summary.rate)
+    summary = statistics.summary
+    rate, low, high = (100.0 * value for value in summary.rate)
     interval = interval_text(low, high, ".3g")
     drawn.suptitle(
-        f"{study.summary.campaign.title}\n{study.summary.succeeded} of {study.summary.flown} cases succeed: "
+        f"{summary.campaign.title}\n{summary.succeeded} of {summary.flown} cases succeed: "
         f"{rate:.3g} %{f' ({interval} %)' if interval else ''}",
         fontsize=12,
         color=INK,
@@ -84,19 +85,19 @@ def tiled(panels: list[Callable[[Axes], None]]) -> Figure:
     return drawn
 
 
-def _figures(study: Study) -> dict[str, list[Callable[[Axes], None]]]:
+def _figures(statistics: ReportStatistics) -> dict[str, list[Callable[[Axes], None]]]:
     """Panels of each figure by its name."""
     return {
-        "success": [partial(rate_by_value, found) for found in study.rates],
-        "envelopes": [partial(envelope, found) for found in study.envelopes],
-        "figures": [partial(histogram, found) for found in most_judged(study)],
-        "dependences": [partial(dependence, pair, study) for pair in drawn_pairs(study)],
+        "success": [partial(rate_by_value, found) for found in statistics.rates],
+        "envelopes": [partial(envelope, found) for found in statistics.envelopes],
+        "figures": [partial(histogram, found) for found in most_judged(statistics)],
+        "dependences": [partial(dependence, pair, statistics) for pair in drawn_pairs(statistics)],
     }
 
 
-def most_judged(study: Study) -> list[Histogram]:
+def most_judged(statistics: ReportStatistics) -> list[Histogram]:
     """Distributions of the figures: first those with limits, then others, then those without any spread."""
-    return sorted(study.histograms, key=lambda found: (len(found.counts) == 1, not found.limits))
+    return sorted(statistics.histograms, key=lambda found: (len(found.counts) == 1, not found.limits))
 
 
 def rate_by_value(found: RateByValue, axes: Axes) -> None:
@@ -149,16 +150,16 @@ def envelope(found: Envelope, axes: Axes) -> None:
     axes.legend(loc="best")
 
 
-def dependence(pair: Correlation, study: Study, axes: Axes) -> None:
+def dependence(pair: Correlation, statistics: ReportStatistics, axes: Axes) -> None:
     """Draw a figure over an input, case by case."""
-    _, first, second, success = scatter_of(pair, study)
+    _, first, second, success = scatter_of(pair, statistics)
     axes.scatter(first[success], second[success], s=6, color=BLUE, alpha=0.6, lw=0)
     axes.scatter(first[~success], second[~success], s=8, color=RED, alpha=0.8, lw=0)
     if is_wide(first):
         axes.set_xscale("log")
     if is_wide(second):
         axes.set_yscale("log")
-    unit = study.summary.campaign.figure_units.get(pair.figure, "")
+    unit = statistics.summary.campaign.figure_units.get(pair.figure, "")
     axes.set_xlabel(_short(pair.input))
     axes.set_ylabel(_short(with_unit(pair.figure, unit)))
     axes.set_title(f"ρ = {pair.coefficient:.2f}, {pair.cases} cases", fontsize=9, fontweight="normal")

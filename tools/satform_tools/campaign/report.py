@@ -36,9 +36,9 @@ def write(summary: Summary, folder: Path, formats: Sequence[Format] = ()) -> lis
     """
     # The template engine and scipy are slow to import.
     from satform_tools.campaign.page.render import page_of  # noqa: PLC0415
-    from satform_tools.campaign.study import study  # noqa: PLC0415
+    from satform_tools.campaign.report_statistics import report_statistics  # noqa: PLC0415
 
-    found = study(summary)
+    found = report_statistics(summary)
     folder.mkdir(parents=True, exist_ok=True)
     page = folder / PAGE
     page.write_text(page_of(found, summary.speed or stored_speed(summary.folder.path)), encoding="utf-8")

@@ -5,8 +5,9 @@
 import math
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from satform.campaign.expectations import CampaignVerdict, judge
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.model import Campaign
 from satform.campaign.result_files import ResultFile, result_files
-from satform.campaign.results import ResultsHash
+from satform.campaign.results import CaseResult, ResultsHash
 from satform.campaign.statistics import success_rate
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_MISSED, EXIT_STOPPED
 from satform.numeric.elementwise import Array
@@ -28,6 +29,9 @@ CONFIDENCE = 0.95
 
 MOST_FAILURES = 100
 """Failed cases that are listed one by one."""
+
+_MOST_AT_ONCE = 5000
+"""Results that are held at once."""
 
 _MOST_KINDS = 1000
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])", re.IGNORECASE)
@@ -171,6 +175,17 @@ class Summary:
     def file(self) -> str:
         """File of the campaign, to be named on the command line."""
         return self.folder.manifest.file or str(self.folder.path / "campaign.json")
+
+    def batches(self) -> Iterator[list[CaseResult]]:
+        """All results in order of their numbers, some thousand at a time.
+
+        Raises:
+            OSError: a file of results cannot be read.
+            ResultFileError: a file of results is damaged.
+        """
+        results = self.folder.results(self.result_files)
+        while batch := list(islice(results, _MOST_AT_ONCE)):
+            yield batch
 
     def command(self, number: int) -> str:
         """The command that flies a case."""

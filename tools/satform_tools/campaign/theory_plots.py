@@ -12,7 +12,7 @@ from satform.campaign.result_files import all_series
 from satform.evaluation.stability_borders import lossy_consensus, stability_border
 from satform.numeric.elementwise import Array
 from satform.plot.style import BLUE, FAINT, INK, RED, figure
-from satform_tools.campaign.study import Study
+from satform_tools.campaign.report_statistics import ReportStatistics
 
 _AGREED = 0.01
 """Part of the disagreement at the start below which satellites agree."""
@@ -21,16 +21,16 @@ _LOSSES = 40
 _GAINS = 30
 
 
-def agreement_over_loss(study: Study) -> Figure:
+def agreement_over_loss(statistics: ReportStatistics) -> Figure:
     """Time after which the phases of a formation agree, over the loss of its links.
 
     Args:
-        study: of `lossy_links_sweep`, whose input is the loss, and which retains arc lengths.
+        statistics: of `lossy_links_sweep`, whose input is the loss, and which retains arc lengths.
     """
-    campaign = study.summary.campaign
-    times = _agreement_times(study)
-    losses = study.sample.inputs[study.inputs[0].name]
-    of_cases = np.array([times.get(number, math.inf) for number in study.sample.numbers.tolist()])
+    campaign = statistics.summary.campaign
+    times = _agreement_times(statistics)
+    losses = statistics.sample.inputs[statistics.inputs[0].name]
+    of_cases = np.array([times.get(number, math.inf) for number in statistics.sample.numbers.tolist()])
     border = lossy_consensus(campaign.base).largest_loss()
     longest = campaign.base.timing.duration / 3600.0
     drawn = figure(9.0, 5.0)
@@ -40,7 +40,7 @@ def agreement_over_loss(study: Study) -> Figure:
     never = np.full(np.count_nonzero(~agreed), 1.03 * longest)
     axes.plot(100 * losses[~agreed], never, "^", ms=5, color=RED, label="flights that do not agree in time")
     axes.plot(
-        *_agreement_by_theory(study, longest), color=INK, label="theory: root mean square of all flights"
+        *_agreement_by_theory(statistics, longest), color=INK, label="theory: root mean square of all flights"
     )
     axes.axvline(
         100 * border, color=FAINT, ls="--", lw=1.2, label=f"border of the mean square, {100 * border:.1f} %"
@@ -53,14 +53,14 @@ def agreement_over_loss(study: Study) -> Figure:
     return drawn
 
 
-def stability_over_gains(study: Study) -> Figure:
+def stability_over_gains(statistics: ReportStatistics) -> Figure:
     """Which of two parameters make a sampled loop stable, and the border by the theory of the loop.
 
     Args:
-        study: of `gain_sweep`, whose inputs are the reaching gain and the boundary layer.
+        statistics: of `gain_sweep`, whose inputs are the reaching gain and the boundary layer.
     """
-    campaign, sample = study.summary.campaign, study.sample
-    gain, layer = (sample.inputs[found.name] for found in study.inputs)
+    campaign, sample = statistics.summary.campaign, statistics.sample
+    gain, layer = (sample.inputs[found.name] for found in statistics.inputs)
     drawn = figure(9.0, 5.0)
     axes = drawn.subplots()
     for name, colour, marker, rows in (
@@ -86,16 +86,16 @@ def stability_over_gains(study: Study) -> Figure:
     return drawn
 
 
-FIGURES: Mapping[str, Callable[[Study], Figure]] = {
+FIGURES: Mapping[str, Callable[[ReportStatistics], Figure]] = {
     "lossy_links_sweep": agreement_over_loss,
     "gain_sweep": stability_over_gains,
 }
 """Figures of campaigns that have one of their own, by name."""
 
 
-def _agreement_times(study: Study) -> dict[int, float]:
+def _agreement_times(statistics: ReportStatistics) -> dict[int, float]:
     """Time from which a case agrees to its end, h; cases that never do are left out."""
-    summary = study.summary
+    summary = statistics.summary
     campaign = summary.campaign
     wanted = next(series for series in campaign.keep.series if series.quantity == "arc_length")
     every = wanted.every or campaign.base.timing.step
@@ -107,9 +107,9 @@ def _agreement_times(study: Study) -> dict[int, float]:
     return found
 
 
-def _agreement_by_theory(study: Study, longest: float) -> tuple[Array, Array]:
+def _agreement_by_theory(statistics: ReportStatistics, longest: float) -> tuple[Array, Array]:
     """Losses in percent and times in hours by the mean square of all flights; NaN where it takes longer."""
-    base = study.summary.campaign.base
+    base = statistics.summary.campaign.base
     theory = lossy_consensus(base)
     period = base.timing.step if base.links is None else base.links.default.period
     messages = round(3600.0 * longest / period)

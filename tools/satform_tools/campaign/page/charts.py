@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from satform.numeric.elementwise import Array
 from satform.plot.style import time_unit
 from satform_tools.campaign.envelopes import Envelope
-from satform_tools.campaign.study import WIDE, Correlation, Histogram, RateByValue, Study, is_wide_range
+from satform_tools.campaign.report_statistics import (
+    WIDE,
+    Correlation,
+    Histogram,
+    RateByValue,
+    ReportStatistics,
+    is_wide_range,
+)
 from satform_tools.report.page.document import packed
 
 Chart: TypeAlias = dict[str, Any]
@@ -25,26 +32,28 @@ MOST_POINTS = 1000
 _MOST_ROWS, _MOST_COLUMNS = 30, 16
 
 
-def charts(study: Study) -> dict[str, list[Chart]]:
+def charts(statistics: ReportStatistics) -> dict[str, list[Chart]]:
     """All charts by the section of the page."""
-    ranks = _ranks(study)
+    ranks = _ranks(statistics)
     return {
-        "rates": [_rate(index, found) for index, found in enumerate(study.rates)],
-        "figures": [_histogram(index, found) for index, found in enumerate(study.histograms)],
-        "series": [_envelope(index, found) for index, found in enumerate(study.envelopes)],
+        "rates": [_rate(index, found) for index, found in enumerate(statistics.rates)],
+        "figures": [_histogram(index, found) for index, found in enumerate(statistics.histograms)],
+        "series": [_envelope(index, found) for index, found in enumerate(statistics.envelopes)],
         "ranks": [ranks] if ranks else [],
-        "scatters": [_scatter(index, pair, study) for index, pair in enumerate(drawn_pairs(study))],
+        "scatters": [_scatter(index, pair, statistics) for index, pair in enumerate(drawn_pairs(statistics))],
     }
 
 
-def drawn_pairs(study: Study) -> list[Correlation]:
+def drawn_pairs(statistics: ReportStatistics) -> list[Correlation]:
     """The strongest pairs of an input and a figure, which are drawn case by case."""
-    return [pair for pair in study.correlations if not pair.of_success][:MOST_SCATTERS]
+    return [pair for pair in statistics.correlations if not pair.of_success][:MOST_SCATTERS]
 
 
-def scatter_of(pair: Correlation, study: Study) -> tuple[NDArray[np.int64], Array, Array, NDArray[np.bool_]]:
+def scatter_of(
+    pair: Correlation, statistics: ReportStatistics
+) -> tuple[NDArray[np.int64], Array, Array, NDArray[np.bool_]]:
     """Numbers of the cases, input, figure and success of a pair, of at most as many cases as are drawn."""
-    sample = study.sample
+    sample = statistics.sample
     first, second = sample.inputs[pair.input], sample.figures[pair.figure]
     rows = np.flatnonzero(np.isfinite(first) & np.isfinite(second))
     if len(rows) > MOST_POINTS:
@@ -164,13 +173,13 @@ def members_text(found: Envelope) -> str:
     return f"{counted}: the satellites of {found.cases} cases."
 
 
-def _ranks(study: Study) -> Chart | None:
+def _ranks(statistics: ReportStatistics) -> Chart | None:
     """Coefficients of the strongest inputs and all figures."""
-    rows = list(dict.fromkeys(pair.input for pair in study.correlations))[:_MOST_ROWS]
-    columns = list(dict.fromkeys(pair.figure for pair in study.correlations))[:_MOST_COLUMNS]
+    rows = list(dict.fromkeys(pair.input for pair in statistics.correlations))[:_MOST_ROWS]
+    columns = list(dict.fromkeys(pair.figure for pair in statistics.correlations))[:_MOST_COLUMNS]
     if len(rows) * len(columns) < 2:
         return None
-    found = {(pair.input, pair.figure): round(pair.coefficient, 4) for pair in study.correlations}
+    found = {(pair.input, pair.figure): round(pair.coefficient, 4) for pair in statistics.correlations}
     z = [[found.get((row, column)) for column in columns] for row in rows]
     part = {"kind": "heat", "rows": rows, "columns": columns, "z": z}
     names = {"title": "", "names": True}
@@ -180,8 +189,8 @@ def _ranks(study: Study) -> Chart | None:
     return chart
 
 
-def _scatter(index: int, pair: Correlation, study: Study) -> Chart:
-    numbers, first, second, success = scatter_of(pair, study)
+def _scatter(index: int, pair: Correlation, statistics: ReportStatistics) -> Chart:
+    numbers, first, second, success = scatter_of(pair, statistics)
     parts = []
     for name, colour, rows in (("success", "accent", success), ("failed", "bad", ~success)):
         if np.any(rows):
@@ -195,7 +204,7 @@ def _scatter(index: int, pair: Correlation, study: Study) -> Chart:
                     "cases": numbers[rows].tolist(),
                 }
             )
-    unit = study.summary.campaign.figure_units.get(pair.figure, "")
+    unit = statistics.summary.campaign.figure_units.get(pair.figure, "")
     x = {"title": pair.input, "log": is_wide(first)}
     y = {"title": with_unit("", unit).strip() or "[1]", "log": is_wide(second)}
     title = f"{pair.figure} by {pair.input}"

@@ -8,7 +8,7 @@ from typing import Any
 
 from satform_tools.campaign.envelopes import MOST_SAMPLED
 from satform_tools.campaign.progress import duration_text, rate_text
-from satform_tools.campaign.study import Study
+from satform_tools.campaign.report_statistics import ReportStatistics
 from satform_tools.campaign.summary import NOTHING_FLOWN, Speed, Summary, interval_text
 from satform_tools.console import number
 from satform_tools.report.page.content import Fact, PageTable, Status, listed_versions, yaml_text
@@ -20,30 +20,30 @@ MOST_PAIRS = 60
 _MOST_REASONS = 30
 
 
-def page_content(study: Study, speed: Speed | None) -> dict[str, Any]:
+def page_content(statistics: ReportStatistics, speed: Speed | None) -> dict[str, Any]:
     """Everything that the page prints.
 
     Args:
-        study: of the campaign.
+        statistics: of the campaign.
         speed: how fast it was flown; None where that is not known.
     """
-    summary = study.summary
+    summary = statistics.summary
     campaign = summary.campaign
     text = campaign.text or campaign.title
     return {
         "heading": campaign.title,
         "overline": f"{campaign.name} · {summary.folder.path.name}",
         "status": status(summary),
-        "facts": facts(study, speed),
+        "facts": facts(statistics, speed),
         "expectations": expectations(summary),
         "expectations_note": _expectations_note(summary),
         "figures": figures(summary),
         "figures_note": "Percentiles are of the cases that have the figure.",
-        "has_series": bool(study.envelopes),
+        "has_series": bool(statistics.envelopes),
         "series_note": "5, 50 and 95 % percentiles; every satellite of every case is one member.",
-        "inputs_note": _inputs_note(study),
-        "correlations": correlations(study),
-        "correlations_note": _correlations_note(study),
+        "inputs_note": _inputs_note(statistics),
+        "correlations": correlations(statistics),
+        "correlations_note": _correlations_note(statistics),
         "reasons": reasons(summary),
         "failures": [
             {
@@ -73,11 +73,11 @@ def status(summary: Summary) -> Status:
     return Status("met", f"As expected: {count} of {count} expectations met")
 
 
-def facts(study: Study, speed: Speed | None) -> list[Fact]:
+def facts(statistics: ReportStatistics, speed: Speed | None) -> list[Fact]:
     """The facts at the head of the page."""
-    summary = study.summary
+    summary = statistics.summary
     rate, low, high = summary.rate
-    campaign, count = summary.campaign, len(study.inputs)
+    campaign, count = summary.campaign, len(statistics.inputs)
     interval = interval_text(100 * low, 100 * high, ".4g")
     success = [
         Fact("Success", f"{summary.succeeded} of {summary.flown} cases"),
@@ -135,7 +135,7 @@ def figures(summary: Summary) -> PageTable:
     return PageTable("Figures", headings, rows, frozenset(range(2, 10)))
 
 
-def correlations(study: Study) -> PageTable:
+def correlations(statistics: ReportStatistics) -> PageTable:
     """The strongest rank correlations."""
     rows = [
         (
@@ -146,7 +146,7 @@ def correlations(study: Study) -> PageTable:
             str(pair.cases),
             "-" if math.isnan(pair.p_value) else "yes" if pair.significant else "no",
         )
-        for pair in study.correlations[:MOST_PAIRS]
+        for pair in statistics.correlations[:MOST_PAIRS]
     ]
     headings = ("input", "figure", "rank correlation ρ", "p-value", "cases", "significant")
     return PageTable("Rank correlations", headings, rows, frozenset({2, 3, 4}))
@@ -193,25 +193,25 @@ def _expectations_note(summary: Summary) -> str:
     return "" if summary.verdicts else "The campaign expects nothing of all cases together."
 
 
-def _inputs_note(study: Study) -> str:
-    if not study.inputs or not study.summary.flown:
+def _inputs_note(statistics: ReportStatistics) -> str:
+    if not statistics.inputs or not statistics.summary.flown:
         return ""
-    of_text = len(study.inputs) - len(study.sample.inputs)
-    cases = len(study.sample.numbers)
+    of_text = len(statistics.inputs) - len(statistics.sample.inputs)
+    cases = len(statistics.sample.numbers)
     note = (
         "Spearman's rank correlation: 1 where the figure rises with the input, -1 where it falls, 0 where it "
         f"does neither. Computed from {cases} cases"
     )
-    if study.summary.flown > cases:
-        note += f", a random sample of at most {MOST_SAMPLED} of {study.summary.flown}"
+    if statistics.summary.flown > cases:
+        note += f", a random sample of at most {MOST_SAMPLED} of {statistics.summary.flown}"
     note += "."
     return note + (f" {of_text} inputs that are text have no rank." if of_text else "")
 
 
-def _correlations_note(study: Study) -> str:
-    count = len(study.correlations)
+def _correlations_note(statistics: ReportStatistics) -> str:
+    count = len(statistics.correlations)
     note = f"Significant: p-value below 0.05 / {count}, the number of all pairs (Bonferroni)."
-    if not study.summary.campaign.sampling.is_random:
+    if not statistics.summary.campaign.sampling.is_random:
         note = "There are no p-values: the cases are not drawn at random."
     if count > MOST_PAIRS:
         note += f" {count - MOST_PAIRS} weaker pairs are not listed."

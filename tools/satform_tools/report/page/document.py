@@ -20,26 +20,30 @@ from satform.numeric.elementwise import Array
 _PARTS = Path(__file__).parent
 
 
-def rendered(name: str, page: dict[str, Any], data: dict[str, Any]) -> str:
+def rendered(name: str, page: dict[str, Any], data: dict[str, Any], folder: Path = _PARTS) -> str:
     """A page.
 
     Args:
-        name: of its template `NAME.html.j2` and script `NAME.js` in this folder.
+        name: of its template `NAME.html.j2` and script `NAME.js`.
         page: what the template prints.
         data: what the script draws from; numbers in it are finite.
+        folder: of its template and script; what all pages share is in the folder of this module.
 
     Returns:
         The HTML file's text.
     """
     environment = Environment(
-        loader=FileSystemLoader(_PARTS), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=FileSystemLoader([folder, _PARTS]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
     )
     # In a script element only this sign could end it.
     figures = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     return environment.get_template(f"{name}.html.j2").render(
         page=page,
-        style=Markup(_part("report.css")),  # noqa: S704 - our own file
-        script=Markup(f"{_part('figures.js')}\n{_part(f'{name}.js')}"),  # noqa: S704 - likewise
+        style=Markup(_part(_PARTS / "report.css")),  # noqa: S704 - our own file
+        script=Markup(f"{_part(_PARTS / 'figures.js')}\n{_part(folder / f'{name}.js')}"),  # noqa: S704 - likewise
         data=Markup(figures),  # noqa: S704 - escaped above
         library=Markup(_library()),  # noqa: S704 - base64
     )
@@ -50,8 +54,8 @@ def packed(values: Array | NDArray[np.int64]) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()
 
 
-def _part(name: str) -> str:
-    return (_PARTS / name).read_text(encoding="utf-8")
+def _part(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
 
 
 @cache

@@ -28,7 +28,6 @@ _FAR, _ROOM = 2.0, 0.5
 values beyond, it ends sooner."""
 
 _MOST_VALUES_OF_AN_INPUT = 200
-_BATCH = 4096
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,7 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Study:
+class ReportStatistics:
     """What a report shows besides the summary.
 
     Attributes:
@@ -174,7 +173,7 @@ class _Counts:
     sampled: list[CaseResult] = field(default_factory=list)
 
 
-def study(summary: Summary) -> Study:
+def report_statistics(summary: Summary) -> ReportStatistics:
     """Compute the statistics of a campaign, complete or under way, from the files of results of its summary.
 
     Args:
@@ -190,7 +189,7 @@ def study(summary: Summary) -> Study:
     wanted = sampled_cases(summary.cases, MOST_SAMPLED)
     counts = _counted(summary, known, inputs, wanted)
     sample = _sample(counts.sampled, inputs, summary)
-    return Study(
+    return ReportStatistics(
         summary=summary,
         inputs=inputs,
         histograms=tuple(
@@ -232,18 +231,8 @@ def limits_of(campaign: Campaign, figure: str) -> tuple[Limit, ...]:
     index = campaign.figure_names.index(figure) - own
     if index >= 0:
         expected = campaign.base.expect[index]
-        if expected.value is not None:
-            reach = expected.absolute
-            if reach is None:
-                reach = abs(expected.value) * (expected.relative or 0.0)
-            found += [
-                Limit(expected.value - reach, "lower limit"),
-                Limit(expected.value + reach, "upper limit"),
-            ]
-        if expected.above is not None:
-            found.append(Limit(expected.above, "lower limit"))
-        if expected.below is not None:
-            found.append(Limit(expected.below, "upper limit"))
+        bounds = (expected.smallest_allowed, "lower limit"), (expected.largest_allowed, "upper limit")
+        found += [Limit(value, text) for value, text in bounds if math.isfinite(value)]
     for wanted in campaign.expect:
         if getattr(wanted, "figure", None) == figure:
             for sign, value in (("≥", wanted.lowest), ("≤", wanted.highest)):
@@ -360,7 +349,7 @@ def _counted(
     listed = [found for found in inputs if 0 < len(found.values) <= _MOST_VALUES_OF_AN_INPUT]
     counts.by_value = {found.path: {} for found in listed}
     chosen = set(wanted.tolist())
-    for results in _batches(summary):
+    for results in summary.batches():
         success = np.array([result.success for result in results])
         for name, (edges, cases, failed) in counts.histograms.items():
             values = np.array([result.figures[name] for result in results])
@@ -375,17 +364,6 @@ def _counted(
                     entry[1] += result.success
         counts.sampled += [result for result in results if result.number in chosen]
     return counts
-
-
-def _batches(summary: Summary) -> Iterator[list[CaseResult]]:
-    batch: list[CaseResult] = []
-    for result in summary.folder.results(summary.result_files):
-        batch.append(result)
-        if len(batch) == _BATCH:
-            yield batch
-            batch = []
-    if batch:
-        yield batch
 
 
 def _sample(results: Sequence[CaseResult], inputs: Sequence[Input], summary: Summary) -> Sample:
