@@ -134,11 +134,25 @@ def test_a_run_that_ends_early_leaves_the_others_their_bits() -> None:
     assert all(block.runs == 5 for block in blocks)
 
 
-def test_runs_end_in_the_step_in_which_each_would_end_alone() -> None:
-    below = [
-        {"limits.altitude": 2.0e5, "satellites[0].position_error": [-1.0e5 * run, 0, 0]} for run in range(9)
+@pytest.mark.parametrize(
+    ("name", "below", "changes"),
+    [
+        ("triangle", 1.0e5, {"limits.altitude": 2.0e5}),
+        # The chief starts in its perigee, 143 km below the circle of the same period.
+        (
+            "triangle_inertial",
+            5.0e3,
+            {"limits.altitude": 6.0e5, "dynamics.chief.eccentricity": 0.02, "dynamics.gravity.degree": 0},
+        ),
+    ],
+)
+def test_runs_end_in_the_step_in_which_each_would_end_alone(
+    name: str, below: float, changes: dict[str, Any]
+) -> None:
+    runs = [
+        short(name, 8).with_({**changes, "satellites[0].position_error": [-below * run, 0, 0]})
+        for run in range(9)
     ]
-    runs = [short("triangle", 8).with_(change) for change in below]
     alone = {
         run: record.early_end.step
         for run, record in enumerate(map(simulate, runs))

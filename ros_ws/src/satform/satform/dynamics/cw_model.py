@@ -9,7 +9,7 @@ import numpy as np
 
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import total_perturbation
+from satform.dynamics.protocol import Dynamics, total_perturbation
 from satform.numeric.elementwise import Array
 
 
@@ -27,7 +27,7 @@ class CwState:
 
 
 @dataclass(frozen=True)
-class CwDynamics:
+class CwDynamics(Dynamics):
     """The CW equations, exact for any step with the command held.
 
     Perturbations enter by three-point Gauss-Legendre quadrature over the step.

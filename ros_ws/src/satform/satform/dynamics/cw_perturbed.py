@@ -21,7 +21,7 @@ import numpy as np
 from satform.dynamics.integrators import ExponentialStep, FixedStep, exponential_step, substeps
 from satform.dynamics.orbital_forces import Gravity, gravitational_parameter
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import DynamicsSetting, total_perturbation
+from satform.dynamics.protocol import Dynamics, DynamicsSetting, total_perturbation
 from satform.numeric.elementwise import Array, cross, dot
 from satform.orbits.chief import ChiefOrbitSpec, CircularChief, semi_major_axis_of
 from satform.orbits.frames import LvlhFrame, chief_frame
@@ -39,7 +39,7 @@ class PerturbedState:
 
 
 @dataclass(frozen=True)
-class CwPerturbedDynamics:
+class CwPerturbedDynamics(Dynamics):
     """CW equations about an ideal chief, exact, with differential harmonics of degree 2 and higher.
 
     Attributes:
@@ -118,7 +118,7 @@ class RelativeState:
 
 
 @dataclass(frozen=True)
-class PropagatedChiefDynamics:
+class PropagatedChiefDynamics(Dynamics):
     """Relative motion about a chief that feels the same gravity as the satellites.
 
     With rho the relative position, u the inertial relative velocity and w the rate of the chief's

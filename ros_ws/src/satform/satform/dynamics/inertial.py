@@ -10,7 +10,7 @@ import numpy as np
 from satform.dynamics.integrators import Adaptive, FixedStep
 from satform.dynamics.orbital_forces import Body, ForceModel, central_gravity, gravitational_parameter
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import total_perturbation
+from satform.dynamics.protocol import Dynamics, total_perturbation
 from satform.numeric.elementwise import Array, norm
 from satform.orbits.frames import LvlhFrame, chief_axes, chief_frame
 
@@ -31,7 +31,7 @@ class InertialState:
 
 
 @dataclass(frozen=True)
-class InertialDynamics:
+class InertialDynamics(Dynamics):
     """Cowell propagation of the chief and of the satellites about it.
 
     Commands and perturbations are given in the chief's LVLH axes and turn with them inside the

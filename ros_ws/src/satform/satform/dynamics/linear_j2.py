@@ -18,7 +18,7 @@ import numpy as np
 
 from satform.dynamics.cw import InPlaneCoupling, sinc, sine_remainder
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import total_perturbation
+from satform.dynamics.protocol import Dynamics, total_perturbation
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import semi_major_axis_of
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
@@ -192,7 +192,7 @@ class LinearJ2State:
 
 
 @dataclass(frozen=True)
-class LinearJ2Dynamics:
+class LinearJ2Dynamics(Dynamics):
     """Schweighart and Sedwick's equations, by their closed solution.
 
     Exact for any step with the command held. Perturbations are held at the mean of three nodes of

@@ -29,7 +29,7 @@ class DynamicsSetting:
 
 
 class Dynamics(Protocol):
-    """A truth model: the state is its own frozen data, seen from outside through `lvlh`.
+    """Base of truth models: the state is its own frozen data, seen from outside through `lvlh`.
 
     A satellite's numbers do not depend on which or how many others fly. Commands are held in the
     LVLH axes over the step: a model whose frame turns in inertial space turns them with it.
@@ -54,6 +54,14 @@ class Dynamics(Protocol):
 
     def lvlh(self, state: Any) -> tuple[Array, Array]:
         """Position in m and velocity in m/s, taken in the rotating frame, both of shape (N, 3)."""
+
+    def earth_distance(self, state: Any) -> Array | None:
+        """Distance of each satellite from the Earth's centre, m, shape (N,).
+
+        Returns:
+            None for a model whose state does not hold it: the chief is then on the circle of `orbit`.
+        """
+        return None
 
 
 class DynamicsSpec(Spec):

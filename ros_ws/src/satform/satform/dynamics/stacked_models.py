@@ -30,7 +30,7 @@ _FORCE = ("linear", "wave", "wave_number", "quadratic")
 """Numbers of a force that depends on the velocity."""
 
 
-class StackedCwDynamics:
+class StackedCwDynamics(Dynamics):
     """The CW equations of the satellites of many runs, the same operations as `CwDynamics` has."""
 
     def __init__(self, steps: Sequence[DisturbedStep], perturbations: StackedPerturbations | None) -> None:
@@ -121,7 +121,7 @@ _SharedModel = (
 
 
 @dataclass(frozen=True)
-class StackedDynamics:
+class StackedDynamics(Dynamics):
     """A truth model that many runs share but for what acts on their satellites, with all of these.
 
     Attributes:
@@ -143,6 +143,11 @@ class StackedDynamics:
         """The state one control period later; arguments as in `Dynamics.advance`."""
         return self.model.advance(state, acceleration_lvlh, step)
 
+    def earth_distance(self, state: Any) -> Array | None:
+        """Distance of each satellite from the Earth's centre; as in `Dynamics.earth_distance`."""
+        distance: Array | None = self.model.earth_distance(state)
+        return distance
+
     def keep(self, state: Any, rows: Rows) -> tuple["StackedDynamics", Any]:
         """Model and state of some of the satellites; this object is not to be used on."""
         model = self.model
@@ -153,22 +158,12 @@ class StackedDynamics:
             changes["bodies"] = (model.bodies[0], *(model.bodies[1 + row] for row in rows.tolist()))
         if isinstance(model, VelocityDependentDynamics):
             changes |= {name: getattr(model, name)[rows] for name in _FORCE}
-        kept = type(self)(replace(model, **changes))
+        kept = StackedDynamics(replace(model, **changes))
         if isinstance(model, InertialDynamics | PropagatedChiefDynamics):
             with_chief = np.concatenate(([0], 1 + rows))
             motion, remainder = (values[:, with_chief] for values in (state.motion, state.remainder))
             return kept, replace(state, motion=motion, remainder=remainder)
         return kept, stacking.take(state, rows)
-
-
-@dataclass(frozen=True)
-class StackedInertialDynamics(StackedDynamics):
-    """The same of a model in inertial space, which knows how far from the Earth each satellite is."""
-
-    def earth_distance(self, state: Any) -> Array:
-        """Distance of each satellite from the Earth's centre, m, shape (M,)."""
-        distance: Array = self.model.earth_distance(state)
-        return distance
 
 
 def stacked_kind(model: Dynamics) -> tuple[Any, ...] | None:
@@ -211,7 +206,6 @@ def stack_dynamics(models: Sequence[Dynamics], satellites: int) -> StackedCwDyna
     if isinstance(first, InertialDynamics):
         of_satellites = [model.bodies[1:] for model in models if isinstance(model, InertialDynamics)]
         changes["bodies"] = (first.bodies[0], *(body for bodies in of_satellites for body in bodies))
-        return StackedInertialDynamics(replace(first, **changes))
     if isinstance(first, VelocityDependentDynamics):
         changes |= {
             name: np.repeat([[getattr(model, name)] for model in models], satellites, axis=0)

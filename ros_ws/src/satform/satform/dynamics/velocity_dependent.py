@@ -10,13 +10,13 @@ import numpy as np
 from satform.common.spec import NonNegative, Number, Positive
 from satform.dynamics.cw_model import CwState
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import DynamicsSetting, total_perturbation
+from satform.dynamics.protocol import Dynamics, DynamicsSetting, total_perturbation
 from satform.dynamics.specs import PerturbedDynamicsSpec
 from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)
-class VelocityDependentDynamics:
+class VelocityDependentDynamics(Dynamics):
     """The same function of the velocity on each axis, integrated by the classical Runge-Kutta method.
 
     Attributes:

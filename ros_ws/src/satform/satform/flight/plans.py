@@ -121,7 +121,7 @@ class PlantPlan:
     step: float
     seed: int
     start: Motion
-    chief_radius: Any
+    chief_radius: Array | float
     thrusters: tuple[Thruster | None, ...]
     sensors: tuple[Sensor | None, ...]
     attitudes: tuple[AttitudePlan | None, ...]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.wheels import Turning, Wheels
 from satform.control.protocol import Motion
-from satform.dynamics.inertial import InertialDynamics
 from satform.equipment.random_streams import NAVIGATION_STREAM, THRUSTER_STREAM
 from satform.equipment.sensor import NOISE_PER_STEP, Sensor
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
@@ -56,12 +55,15 @@ class Plant:
 
     def earth_distance(self) -> Array:
         """Distance of each satellite from the Earth's centre, m, shape (N,)."""
-        own = getattr(self._dynamics, "earth_distance", None)
-        if own is not None:
-            distance: Array = own(self._state)
+        distance = self.modelled_earth_distance()
+        if distance is not None:
             return distance
         radius = np.asarray(self._chief_radius)
         return norm(self._motion.position + joined(radius, *2 * (np.zeros_like(radius),)))
+
+    def modelled_earth_distance(self) -> Array | None:
+        """The same from the truth model; None for one in which the chief is on the circle of `orbit`."""
+        return self._dynamics.earth_distance(self._state)
 
     def may_be_below(self, radius: float, square: float) -> bool:
         """Whether a satellite may be nearer to the Earth's centre than a radius; True where it may be so.
@@ -70,8 +72,9 @@ class Plant:
             radius: m.
             square: sum of the squares of all satellites' distances from the chief, m^2.
         """
-        if isinstance(self._dynamics, InertialDynamics):
-            return not float(self.earth_distance().min()) >= radius
+        distance = self.modelled_earth_distance()
+        if distance is not None:
+            return not float(distance.min()) >= radius
         return bool(self._chief_radius - math.sqrt(square) < radius)
 
     def measured(self) -> Motion:
@@ -148,7 +151,7 @@ class Plant:
         self.thrusters = None if self.thrusters is None else self.thrusters.keep(rows)
         self.turning = [group.keep(rows) for group in self.turning]
         self._sensors = [group.keep(rows) for group in self._sensors]
-        if np.ndim(self._chief_radius):
+        if isinstance(self._chief_radius, np.ndarray):
             self._chief_radius = self._chief_radius[rows]
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         self._measured = self._measure()

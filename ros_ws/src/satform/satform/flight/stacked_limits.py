@@ -87,6 +87,9 @@ class StackedLimitCheck:
         return np.concatenate(found) if found else _NONE
 
     def _below(self, plant: Plant) -> Rows:
+        distance = plant.modelled_earth_distance()
+        if distance is not None:
+            return np.flatnonzero(~(distance >= self._lowest) & np.isfinite(self._radius))
         position = plant.motion().position.T
         # No satellite is nearer to the Earth's centre than its chief less its distance from it.
         longest = _DIAGONAL * max(float(position.max()), -float(position.min()))
