@@ -8,11 +8,11 @@ Worker processes import this module, so that it holds no tests.
 import os
 import signal
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from satform.campaign.engine import ChunkObserver
-from satform.campaign.results import CaseResult, Columns
+from satform.campaign.results import CaseResult, Columns, ResultsHash
 
 COLUMNS = Columns({"x": "number", "seed": "integer"}, ("figure",), ("figure",))
 
@@ -33,6 +33,14 @@ def result(number: int) -> CaseResult:
         success=met,
         reason="" if met else "not as expected: figure",
     )
+
+
+def hashed(results: Iterable[CaseResult]) -> str:
+    """The hash over results, whatever their order."""
+    found = ResultsHash(COLUMNS)
+    for one in sorted(results, key=lambda one: one.number):
+        found.add(COLUMNS.complete(one))
+    return found.hexdigest()
 
 
 def fly(

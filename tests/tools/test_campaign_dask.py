@@ -20,14 +20,11 @@ import pytest
 import chunks
 from flights import SCENARIOS
 from namespaces import Network, network
-from satform.campaign.chunk import columns_of, fly_chunk
 from satform.campaign.dask_engine import DaskEngine
 from satform.campaign.engine import EngineError, Flights, Job
-from satform.campaign.loader import load_campaign
-from satform.campaign.results import CaseResult, ResultsHash
+from satform.campaign.results import CaseResult
 from satform_tools.cli import main as cli
-
-pytest.importorskip("distributed")
+from small_campaign import results_hash
 
 CAMPAIGN = """
 name: on_dask
@@ -99,27 +96,11 @@ def written_address(file: Path, process: subprocess.Popen[bytes]) -> str:
         try:
             return str(json.loads(file.read_text())["address"])
         except (OSError, ValueError):
-            time.sleep(0.05)
+            time.sleep(0.05)  # polls: there is no event for a file that another process writes
 
 
 def worker(start: Start, address: str, *words: str, **options: Any) -> subprocess.Popen[bytes]:
     return start("worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny", *words, **options)
-
-
-def wanted(file: Path) -> str:
-    """Hash over the results, flown in this process."""
-    campaign = load_campaign(file)
-    found = ResultsHash(columns_of(campaign))
-    for result in fly_chunk(campaign, range(campaign.cases)):
-        found.add(columns_of(campaign).complete(result))
-    return found.hexdigest()
-
-
-def hashed(results: list[CaseResult]) -> str:
-    found = ResultsHash(chunks.COLUMNS)
-    for result in sorted(results, key=lambda result: result.number):
-        found.add(chunks.COLUMNS.complete(result))
-    return found.hexdigest()
 
 
 def test_a_campaign_on_dask_workers_has_the_hash_of_one_in_this_process(
@@ -132,7 +113,7 @@ def test_a_campaign_on_dask_workers_has_the_hash_of_one_in_this_process(
     assert cli.main([*words, "--out", str(tmp_path / "out")]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["flown"], found["lost"], found["speed"]["engine"]) == (24, 0, "dask")
-    assert found["results_hash"] == wanted(file)
+    assert found["results_hash"] == results_hash(file)
 
 
 def test_a_killed_dask_worker_costs_no_case_and_accidents_are_results(tmp_path: Path, start: Start) -> None:
@@ -158,7 +139,8 @@ def test_a_killed_dask_worker_costs_no_case_and_accidents_are_results(tmp_path: 
     assert by_number[5].reason == "its worker process ended with exit code 3"
     assert by_number[11].reason == "timeout: not flown within 4 s of wall-clock time"
     rest = [result for result in found if result.number not in (5, 11)]
-    assert hashed(rest) == hashed([chunks.result(number) for number in range(60) if number not in (5, 11)])
+    expected = [chunks.result(number) for number in range(60) if number not in (5, 11)]
+    assert chunks.hashed(rest) == chunks.hashed(expected)
 
 
 def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -268,4 +250,4 @@ def test_a_campaign_is_flown_on_two_machines_of_a_network(
     assert process.returncode == 0, output
     found = json.loads(output[output.index("{") :])
     assert (found["flown"], found["lost"]) == (24, 0)
-    assert found["results_hash"] == wanted(file)
+    assert found["results_hash"] == results_hash(file)

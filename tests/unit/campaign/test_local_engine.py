@@ -4,7 +4,7 @@
 
 import os
 import signal
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -16,7 +16,7 @@ import pytest
 import chunks
 from satform.campaign.engine import MOST_SERIES_BYTES, Chunk, EngineError, Flights, Job, Outcome, chunk_size
 from satform.campaign.local_engine import LocalEngine, WorkerProcess
-from satform.campaign.results import CaseResult, ResultsHash
+from satform.campaign.results import CaseResult
 from satform.campaign.worker import Message
 
 
@@ -46,18 +46,11 @@ def flown(
     return {result.number: result for result in found}
 
 
-def hashed(results: Mapping[int, CaseResult]) -> str:
-    found = ResultsHash(chunks.COLUMNS)
-    for number in sorted(results):
-        found.add(chunks.COLUMNS.complete(results[number]))
-    return found.hexdigest()
-
-
 def test_the_hash_is_the_same_for_any_number_of_workers_and_any_size_of_a_chunk(tmp_path: Path) -> None:
-    wanted = hashed({number: chunks.result(number) for number in range(40)})
-    assert hashed(flown({}, tmp_path, workers=1, size=40)) == wanted
-    assert hashed(flown({}, tmp_path, workers=2, size=7)) == wanted
-    assert hashed(flown({}, tmp_path, workers=7, size=1)) == wanted
+    wanted = chunks.hashed(chunks.result(number) for number in range(40))
+    assert chunks.hashed(flown({}, tmp_path, workers=1, size=40).values()) == wanted
+    assert chunks.hashed(flown({}, tmp_path, workers=2, size=7).values()) == wanted
+    assert chunks.hashed(flown({}, tmp_path, workers=7, size=1).values()) == wanted
 
 
 @pytest.mark.parametrize(
@@ -163,65 +156,64 @@ def test_the_series_of_a_chunk_are_within_the_bounds_of_memory() -> None:
     assert chunk_size(10_000, 2, 3, 1000) == chunk_size(10_000, 2, 3)
 
 
+class OneWorker:
+    """An engine of one worker, which answers a chunk with outcomes one after the other."""
+
+    workers = 1
+
+    def __init__(self, answer: Callable[[Chunk], list[Outcome]]) -> None:
+        self.free = 1
+        self.submitted: list[Chunk] = []
+        self._answer = answer
+        self._outcomes: list[Outcome] = []
+
+    def submit(self, chunk: Chunk) -> None:
+        self.free = 0
+        self.submitted.append(chunk)
+        self._outcomes = self._answer(chunk)
+
+    def wait(self, _duration: float) -> list[Outcome]:
+        outcome = self._outcomes.pop(0)
+        self.free = int(not self._outcomes)
+        return [outcome]
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+
+def whole(chunk: Chunk) -> Outcome:
+    """A chunk that is flown as a whole."""
+    return Outcome(chunk, tuple(map(chunks.result, chunk.numbers)))
+
+
 def test_cases_that_are_flown_in_part_count_as_that_part_until_they_have_results() -> None:
-    chunk = Chunk((0, 1, 2, 3))
-    results = tuple(map(chunks.result, chunk.numbers))
-
-    class Stack:
-        """Flies a chunk in steps."""
-
-        workers, free = 1, 1
-
-        def __init__(self) -> None:
-            self.outcomes = [
-                Outcome(chunk, ended=False, under_way=1.0),
-                Outcome(chunk, ended=False, under_way=3.5),
-                Outcome(chunk, results[:3], ended=False),
-                Outcome(chunk, results[3:]),
-            ]
-
-        def submit(self, _chunk: Chunk) -> None:
-            self.free = 0
-
-        def wait(self, _duration: float) -> list[Outcome]:
-            self.free = int(len(self.outcomes) == 1)
-            return [self.outcomes.pop(0)]
-
-        def close(self) -> None:
-            """Nothing to end."""
+    def in_steps(chunk: Chunk) -> list[Outcome]:
+        results = whole(chunk).results
+        return [
+            Outcome(chunk, ended=False, under_way=1.0),
+            Outcome(chunk, ended=False, under_way=3.5),
+            Outcome(chunk, results[:3], ended=False),
+            Outcome(chunk, results[3:]),
+        ]
 
     reported: list[int] = []
     flights = Flights(chunks.changes, lambda _: None, report=reported.append)
-    assert flights.fly(range(4), 4, Stack())
+    assert flights.fly(range(4), 4, OneWorker(in_steps))
     assert list(dict.fromkeys(reported)) == [1, 3, 4]
 
 
 def test_a_stack_that_ends_its_worker_is_halved_until_the_case_is_alone_that_does_so() -> None:
-    flown_chunks: list[Chunk] = []
-
-    class Stacks:
-        """Flies a chunk as one stack, which ends its worker if case 2 is in it."""
-
-        workers, free = 1, 1
-
-        def submit(self, chunk: Chunk) -> None:
-            flown_chunks.append(chunk)
-            self.free = 0
-
-        def wait(self, _duration: float) -> Sequence[object]:
-            chunk = flown_chunks[-1]
-            self.free = 1
-            if 2 in chunk.numbers:
-                return [Outcome(chunk, failure="died", suspects=chunk.numbers)]
-            return [Outcome(chunk, tuple(map(chunks.result, chunk.numbers)))]
-
-        def close(self) -> None:
-            """Nothing to end."""
+    def as_a_stack(chunk: Chunk) -> list[Outcome]:
+        """One stack, which ends its worker if case 2 is in it."""
+        if 2 in chunk.numbers:
+            return [Outcome(chunk, failure="died", suspects=chunk.numbers)]
+        return [whole(chunk)]
 
     found: list[CaseResult] = []
-    assert Flights(chunks.changes, found.extend).fly(range(6), 4, Stacks())  # type: ignore[arg-type]
+    engine = OneWorker(as_a_stack)
+    assert Flights(chunks.changes, found.extend).fly(range(6), 4, engine)
     stacks = [(0, 1, 2, 3), (0, 1), (2, 3), (2,), (3,), (2,), (4, 5)]
-    assert [chunk.numbers for chunk in flown_chunks] == stacks
+    assert [chunk.numbers for chunk in engine.submitted] == stacks
     assert [result.reason for result in sorted(found, key=lambda result: result.number)][2] == "died"
 
 
@@ -302,29 +294,14 @@ def test_the_time_of_a_case_is_not_judged_before_all_messages_are_received(playe
 
 
 def test_a_case_that_was_not_flown_when_the_time_was_over_is_no_time_out() -> None:
-    submitted: list[Chunk] = []
-
-    class TimedOut:
-        """Reports the timeout of case 0 with its result."""
-
-        workers, free = 1, 1
-
-        def submit(self, chunk: Chunk) -> None:
-            submitted.append(chunk)
-            self.free = 0
-
-        def wait(self, _duration: float) -> list[Outcome]:
-            chunk = submitted[-1]
-            self.free = 1
-            if chunk.numbers == (0, 1):
-                return [Outcome(chunk, (chunks.result(0),), failure="late", suspects=(0,), timed_out=True)]
-            return [Outcome(chunk, tuple(map(chunks.result, chunk.numbers)))]
-
-        def close(self) -> None:
-            """Nothing to end."""
+    def timed_out(chunk: Chunk) -> list[Outcome]:
+        """The timeout of case 0 with its result."""
+        if chunk.numbers == (0, 1):
+            return [Outcome(chunk, (chunks.result(0),), failure="late", suspects=(0,), timed_out=True)]
+        return [whole(chunk)]
 
     found: list[CaseResult] = []
-    assert Flights(chunks.changes, found.extend).fly(range(2), 2, TimedOut())
+    assert Flights(chunks.changes, found.extend).fly(range(2), 2, OneWorker(timed_out))
     assert found == [chunks.result(0), chunks.result(1)]
 
 
