@@ -3,14 +3,17 @@
 """The library installed by pip into an empty environment, without ROS; needs the network and minutes."""
 
 import json
+import re
 import shutil
 import subprocess
 import venv
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bag_writing import messages_of, write
+from campaigns import made_campaign, result_columns, retained_series
 from flights import SCENARIOS, shortened
 from satform.flight.simulate import simulate
 
@@ -42,8 +45,24 @@ print(json.dumps({
 """
 
 
+def lines_of_pandas(folder):
+    """The lines of the documentation that read the results of a campaign, and a print of what they give."""
+    text = (ROOT / "docs" / "campaigns.md").read_text(encoding="utf-8")
+    (block,) = (found for found in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "pandas" in found)
+    *first, reasons, percentiles, errors = block.replace("DIR/", f"{folder}/").strip().splitlines()
+    return "\n".join(
+        [
+            *first,
+            "import json",
+            f"reasons, percentiles, errors = {reasons}, {percentiles}, {errors}",
+            "percentiles = percentiles['figure.residual']",
+            "print(json.dumps([list(reasons.to_dict().items()), percentiles.tolist(), errors.tolist()]))",
+        ]
+    )
+
+
 @pytest.mark.setup_from_scratch
-def test_the_library_is_installed_without_ros_and_flies_reads_a_bag_and_gives_tables(
+def test_the_library_is_installed_without_ros_flies_reads_a_bag_gives_tables_and_pandas_reads_campaigns(
     tmp_path, bare_environment
 ):
     scenario = shortened("triangle", 20.0)
@@ -83,3 +102,19 @@ def test_the_library_is_installed_without_ros_and_flies_reads_a_bag_and_gives_ta
     assert found["units"] == ["m/s²", "m/s²"]
     assert found["undecided"] == [9, 3]
     assert found["rows"] == 123
+    # After the above, which has to do without it.
+    installed = run(python, "-m", "pip", "install", "--quiet", "--no-compile", "pyarrow")
+    assert installed.returncode == 0, installed.stderr
+    folder = made_campaign(tmp_path / "campaign", 300)
+    read = run(python, "-c", lines_of_pandas(folder.path))
+    assert read.returncode == 0, read.stderr
+    reasons, percentiles, errors = json.loads(read.stdout)
+    columns = result_columns(folder)
+    failed = ~columns["success"]
+    assert 3 < failed.sum() < 300
+    numbers, texts = (columns[name][failed].tolist() for name in ("number", "reason"))
+    assert reasons == [list(entry) for entry in zip(numbers, texts, strict=True)]
+    values = columns["figure.residual"]
+    expected = np.percentile(values[np.isfinite(values)], (5, 50, 95))
+    assert percentiles == pytest.approx(expected.tolist())
+    assert errors == retained_series(folder, "tracking_error", 3)[17].tolist()

@@ -206,11 +206,3 @@ def test_reading_needs_memory_for_some_rows_and_not_for_all(tmp_path: Path) -> N
         return found
 
     assert peak(16_000) < 1.5 * peak(4000)
-
-
-def test_the_files_are_parquet_that_others_read(tmp_path: Path) -> None:
-    pandas = pytest.importorskip("pandas")
-    pytest.importorskip("pyarrow")
-    written(tmp_path, [1, 2, 4], [3, 5])
-    table = pandas.read_parquet(tmp_path / "results").sort_values("number")
-    assert table["figure.effort"].tolist()[0] == result(1).figures["effort"]
