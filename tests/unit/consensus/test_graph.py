@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Topologies against closed-form spectra and networkx."""
 
+import networkx
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -103,7 +104,6 @@ def test_a_line_falls_apart_without_its_middle():
 
 @pytest.mark.parametrize("seed", range(40))
 def test_random_directed_graphs_are_judged_as_networkx_judges_them(seed):
-    networkx = pytest.importorskip("networkx")
     generator = np.random.default_rng(seed)
     adjacency = (generator.random((7, 7)) < generator.uniform(0.05, 0.35)).astype(float)
     np.fill_diagonal(adjacency, 0.0)
@@ -160,7 +160,6 @@ def test_a_thousand_satellites_are_judged_quickly():
     ],
 )
 def test_a_random_regular_graph_is_regular_undirected_and_connected_as_networkx_judges_it(count, degree):
-    networkx = pytest.importorskip("networkx")
     for seed in range(5):
         graph = RandomRegularSpec(degree=degree, seed=seed).build(count)
         network = networkx.from_numpy_array(graph.adjacency)
@@ -171,7 +170,6 @@ def test_a_random_regular_graph_is_regular_undirected_and_connected_as_networkx_
 
 
 def test_a_thousand_satellites_in_a_random_regular_graph_hear_ten_each_and_are_well_connected():
-    networkx = pytest.importorskip("networkx")
     network = networkx.from_numpy_array(RandomRegularSpec(degree=10).build(1000).adjacency)
     assert networkx.is_k_regular(network, 10)
     # A ring of as many has a diameter of 100; chance makes the way short.
