@@ -25,6 +25,7 @@ from satform.membership.formation import SatelliteRejoined
 from satform.scenario import Scenario
 from satform_bringup.deployment.node_processes import processes
 from satform_nodes.plant import services
+from satform_nodes.runtime.lifecycle import plant_timeout
 
 STEPS = 2000
 
@@ -126,9 +127,10 @@ def operator(fleet: Callable[..., list], tmp_path: Path) -> Iterator[Operator]:
 
 
 def test_a_paused_flight_loses_nobody_takes_single_steps_and_keeps_its_bits(operator: Operator) -> None:
-    operator.fly(shortened("triangle", STEPS * 0.5, "node_timeout=0.5"))
+    timeout = 2.0
+    operator.fly(shortened("triangle", STEPS * 0.5, f"node_timeout={timeout}"))
     paused = operator.pause()
-    time.sleep(3.0)  # tests that time alone, beyond the timeout, loses no satellite
+    time.sleep(plant_timeout(timeout) + 1.0)  # tests that time alone, beyond all timeouts, loses no satellite
     taken = [operator.ask(services.STEP) for _ in range(3)]
     assert taken == [paused, paused + 1, paused + 2]
     assert operator.ask(services.RESUME) == paused + 3

@@ -148,8 +148,7 @@ def end_orphans(layout: Layout) -> None:
         for process in orphans:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.kill(int(process.name), signal.SIGKILL)
-        # They are no children of this process, so their end shows only in /proc.
-        time.sleep(0.05)
+        time.sleep(0.05)  # polls: they are no children of this process, and may start more until they end
 
 
 def _variables(process: Path) -> list[bytes]:

@@ -69,7 +69,7 @@ own.touch()
 end = time.monotonic() + 60.0
 while not all(other.exists() for other in others):
     assert time.monotonic() < end, "the others have not started"
-    time.sleep(0.01)
+    time.sleep(0.01)  # polls: there is no event for a file that another process writes
 print("met at", os.getpriority(os.PRIO_PROCESS, 0))
 """
 

@@ -190,7 +190,7 @@ def _campaign(file: Path, out: Path, workers: int) -> Flown:
         try:
             while usage is None:
                 memory = max(memory, _memory(process.pid))
-                time.sleep(_READING)
+                time.sleep(_READING)  # polls: memory is sampled, and there is no event for it
                 ended, _, used = os.wait4(process.pid, os.WNOHANG)
                 usage = used if ended else None
         finally:

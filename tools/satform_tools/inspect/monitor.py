@@ -122,7 +122,7 @@ class FormationMonitor:
 
     def pause(self) -> None:
         """Wait until the next update is due."""
-        time.sleep(PERIOD)
+        time.sleep(PERIOD)  # the period of the display, whatever messages arrive
 
     def is_complete(self) -> bool:
         """Whether messages of all living satellites have been received, or the flight is over."""
