@@ -308,21 +308,20 @@ def response_time(expectation: Any, flight: Flight) -> float:
     return math.nan if any(map(math.isnan, moments)) else max(moments) * flight.step
 
 
-def offset(expectation: Any, flight: Flight) -> float:
+def position_errors(expectation: Any, flight: Flight) -> list[list[float]]:
+    """Position errors along the axis within the window, of each satellite; none where the window is empty."""
     wrong = flight.arrays["position"][:-1] - flight.arrays["reference_position"]
     values = flight.window(expectation, wrong)
-    if values is None:
-        return math.nan
-    columns = by_satellite(values[..., "xyz".index(expectation.axis)])
+    return [] if values is None else by_satellite(values[..., "xyz".index(expectation.axis)])
+
+
+def offset(expectation: Any, flight: Flight) -> float:
+    columns = position_errors(expectation, flight)
     return max((total(own) / len(own) for own in columns if own), key=abs, default=math.nan)
 
 
 def ripple(expectation: Any, flight: Flight) -> float:
-    wrong = flight.arrays["position"][:-1] - flight.arrays["reference_position"]
-    values = flight.window(expectation, wrong)
-    if values is None:
-        return math.nan
-    columns = by_satellite(values[..., "xyz".index(expectation.axis)])
+    columns = position_errors(expectation, flight)
     return 0.5 * max((max(own) - min(own) for own in columns if len(own) > 1), default=math.nan)
 
 

@@ -23,6 +23,14 @@ def broken(old: str, new: str) -> list[Problem]:
     return problems(TRIANGLE.replace(old, new, 1))
 
 
+def changed_field(text: str, old: str, new: str, field: str) -> tuple[str, int]:
+    """What is wrong with a field after one replacement, and how many lines it is below what was replaced."""
+    assert old in text
+    (problem,) = (found for found in problems(text.replace(old, new, 1)) if found.field == field)
+    assert problem.line is not None
+    return problem.sentence, problem.line - text[: text.index(old)].count("\n") - 1
+
+
 def line_of(start: str, text: str = TRIANGLE) -> int:
     return next(number for number, line in enumerate(text.splitlines(), 1) if line.strip().startswith(start))
 

@@ -6,7 +6,9 @@ import pytest
 
 from flights import SCENARIOS
 from satform.scenario import parse_scenario
-from scenario_problems import DISTURBED, line_of, problems
+from scenario_problems import DISTURBED, changed_field, line_of, problems
+
+BYZANTINE = "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0"
 
 
 def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> None:
@@ -34,12 +36,7 @@ def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> Non
         ("at: 100.0", "at: 12000.0", "graph_schedule[0].at", "not earlier than the flight's end at 12000 s"),
         ("graph: {kind: line}", "graph: {kind: lime}", "graph_schedule[0].graph", "did you mean line?"),
         ("graph: {kind: line}", "", "graph_schedule[0]", "nothing changes: give a graph, or edges"),
-        (
-            "graph: {kind: line}",
-            "graph: {kind: star, centre: 3}",
-            "graph_schedule[0]",
-            "numbered 0 to 2",
-        ),
+        ("graph: {kind: line}", "graph: {kind: star, centre: 3}", "graph_schedule[0]", "numbered 0 to 2"),
         ("[[sat1, sat3]]", "[[sat1, sat4]]", "graph_schedule[1]", "there is no satellite sat4; there are"),
         ("[[sat1, sat3]]", "[[sat1, sat1]]", "graph_schedule[1]", "sat1 cannot receive from itself"),
         ("[[sat1, sat3]]", "[[sat1, sat2]]", "graph_schedule[1]", "cannot both come and go"),
@@ -57,19 +54,19 @@ def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> Non
             "sat2 does not fly at 600 s, so that it cannot be lost then",
         ),
         (
-            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
+            BYZANTINE,
             "kind: weak_thruster, satellite: sat1, at: 50.0, factor: 0.5",
             "faults[1]",
             "sat1 has no thruster that could fail in this way",
         ),
         (
-            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
+            BYZANTINE,
             "kind: frozen_sensor, satellite: sat1, at: 50.0",
             "faults[1]",
             "sat1 has no sensor that could fail in this way",
         ),
         (
-            "kind: byzantine, satellite: sat1, at: 50.0, drift: 1.0",
+            BYZANTINE,
             "kind: clock_offset, satellite: sat1, at: 50.0, until: 40.0, offset: 1.0",
             "faults[1]",
             "until 40 s is not later than at 50 s",
@@ -86,14 +83,9 @@ def test_a_scenario_in_which_much_goes_wrong_is_a_scenario_all_the_same() -> Non
 def test_what_cannot_go_wrong_in_this_way_is_named_with_its_line(
     old: str, new: str, field: str, sentence: str
 ) -> None:
-    assert old in DISTURBED
-    text = DISTURBED.replace(old, new, 1)
-    found = [problem for problem in problems(text) if problem.field == field]
-    assert len(found) == 1
-    assert sentence in found[0].sentence
-    changed = DISTURBED[: DISTURBED.index(old)].count("\n") + 1
-    assert found[0].line is not None
-    assert changed - 1 <= found[0].line <= changed + 1
+    found, below = changed_field(DISTURBED, old, new, field)
+    assert sentence in found
+    assert -1 <= below <= 1
 
 
 def test_who_comes_back_from_a_checkpoint_needs_one() -> None:
