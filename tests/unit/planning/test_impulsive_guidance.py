@@ -20,14 +20,14 @@ from satform.numeric.stacking import stack
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.path_reference import Reference
 from satform.planning.impulsive_guidance import ImpulsiveGuidanceSpec, TimedBurnsSpec
+from satform.planning.transfer_plan import plan_tour
 from satform.planning.transfers import (
     Leg,
     drift_rate,
     hohmann_delta_v,
+    hohmann_transfer,
     node_crossing_rate,
     semi_major_axis_offset_for_drift,
-    total_delta_v,
-    tour_impulses,
     two_impulse_transfer,
 )
 
@@ -86,8 +86,8 @@ def test_first_impulse_of_the_one_hour_approach():
 )
 def test_tours_along_the_track_cost_what_the_reference_computation_found(points, expected):
     legs = [Leg(behind(d, -b), hours * HOUR, stop) for d, b, hours, stop in points]
-    impulses = tour_impulses(Motion(behind(100.0), REST), legs, MEAN_MOTION)
-    assert total_delta_v(impulses) == pytest.approx(expected, rel=1.5e-4)
+    plan = plan_tour(Motion(behind(100.0), REST), legs, MEAN_MOTION)
+    assert plan.delta_v() == pytest.approx(expected, rel=1.5e-4)
 
 
 finite = st.floats(-1e5, 1e5)
@@ -146,6 +146,40 @@ def test_descent_in_two_hohmann_transfers():
     first = sum(hohmann_delta_v(42214e3, 42197e3, GRAVITATIONAL_PARAMETER))
     second = sum(hohmann_delta_v(42197e3, 42192e3, GRAVITATIONAL_PARAMETER))
     assert (first, second) == pytest.approx((0.618920, 0.182106), rel=1e-5)
+
+
+def test_a_hohmann_transfer_to_the_belt_is_the_one_of_a_textbook():
+    """Vallado, Fundamentals of Astrodynamics and Applications, example 6-1; his constants."""
+    parameter, radius = 3.986004415e14, 6378136.3
+    transfer = hohmann_transfer(radius + 191344.11, radius + 35781348.57, parameter)
+    assert transfer.first == pytest.approx(2457.038, abs=2e-3)
+    assert transfer.second == pytest.approx(1478.187, abs=2e-3)
+    assert transfer.delta_v() == pytest.approx(3935.224, abs=3e-3)
+    assert transfer.duration / 60.0 == pytest.approx(315.403, abs=1e-3)
+
+
+@pytest.mark.parametrize(("start", "end"), [(6.6e6, 42.0e6), (42.0e6, 6.6e6), (7.0e6, 7.1e6)])
+def test_a_target_with_the_lead_angle_is_met_at_the_end_of_a_hohmann_transfer(start, end):
+    transfer = hohmann_transfer(start, end, GRAVITATIONAL_PARAMETER)
+    speed = math.sqrt(GRAVITATIONAL_PARAMETER / start) + transfer.first
+
+    def rate(_time, state):
+        pull = -GRAVITATIONAL_PARAMETER * state[:2] / np.linalg.norm(state[:2]) ** 3
+        return np.concatenate((state[2:], pull))
+
+    begin = np.array([start, 0.0, 0.0, speed])
+    flown = solve_ivp(rate, (0.0, transfer.duration), begin, method="DOP853", rtol=1e-12, atol=1e-6).y[:, -1]
+    angle = transfer.lead_angle + math.sqrt(GRAVITATIONAL_PARAMETER / end**3) * transfer.duration
+    assert flown[:2] == pytest.approx(end * np.array([math.cos(angle), math.sin(angle)]), abs=1.0)
+    circular = math.sqrt(GRAVITATIONAL_PARAMETER / end)
+    assert flown[2:] + np.array([0.0, -transfer.second]) == pytest.approx([0.0, -circular], abs=1e-3)
+
+
+def test_the_lead_angle_of_a_hohmann_transfer_comes_again_with_the_synodic_period():
+    day = hohmann_transfer(BELT, 2.0 ** (2.0 / 3.0) * BELT, GRAVITATIONAL_PARAMETER)
+    period = 2.0 * math.pi * math.sqrt(BELT**3 / GRAVITATIONAL_PARAMETER)
+    assert day.waiting_period == pytest.approx(2.0 * period, rel=1e-9)
+    assert hohmann_transfer(BELT, BELT, GRAVITATIONAL_PARAMETER).waiting_period == math.inf
 
 
 def test_orbit_fifty_kilometres_below_the_belt_drifts_east_past_four_degrees_in_a_week():

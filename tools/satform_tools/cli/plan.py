@@ -24,7 +24,8 @@ def approach(
     start: Annotated[
         str,
         typer.Option(
-            metavar="X,Y,Z", help="Position in LVLH at which the satellite is at rest at the start, m."
+            metavar="X,Y,Z[,VX,VY,VZ]",
+            help="Position in LVLH at the start, m, and velocity, m/s; at rest without a velocity.",
         ),
     ],
     point: Annotated[
@@ -36,6 +37,16 @@ def approach(
         ),
     ],
     period: Annotated[float, typer.Option(help="Period of the chief's orbit, s.")] = 86164.0905,
+    acceleration: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z", help="Known constant acceleration that acts besides the burns, LVLH, m/s^2."
+        ),
+    ] = None,
+    step: Annotated[
+        float | None,
+        typer.Option(help="Control step over which each burn is held, s; impulses without it."),
+    ] = None,
     date: Date = None,
     longitude: Annotated[
         float | None,
@@ -45,12 +56,78 @@ def approach(
 ) -> None:
     """Compute the impulses of an approach through way-points.
 
-    The satellite is at rest at the start and at the end. Prints times, delta-v, the closest distance to the
-    chief, and with --date and --longitude the Sun angle.
+    The satellite starts in any motion and is at rest at the end. Prints times, delta-v, the closest distance
+    to the chief, and with --date and --longitude the Sun angle.
     """
     from satform_tools.run import impulse_plans
 
-    impulse_plans.approach(start, point, period, date, longitude, as_json=json)
+    task = impulse_plans.ApproachTask(start, point, period, acceleration, step, date, longitude)
+    impulse_plans.approach(task, as_json=json)
+
+
+@app.command()
+def hohmann(
+    start: Annotated[float, typer.Option(help="Radius of the circular orbit at the start, m.")],
+    end: Annotated[float, typer.Option(help="Radius of the circular orbit at the end, m.")],
+    altitudes: Annotated[
+        bool, typer.Option("--altitudes", help="--start and --end are altitudes above the equator.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Compute the two burns of a Hohmann transfer between coplanar circular orbits.
+
+    Prints burns, duration, transfer ellipse, and the angle by which a target on the end orbit has to lead.
+    """
+    from satform_tools.run import orbit_plans
+
+    orbit_plans.hohmann(start, end, altitudes=altitudes, as_json=json)
+
+
+@app.command()
+def drift(
+    offset: Annotated[
+        float | None,
+        typer.Option(help="Semi-major axis of the drifting orbit less that of the other orbit, m."),
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="Drift rate, positive eastward, deg/day; finds the offset.")
+    ] = None,
+    radius: Annotated[
+        float, typer.Option(help="Radius of the other orbit, m; by default geostationary.")
+    ] = 42164169.6,
+    angle: Annotated[
+        float | None, typer.Option(help="Angle to drift, deg; prints the time that it takes.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compute the drift rate of a circular orbit relative to another one, or the offset for a rate.
+
+    Give either --offset or --rate.
+    """
+    from satform_tools.run import orbit_plans
+
+    orbit_plans.drift(offset, rate, radius, angle, as_json=json)
+
+
+@app.command()
+def passing(
+    inclination: Annotated[float, typer.Option(help="Angle between the two orbit planes, deg.")],
+    distance: Annotated[float | None, typer.Option(help="Closest distance at the node, m.")] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="Angular rate of the pass, deg/s; finds the distance.")
+    ] = None,
+    radius: Annotated[
+        float, typer.Option(help="Radius of both circular orbits, m; by default geostationary.")
+    ] = 42164169.6,
+    json: Json = False,
+) -> None:
+    """Compute the angular rate at which a satellite passes another one at the node of their orbits.
+
+    Give either --distance or --rate.
+    """
+    from satform_tools.run import orbit_plans
+
+    orbit_plans.passing(inclination, distance, rate, radius, as_json=json)
 
 
 @app.command()

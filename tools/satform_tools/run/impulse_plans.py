@@ -4,7 +4,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Any
 
@@ -39,54 +39,86 @@ PATROL_TARGETS = ("54.56,5.86,57", "56.82,0.01,270", "57.85,1.14,177")
 """The targets of the scenario `patrol_three`."""
 
 
-def approach(
-    start: str,
-    points: Sequence[str],
-    period: float,
-    date: datetime | None,
-    longitude: float | None,
-    *,
-    as_json: bool,
-) -> None:
-    """Print the impulses of a tour.
+@dataclass(frozen=True)
+class ApproachTask:
+    """What `plan approach` takes, as the command line gives it.
 
-    Args:
-        start: `x,y,z` in m, LVLH.
+    Attributes:
+        start: `x,y,z` in m or `x,y,z,vx,vy,vz` in m and m/s, LVLH; at rest where it has no velocity.
         points: `x,y,z,seconds` of each way-point, with `,pass` where the tour does not stop.
         period: of the chief's orbit, s.
+        acceleration: `x,y,z`, known and constant, LVLH, m/s^2; None for none.
+        step: over which each burn is held, s; None for impulses.
         date: of the start, UTC; None without a Sun angle.
         longitude: of a geostationary chief, deg east; None likewise.
+    """
+
+    start: str
+    points: Sequence[str]
+    period: float
+    acceleration: str | None = None
+    step: float | None = None
+    date: datetime | None = None
+    longitude: float | None = None
+
+
+def approach(task: ApproachTask, *, as_json: bool) -> None:
+    """Print the burns of a tour.
+
+    Args:
+        task: what is asked.
         as_json: whether to print JSON.
 
     Raises:
         CommandError: a text is not of its form, or the tour cannot be flown.
     """
-    if (date is None) != (longitude is None):
+    if (task.date is None) != (task.longitude is None):
         raise CommandError("the Sun angle needs both --date and --longitude")
-    if not period > 0.0:
-        raise CommandError(f"--period {period:g}: an orbit takes a positive time")
-    legs = [_leg(text) for text in points]
-    begin = Motion(np.array(_numbers("--start", start, 3)), np.zeros(3))
+    if not task.period > 0.0:
+        raise CommandError(f"--period {task.period:g}: an orbit takes a positive time")
+    if task.step is not None and not task.step > 0.0:
+        raise CommandError(f"--step {task.step:g}: a control step takes a positive time")
+    legs = [_leg(text) for text in task.points]
+    push = None if task.acceleration is None else _numbers("--acceleration", task.acceleration, 3)
     try:
-        plan = plan_tour(begin, legs, 2.0 * math.pi / period)
+        plan = plan_tour(
+            _motion(task.start),
+            legs,
+            2.0 * math.pi / task.period,
+            None if push is None else np.array(push),
+            task.step or 0.0,
+        )
     except ValueError as error:
         raise CommandError(str(error)) from None
     light = None
-    if date is not None and longitude is not None:
-        light = _light_at_the_end(legs, plan, date, math.radians(longitude))
+    if task.date is not None and task.longitude is not None:
+        light = _light_at_the_end(legs, plan, task.date, math.radians(task.longitude))
     if as_json:
         console.as_json(_approach_data(plan, light))
         return
-    rows = [
-        (f"{time:.1f}", *(f"{part:.6f}" for part in impulse), f"{np.linalg.norm(impulse):.6f}")
-        for time, impulse in zip(plan.times.tolist(), plan.impulses.tolist(), strict=True)
-    ]
-    headings = ("time [s]", "x [m/s]", "y [m/s]", "z [m/s]", "delta-v [m/s]")
-    console.table(Table(headings, rows, frozenset(range(5))))
-    console.line(f"delta-v {plan.delta_v():.6g} m/s in {plan.times[-1]:g} s")
-    console.line(f"closest to the chief: {plan.closest_distance:.7g} m at {plan.closest_time:.6g} s")
+    _print_approach(plan)
     if light is not None:
         console.line(f"Sun angle at the chief on arrival: {math.degrees(light):.1f} deg")
+
+
+def _print_approach(plan: TourPlan) -> None:
+    rows = [
+        (f"{time:.6f}".rstrip("0").rstrip("."), *(f"{part:.6f}" for part in impulse), f"{size:.6f}")
+        for time, impulse, size in zip(
+            plan.burn_middles.tolist(),
+            plan.impulses.tolist(),
+            np.linalg.norm(plan.impulses, axis=1).tolist(),
+            strict=True,
+        )
+    ]
+    time = "middle [s]" if plan.burn_duration else "time [s]"
+    headings = (time, "x [m/s]", "y [m/s]", "z [m/s]", "delta-v [m/s]")
+    console.table(Table(headings, rows, frozenset(range(5))))
+    console.line(f"delta-v {plan.delta_v():.6g} m/s in {plan.duration:g} s")
+    if plan.burn_duration:
+        end = ", ".join(f"{part:.3f}" for part in plan.end.position.tolist())
+        console.line(f"each burn is held over {plan.burn_duration:g} s; after the last one at {end} m")
+    console.line(f"closest to the chief: {plan.closest_distance:.7g} m at {plan.closest_time:.6g} s")
 
 
 def patrol(
@@ -157,6 +189,18 @@ def _numbers(option: str, text: str, count: int) -> list[float]:
     return numbers
 
 
+def _motion(text: str) -> Motion:
+    if text.count(",") == 2:
+        return Motion(np.array(_numbers("--start", text, 3)), np.zeros(3))
+    try:
+        state = np.array(_numbers("--start", text, 6))
+    except CommandError:
+        raise CommandError(
+            f"--start {text}: takes 3 numbers with commas between them, or 6 with the velocity"
+        ) from None
+    return Motion(state[:3], state[3:])
+
+
 def _leg(text: str) -> Leg:
     rest = text.removesuffix(",pass")
     x, y, z, duration = _numbers("--point", rest, 4)
@@ -168,7 +212,7 @@ def _target(text: str) -> PatrolTarget:
 
 
 def _light_at_the_end(legs: Sequence[Leg], plan: TourPlan, date: datetime, longitude: float) -> float:
-    sun = sun_in_lvlh(days_at(date) + float(plan.times[-1]) / DAY, longitude)
+    sun = sun_in_lvlh(days_at(date) + plan.duration / DAY, longitude)
     position = legs[-1].position
     if not np.any(position):
         return 0.0
@@ -179,10 +223,13 @@ def _approach_data(plan: TourPlan, light: float | None) -> dict[str, Any]:
     return {
         "impulses": [
             {"time": time, "velocity_change": impulse}
-            for time, impulse in zip(plan.times.tolist(), plan.impulses.tolist(), strict=True)
+            for time, impulse in zip(plan.burn_middles.tolist(), plan.impulses.tolist(), strict=True)
         ],
+        "burn_duration": plan.burn_duration,
         "delta_v": plan.delta_v(),
-        "duration": float(plan.times[-1]),
+        "duration": plan.duration,
+        "end_position": plan.end.position.tolist(),
+        "end_velocity": plan.end.velocity.tolist(),
         "closest_distance": plan.closest_distance,
         "closest_time": plan.closest_time,
         "light_angle": light,

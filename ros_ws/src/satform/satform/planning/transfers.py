@@ -41,6 +41,66 @@ def hohmann_delta_v(
     return first, second
 
 
+@dataclass(frozen=True)
+class HohmannTransfer:
+    """Two tangential burns between coplanar circular orbits.
+
+    Attributes:
+        first: speed change of the first burn along the velocity, m/s; negative to a lower orbit.
+        second: likewise of the second burn.
+        duration: from burn to burn, half a revolution on the transfer ellipse, s.
+        semi_major_axis: of the transfer ellipse, m.
+        eccentricity: of the transfer ellipse.
+        lead_angle: by which a target on the end orbit leads the satellite at the first burn, so that both
+            arrive together, rad; negative where it trails.
+        waiting_period: time after which the same lead angle comes again, s; infinite for equal radii.
+    """
+
+    first: float
+    second: float
+    duration: float
+    semi_major_axis: float
+    eccentricity: float
+    lead_angle: float
+    waiting_period: float
+
+    def delta_v(self) -> float:
+        """Sum of both magnitudes, m/s."""
+        return abs(self.first) + abs(self.second)
+
+
+def hohmann_transfer(
+    start_radius: float, end_radius: float, gravitational_parameter: float
+) -> HohmannTransfer:
+    """Burns, duration and phasing of the transfer between coplanar circular orbits.
+
+    Args:
+        start_radius: m.
+        end_radius: m.
+        gravitational_parameter: of the central body, m^3/s^2.
+
+    Returns:
+        The transfer.
+
+    Source: Hohmann 1925; Curtis, Orbital Mechanics for Engineering Students, ch. 6 and 8.
+    """
+    axis = 0.5 * (start_radius + end_radius)
+    up = math.copysign(1.0, end_radius - start_radius)
+    first, second = hohmann_delta_v(start_radius, end_radius, gravitational_parameter)
+    duration = math.pi * math.sqrt(axis**3 / gravitational_parameter)
+    end_rate = math.sqrt(gravitational_parameter / end_radius**3)
+    difference = abs(end_rate - math.sqrt(gravitational_parameter / start_radius**3))
+    return HohmannTransfer(
+        first=up * first,
+        second=up * second,
+        duration=duration,
+        semi_major_axis=axis,
+        eccentricity=abs(end_radius - start_radius) / (2.0 * axis),
+        lead_angle=math.pi - end_rate * duration,
+        waiting_period=math.tau / difference if difference > 0.0 else math.inf,
+    )
+
+
 def drift_rate(
     semi_major_axis_offset: float, semi_major_axis: float, gravitational_parameter: float
 ) -> float:
@@ -187,38 +247,6 @@ class Leg:
     position: Array
     duration: float
     stop: bool
-
-
-def tour_impulses(start: Motion, legs: Sequence[Leg], mean_motion: float) -> list[Array]:
-    """Impulses of a tour through several points.
-
-    Args:
-        start: position (m) and velocity (m/s) before the first impulse, LVLH, each (3,).
-        legs: coasts in order; the last one ends at rest whatever its `stop` says.
-        mean_motion: of the chief's orbit, rad/s.
-
-    Returns:
-        Velocity changes in order, m/s, each (3,): one at the start, then for each leg one, or two
-        (stopping, leaving again) where the tour stops and goes on.
-
-    Raises:
-        ValueError: there are no legs, or one of them has no two-impulse solution.
-    """
-    if not legs:
-        raise ValueError("a tour needs at least one leg")
-    rest = np.zeros(3)
-    impulses: list[Array] = []
-    position, velocity = start.position, start.velocity
-    for number, leg in enumerate(legs):
-        transfer = two_impulse_transfer(
-            Motion(position, velocity), Motion(leg.position, rest), mean_motion, leg.duration
-        )
-        impulses.append(transfer.first_impulse)
-        position, velocity = leg.position, transfer.arrival_velocity
-        if leg.stop or number == len(legs) - 1:
-            impulses.append(transfer.second_impulse)
-            velocity = rest
-    return impulses
 
 
 def total_delta_v(impulses: Sequence[Array]) -> float:
