@@ -18,7 +18,7 @@ from flights import shortened
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST, EXIT_STOPPED
 from satform.flight.simulate import simulate
 from satform.scenario import load_scenario
-from satform_bringup import SCENARIO_FILE
+from satform.scenario.loader import SCENARIO_FILE
 from satform_tools.cli import main as cli
 from satform_tools.run import command as run_command
 from satform_tools.run import output_folders, ros_packages

@@ -20,7 +20,8 @@ from satform.evaluation.sampled_loops import sampled_loops
 from satform.flight.compile import compile_scenario, flight_plan, topic_plan
 from satform.orbits.path_reference import SteadyMotion
 from satform.scenario import Scenario
-from satform_bringup import BAG_FOLDER, SCENARIO_FILE
+from satform.scenario.loader import SCENARIO_FILE
+from satform_bringup import BAG_FOLDER
 from satform_tools.check import warnings
 from satform_tools.check.consensus import margin
 from satform_tools.check.disturbances import describe_schedule

@@ -13,7 +13,7 @@ from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, save_scenario
 from satform.scenario.deployment import HostSpec
 from satform.scenario.expectation import Verdict
-from satform_bringup import SCENARIO_FILE
+from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup.supervisor.flight import Flight, Policy
 from satform_nodes.runtime.signals import StopRequest
 from satform_tools import console

@@ -12,7 +12,8 @@ from satform.record.archive import RECORD
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario
 from satform.scenario.expectation import Verdict
-from satform_bringup import BAG_FOLDER, SCENARIO_FILE
+from satform.scenario.loader import SCENARIO_FILE
+from satform_bringup import BAG_FOLDER
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.run import output_folders
 

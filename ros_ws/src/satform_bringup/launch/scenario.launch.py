@@ -20,7 +20,8 @@ from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY
 from satform.flight.compile import compile_scenario
 from satform.membership.formation import MembershipPlan, is_lost_at, rejoins_after
 from satform.scenario import Scenario, load_scenario, save_scenario
-from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE, SCENARIO_FILE
+from satform.scenario.loader import SCENARIO_FILE
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE
 from satform_bringup.deployment import local_discovery, preflight
 from satform_bringup.deployment.node_processes import NodeProcess, processes
 from satform_bringup.supervisor.launch_report import refuse_unknown_arguments, result

@@ -5,9 +5,6 @@
 PACKAGE = "satform_nodes"
 """Where the nodes' executables are."""
 
-SCENARIO_FILE = "scenario.json"
-"""In a run's folder: the scenario as every node reads it."""
-
 BAG_FOLDER = "bag"
 """In a run's folder: what was recorded."""
 

@@ -28,12 +28,10 @@ from satform.record.archive import RECORD, save_record
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, ScenarioError, save_scenario
 from satform.scenario.expectation import Verdict
+from satform.scenario.loader import SCENARIO_FILE
 
 FEWEST_IN_A_STACK = 2
 """Cases from which on they are flown as one formation."""
-
-SCENARIO_FILE = "scenario.json"
-"""Name of the scenario in the folder of a retained record, as in that of a run."""
 
 
 def fly_chunk(

@@ -18,6 +18,7 @@ from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import write_durably
 from satform.scenario import Problem, ScenarioError, load_scenario, save_scenario
 from satform.scenario.field_errors import coerced, dotted, problems
+from satform.scenario.loader import SCENARIO_FILE
 from satform.scenario.yaml_reader import line_of, plain, read_mapping, read_tree
 
 MAXIMUM_FILE_BYTES = 2_000_000
@@ -155,9 +156,9 @@ def save_campaign(campaign: Campaign, folder: Path) -> Path:
     Raises:
         OSError: it cannot be written.
     """
-    save_scenario(campaign.scenario.scenario, folder / "scenario.json")
+    save_scenario(campaign.scenario.scenario, folder / SCENARIO_FILE)
     path = folder / "campaign.json"
-    renamed = campaign.model_copy(update={"scenario": campaign.scenario.renamed("scenario.json")})
+    renamed = campaign.model_copy(update={"scenario": campaign.scenario.renamed(SCENARIO_FILE)})
     write_durably(path, renamed.model_dump_json(indent=1, exclude_unset=True).encode())
     return path
 

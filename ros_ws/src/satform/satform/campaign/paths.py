@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From the path of a dispersion to the fields of a scenario that it means."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, get_origin
@@ -10,12 +9,10 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from satform.common.angle_text import PATTERNS
-from satform.common.name_list import listed
 from satform.common.spec import FieldPath, Spec, choices, validators
 from satform.scenario import Scenario
 from satform.scenario.field_errors import dotted, nearest
-
-_IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]")
+from satform.scenario.field_paths import entries_text, entry_indices, path_parts
 
 Scalar = bool | int | float | str
 
@@ -78,8 +75,7 @@ def targets(scenario: Scenario, path: str) -> list[Target]:
 
     Args:
         scenario: validated; what a satellite leaves out is that of `satellite_defaults`.
-        path: of a field as messages print it. An entry of a list is given by its index, its name, or `*` for
-            all entries: `satellites[*].position_error[0]`.
+        path: of a field, see `satform.scenario.field_paths`.
 
     Returns:
         In order of the entries; at least one.
@@ -88,7 +84,7 @@ def targets(scenario: Scenario, path: str) -> list[Target]:
         PathError: there is no such field, it is not given in the scenario, or holds no single value.
     """
     nodes = [_Node((), scenario, type(scenario), None)]
-    for part in _IN_BRACKETS.sub(r".\1", path).split("."):
+    for part in path_parts(path):
         nodes = [inner for current in nodes for inner in _step(current, part, scenario)]
     if not nodes:
         raise PathError("means no field: the list is empty")
@@ -117,18 +113,11 @@ def _step(current: _Node, part: str, scenario: Scenario) -> list[_Node]:
 
 
 def _indices(path: FieldPath, node: tuple[Any, ...], part: str) -> Sequence[int]:
-    if part == "*":
-        return range(len(node))
-    # Digits of other scripts are digits too, and the longest numbers are refused by Python.
-    if part.isascii() and part.isdigit() and len(part) < 9 and int(part) < len(node):
-        return [int(part)]
     names = [str(getattr(entry, "name", "")) for entry in node]
-    if part and part in names:
-        return [names.index(part)]
-    known = [name for name in names if name]
-    by_name = f", or by name: {listed(known)}" if known else ""
-    entries = f"entries are counted from 0 to {len(node) - 1}" if node else "it has no entries"
-    raise PathError(f"there is no {_joined(path, part)} in the scenario; {entries}{by_name}")
+    found = entry_indices(part, names)
+    if found is None:
+        raise PathError(f"there is no {_joined(path, part)} in the scenario; {entries_text(names)}")
+    return found
 
 
 def _entry(path: FieldPath, node: tuple[Any, ...], index: int, scenario: Scenario) -> Any:

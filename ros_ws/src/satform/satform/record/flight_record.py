@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from satform.common.name_list import listed
 from satform.numeric.elementwise import Array
 from satform.record import derived
 from satform.record.early_end import EarlyEnd
@@ -151,13 +152,13 @@ class FlightRecord(derived.DerivedQuantities):
             KeyError: the flight has no satellite of this name.
         """
         if satellite not in self.satellites:
-            raise KeyError(f"no satellite {satellite!r} in this flight; there are {_listed(self.satellites)}")
+            raise KeyError(f"no satellite {satellite!r} in this flight; there are {listed(self.satellites)}")
         return SatelliteRecord(satellite, self, self.satellites.index(satellite))
 
     def __repr__(self) -> str:
         end = "" if self.early_end is None else f", ended early: {self.early_end.sentence}"
         flown = f"{self.steps} steps of {self.step:g} s, {self.steps * self.step:g} s in all"
-        return f"<FlightRecord of {_listed(self.satellites)}: {flown}{end}>"
+        return f"<FlightRecord of {listed(self.satellites)}: {flown}{end}>"
 
     def quantities(self) -> dict[str, Array]:
         """All arrays by name."""
@@ -355,12 +356,3 @@ _VECTORS = frozenset(
 def component_count(quantity: str) -> int:
     """How many numbers a quantity of `COLUMNS` has for each satellite in a row."""
     return 36 if quantity == "estimate_covariance" else 3 if quantity in _VECTORS else 1
-
-
-_MOST_NAMES = 8
-"""Satellites that a text names."""
-
-
-def _listed(satellites: tuple[str, ...]) -> str:
-    more = len(satellites) - _MOST_NAMES
-    return ", ".join(satellites[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

@@ -61,6 +61,10 @@ def load_scenario(
     return parse_scenario(text, file, changes, remark, FileSource(Path(path).parent, recorded=recorded))
 
 
+SCENARIO_FILE = "scenario.json"
+"""In the folder of a run or a campaign: its scenario."""
+
+
 def save_scenario(scenario: Scenario, path: Path) -> None:
     """Write a scenario to a file, with copies of the files that it names beside it.
 

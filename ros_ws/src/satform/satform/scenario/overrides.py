@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Settings laid over a scenario's data, such as `timing.step=1.0`."""
 
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
 from satform.common.spec import FieldPath
 from satform.scenario.errors import Problem, ScenarioError
+from satform.scenario.field_paths import entries_text, entry_indices, path_parts
 from satform.scenario.yaml_reader import found, read_value
-
-_IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]")
-_MOST_NAMES = 8
-"""Entries of a list that a message names."""
 
 
 def apply_changes(data: Any, changes: Iterable[str]) -> dict[FieldPath, str]:
@@ -84,24 +80,21 @@ def set_value(data: Any, key: str, value: Any) -> list[FieldPath] | str:
     Args:
         data: of the scenario; is changed. A satellite that has none of a part of its own gets a copy of that
             of `satellite_defaults` before a field of the part is set.
-        key: path of a field as messages print it: fields with dots between them, and for an entry of a list
-            its index, its name, or `*` for all entries: `satellites[0].scale`, `satellites.0.scale`,
-            `satellites[sat1].scale`, `satellites[*].scale`.
+        key: path of a field, see `satform.scenario.field_paths`.
         value: plain.
 
     Returns:
         The paths that were set; a sentence where there is no such place.
     """
-    parts = _IN_BRACKETS.sub(r".\1", key).split(".")
+    parts = path_parts(key)
     nodes: list[tuple[FieldPath, Any]] = [((), data)]
     for place, part in enumerate(parts):
         steps: list[tuple[FieldPath, Any, int | str]] = []
         for path, node in nodes:
-            found_steps = range(len(node)) if part == "*" and isinstance(node, list) else [_step(node, part)]
-            for step in found_steps:
-                if step is None:
-                    return _unknown([*path, part], node)
-                steps.append((path, node, step))
+            own = _steps(node, part)
+            if own is None:
+                return _unknown([*path, part], node)
+            steps += [(path, node, step) for step in own]
         if place == len(parts) - 1:
             for _, node, step in steps:
                 node[step] = deepcopy(value)
@@ -119,17 +112,11 @@ def _inherited(data: Any, path: FieldPath, part: str) -> Any:
     return deepcopy(defaults.get(part) or {}) if isinstance(defaults, dict) else {}
 
 
-def _step(node: Any, part: str) -> int | str | None:
-    """A part of a key as a key or index of a node; None where the node has no such place."""
+def _steps(node: Any, part: str) -> Sequence[int | str] | None:
+    """A part of a key as keys or indices of a node; None where the node has no such place."""
     if isinstance(node, dict):
-        return part
-    if not isinstance(node, list):
-        return None
-    # Digits of other scripts are digits too, and the longest numbers are refused by Python.
-    if part.isascii() and part.isdigit() and len(part) < 9:
-        return int(part) if int(part) < len(node) else None
-    names = _names(node)
-    return names.index(part) if part and part in names else None
+        return [part]
+    return entry_indices(part, _names(node)) if isinstance(node, list) else None
 
 
 def _names(node: list[Any]) -> list[str]:
@@ -139,9 +126,4 @@ def _names(node: list[Any]) -> list[str]:
 
 def _unknown(path: list[int | str], node: Any) -> str:
     sentence = f"there is no {'.'.join(map(str, path))} in the scenario"
-    if not isinstance(node, list) or not node:
-        return sentence
-    names = [name for name in _names(node) if name]
-    listed = ", ".join(names[:_MOST_NAMES]) + (", ..." if len(names) > _MOST_NAMES else "")
-    by_name = f", or by name: {listed}" if names else ""
-    return f"{sentence}; entries are counted from 0 to {len(node) - 1}{by_name}"
+    return f"{sentence}; {entries_text(_names(node))}" if isinstance(node, list) else sentence

@@ -11,7 +11,8 @@ from satform.files.durable_file import write_durably
 from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario, save_scenario
 from satform.scenario.deployment import HostSpec
-from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE, SCENARIO_FILE
+from satform.scenario.loader import SCENARIO_FILE
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE
 from satform_bringup.deployment import local_discovery, preflight, security
 from satform_bringup.deployment.multi_host_discovery import flight_domain, variables
 from satform_bringup.deployment.node_processes import processes
