@@ -20,7 +20,7 @@ from flights import shortened
 from flown import HeldRestart, assert_as_in_one_process, assert_flies_again, flown, processes_of, repetitions
 from satform.bag.reader import read_bag
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST
-from satform_bringup.supervisor import process_server
+from satform_bringup.supervisor import process_server, supervisor
 from satform_bringup.supervisor.flight import Policy
 from satform_bringup.supervisor.run import fly
 from satform_bringup.supervisor.supervisor import PROCESS_SERVER
@@ -47,6 +47,12 @@ class Killer:
             self.hit = [there[name] for name in self._names]
             for process in self.hit:
                 os.kill(process, self._number)
+
+
+@pytest.fixture
+def brief_shutdown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For flights that end while nodes wait for another one, and end only by the timeout for their end."""
+    monkeypatch.setattr(supervisor, "SHUTDOWN_TIMEOUT", 5.0)
 
 
 @pytest.mark.parametrize("seed", range(repetitions(3)))
@@ -122,6 +128,7 @@ def test_when_all_are_killed_the_flight_ends_and_says_so(tmp_path: Path) -> None
     assert bag.record.steps > 200
 
 
+@pytest.mark.usefixtures("brief_shutdown")
 def test_a_restart_says_that_it_brings_back_nobody_when_all_are_lost(tmp_path: Path) -> None:
     killer = Killer(tmp_path, 300, "sat1", "sat2", "sat3")
     flight = fly(shortened(*SCENARIO), tmp_path, record=False, progress=killer, policy=Policy(restart=True))
@@ -149,6 +156,7 @@ def test_among_many_of_whom_one_is_waited_for_after_the_other_the_killed_are_mis
     assert_flies_again(bag)
 
 
+@pytest.mark.usefixtures("brief_shutdown")
 @pytest.mark.parametrize("name", ["sat2", "recorder", "plant"])
 def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: str, tmp_path: Path) -> None:
     # The first step is a minute away as long as one process stands still.

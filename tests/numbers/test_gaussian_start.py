@@ -3,12 +3,15 @@
 """A linear formation with a Gaussian start: mean and covariance of the final state by the closed form."""
 
 import numpy as np
+import pytest
 import scipy.linalg
 import scipy.stats
 
 from satform.campaign.chunk import fly_chunk
 from satform.campaign.model import Campaign
 from satform.scenario import parse_scenario
+
+pytestmark = pytest.mark.unmeasured
 
 RUNS, STEPS, STEP, PERIOD = 4000, 30, 10.0, 6000.0
 

@@ -28,6 +28,9 @@ _MEASURED = ("-m", "coverage", "run", "--rcfile", "pyproject.toml", *_PYTEST)
 _AT_ONCE = 2
 """Parts that run at the same time: each leaves the flights over DDS of the other a core."""
 
+_BACKGROUND_AT_ONCE = 2
+"""Parts that run beside these: flights over DDS wait for messages much of the time, and leave cores idle."""
+
 _BACKGROUND_NICENESS = 10
 
 
@@ -39,7 +42,7 @@ class Part:
         name: of the part.
         command: arguments of Python.
         background: whether it runs at low priority beside the others, in the time in which they wait; for
-            parts that only compute.
+            parts that fly no nodes.
     """
 
     name: str
@@ -63,19 +66,19 @@ class Outcome:
 
 
 PARTS = (
-    Part("nodes", (*_MEASURED, "-m", "not unmeasured", "tests/dds")),
-    # Long or repeated flights, of code that is measured above: coverage would double their time.
+    # Long or repeated flights, of code that is measured in the next part: coverage would double their time.
     Part("long flights of nodes", (*_PYTEST, "-m", "unmeasured", "tests/dds")),
+    Part("nodes", (*_MEASURED, "-m", "not unmeasured", "tests/dds")),
     Part("commands", (*_PYTEST, "-m", "not setup_from_scratch", "tests/tools")),
-    Part("unit tests", (*_MEASURED, "tests/unit")),
-    Part("set-up", (*_PYTEST, "-m", "setup_from_scratch", "tests/tools")),
-    Part("damaged input", (*_PYTEST, "tests/fuzz")),
     Part("ruff check", ("-m", "ruff", "check", ".")),
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
     Part("licence headers", ("tools/lint/licence_headers.py",)),
     Part("words of names and docs", ("tools/lint/words.py",)),
-    Part("figures", (*_MEASURED, "-m", "not unmeasured", "tests/numbers"), background=True),
     Part("long figures", (*_PYTEST, "-m", "unmeasured", "tests/numbers"), background=True),
+    Part("unit tests", (*_MEASURED, "tests/unit"), background=True),
+    Part("figures", (*_MEASURED, "-m", "not unmeasured", "tests/numbers"), background=True),
+    Part("set-up", (*_PYTEST, "-m", "setup_from_scratch", "tests/tools"), background=True),
+    Part("damaged input", (*_PYTEST, "tests/fuzz"), background=True),
     Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED), background=True),
 )
 """In the order in which they start, the longest first, so that the last to end are short."""
@@ -115,7 +118,9 @@ def _side_by_side(parts: Sequence[Part]) -> Iterator[tuple[Part, Outcome]]:
     """Run parts, some at a time; yields each as soon as it has ended, with all of its output."""
     foreground = ThreadPoolExecutor(_AT_ONCE)
     # Linux lowers the priority of the thread alone, and of what it starts.
-    background = ThreadPoolExecutor(1, initializer=os.nice, initargs=(_BACKGROUND_NICENESS,))
+    background = ThreadPoolExecutor(
+        _BACKGROUND_AT_ONCE, initializer=os.nice, initargs=(_BACKGROUND_NICENESS,)
+    )
     try:
         started: dict[Future[Outcome], Part] = {
             (background if part.background else foreground).submit(_outcome, part): part for part in parts
