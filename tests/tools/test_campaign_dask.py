@@ -21,7 +21,7 @@ import chunks
 from flights import SCENARIOS
 from namespaces import Network, network
 from satform.campaign.dask_engine import DaskEngine
-from satform.campaign.engine import EngineError, Flights, Job
+from satform.campaign.engine import ChunkScheduler, EngineError, Job
 from satform.campaign.results import CaseResult
 from satform_tools.cli import main as cli
 from small_campaign import results_hash
@@ -130,7 +130,7 @@ def test_a_killed_dask_worker_costs_no_case_and_accidents_are_results(tmp_path: 
             workers[0].send_signal(signal.SIGKILL)
 
     try:
-        assert Flights(chunks.changes, found.extend, report=kill_one).fly(range(60), 4, engine)
+        assert ChunkScheduler(chunks.changes, found.extend, report=kill_one).fly(range(60), 4, engine)
     finally:
         engine.close()
     assert killed
@@ -168,10 +168,10 @@ def test_a_scheduler_or_the_last_worker_that_is_gone_ends_the_campaign_with_a_se
         if done == 8:
             processes[lost].kill()
 
-    flights = Flights(chunks.changes, found.extend, report=end_it)
+    scheduler = ChunkScheduler(chunks.changes, found.extend, report=end_it)
     try:
         with pytest.raises(EngineError, match=r"dask (scheduler|worker)"):
-            flights.fly(range(12), 4, engine)
+            scheduler.fly(range(12), 4, engine)
     finally:
         engine.close()
     assert sorted(result.number for result in found)[:8] == list(range(8))

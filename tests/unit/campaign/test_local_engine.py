@@ -14,10 +14,19 @@ from typing import Any
 import pytest
 
 import chunks
-from satform.campaign.engine import MOST_SERIES_BYTES, Chunk, EngineError, Flights, Job, Outcome, chunk_size
-from satform.campaign.local_engine import LocalEngine, WorkerProcess
+from satform.campaign.engine import (
+    MOST_SERIES_BYTES,
+    Chunk,
+    ChunkScheduler,
+    EngineError,
+    Job,
+    Outcome,
+    chunk_size,
+)
+from satform.campaign.local_engine import LocalEngine
 from satform.campaign.results import CaseResult
 from satform.campaign.worker import Message
+from satform.campaign.worker_process import WorkerProcess
 
 
 def flown(
@@ -34,7 +43,7 @@ def flown(
     job = Job(chunks.fly, accidents, str(folder), time_limit)
     engine = LocalEngine(job, workers, folder / "workers.log")
     try:
-        assert Flights(chunks.changes, found.extend).fly(range(cases), size, engine)
+        assert ChunkScheduler(chunks.changes, found.extend).fly(range(cases), size, engine)
         pids = engine.pids
     finally:
         engine.close()
@@ -99,7 +108,7 @@ def test_a_campaign_that_no_worker_can_read_is_an_error_and_not_a_loop(tmp_path:
     del chunks.Unknown  # type: ignore[attr-defined]
     try:
         with pytest.raises(EngineError, match="cannot use the campaign: AttributeError"):
-            Flights(chunks.changes, lambda _: None).fly(range(4), 2, engine)
+            ChunkScheduler(chunks.changes, lambda _: None).fly(range(4), 2, engine)
     finally:
         engine.close()
 
@@ -110,11 +119,11 @@ def test_workers_that_end_before_they_start_are_an_error_and_not_a_loop(
     program = tmp_path / "python"
     program.write_text("#!/bin/sh\nexit 7\n")
     program.chmod(0o755)
-    monkeypatch.setattr("satform.campaign.local_engine.sys.executable", str(program))
+    monkeypatch.setattr("satform.campaign.worker_process.sys.executable", str(program))
     engine = LocalEngine(Job(chunks.fly, {}), 2)
     try:
         with pytest.raises(EngineError, match=r"3 worker processes ended before .* with exit code 7"):
-            Flights(chunks.changes, lambda _: None).fly(range(4), 2, engine)
+            ChunkScheduler(chunks.changes, lambda _: None).fly(range(4), 2, engine)
     finally:
         engine.close()
 
@@ -122,9 +131,9 @@ def test_workers_that_end_before_they_start_are_an_error_and_not_a_loop(
 def test_a_stopped_campaign_ends_its_workers_and_has_what_was_finished(tmp_path: Path) -> None:
     found: list[CaseResult] = []
     engine = LocalEngine(Job(chunks.fly, {20: "hang"}), 1)
-    flights = Flights(chunks.changes, found.extend, stop=lambda: len(found) >= 20, period=0.05)
+    scheduler = ChunkScheduler(chunks.changes, found.extend, stop=lambda: len(found) >= 20, period=0.05)
     try:
-        assert not flights.fly(range(40), 10, engine)
+        assert not scheduler.fly(range(40), 10, engine)
         pids = engine.pids
     finally:
         engine.close()
@@ -197,8 +206,8 @@ def test_cases_that_are_flown_in_part_count_as_that_part_until_they_have_results
         ]
 
     reported: list[int] = []
-    flights = Flights(chunks.changes, lambda _: None, report=reported.append)
-    assert flights.fly(range(4), 4, OneWorker(in_steps))
+    scheduler = ChunkScheduler(chunks.changes, lambda _: None, report=reported.append)
+    assert scheduler.fly(range(4), 4, OneWorker(in_steps))
     assert list(dict.fromkeys(reported)) == [1, 3, 4]
 
 
@@ -211,7 +220,7 @@ def test_a_stack_that_ends_its_worker_is_halved_until_the_case_is_alone_that_doe
 
     found: list[CaseResult] = []
     engine = OneWorker(as_a_stack)
-    assert Flights(chunks.changes, found.extend).fly(range(6), 4, engine)
+    assert ChunkScheduler(chunks.changes, found.extend).fly(range(6), 4, engine)
     stacks = [(0, 1, 2, 3), (0, 1), (2, 3), (2,), (3,), (2,), (4, 5)]
     assert [chunk.numbers for chunk in engine.submitted] == stacks
     assert [result.reason for result in sorted(found, key=lambda result: result.number)][2] == "died"
@@ -229,14 +238,16 @@ def asleep(folder: Path) -> str:
 def test_a_worker_that_does_not_start_is_an_error_without_a_time_limit_of_a_case(
     campaign: Mapping[int, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("satform.campaign.local_engine.sys.executable", asleep(tmp_path))
-    monkeypatch.setattr("satform.campaign.local_engine._START_LIMIT", 0.2)
+    monkeypatch.setattr("satform.campaign.worker_process.sys.executable", asleep(tmp_path))
+    monkeypatch.setattr("satform.campaign.worker_process._START_LIMIT", 0.2)
     looks = iter(range(100))
-    flights = Flights(chunks.changes, lambda _: None, stop=lambda: next(looks, None) is None, period=0.05)
+    scheduler = ChunkScheduler(
+        chunks.changes, lambda _: None, stop=lambda: next(looks, None) is None, period=0.05
+    )
     engine = LocalEngine(Job(chunks.fly, campaign), 2)
     try:
         with pytest.raises(EngineError, match=r"a worker process has not started within 0\.2 s"):
-            flights.fly(range(4), 2, engine)
+            scheduler.fly(range(4), 2, engine)
     finally:
         engine.close()
 
@@ -248,10 +259,10 @@ class Played:
         ours, theirs = Pipe()
         self._end: Connection[Any, Any] = Connection(os.dup(theirs.fileno()))
         self.now = 1000.0
-        monkeypatch.setattr("satform.campaign.local_engine.Pipe", lambda: (ours, theirs))
-        monkeypatch.setattr("satform.campaign.local_engine.sys.executable", asleep(folder))
+        monkeypatch.setattr("satform.campaign.worker_process.Pipe", lambda: (ours, theirs))
+        monkeypatch.setattr("satform.campaign.worker_process.sys.executable", asleep(folder))
         clock = SimpleNamespace(monotonic=lambda: self.now)
-        monkeypatch.setattr("satform.campaign.local_engine.time", clock)
+        monkeypatch.setattr("satform.campaign.worker_process.time", clock)
         self.process = WorkerProcess(b"job", time_limit, -3)
 
     def send(self, *messages: Message) -> None:
@@ -301,7 +312,7 @@ def test_a_case_that_was_not_flown_when_the_time_was_over_is_no_time_out() -> No
         return [whole(chunk)]
 
     found: list[CaseResult] = []
-    assert Flights(chunks.changes, found.extend).fly(range(2), 2, OneWorker(timed_out))
+    assert ChunkScheduler(chunks.changes, found.extend).fly(range(2), 2, OneWorker(timed_out))
     assert found == [chunks.result(0), chunks.result(1)]
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.chunk import fly_chunk
-from satform.campaign.engine import ChunkObserver, Flights, Job, chunk_size
+from satform.campaign.engine import ChunkObserver, ChunkScheduler, Job, chunk_size
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.loader import load_campaign
 from satform.campaign.local_engine import LocalEngine
@@ -287,9 +287,9 @@ def _engine_cost(campaign: Campaign, folder: Path, size: Size, count: int) -> fl
 
     try:
         # Workers start with their first chunks.
-        Flights(lambda _: about.changes, lambda _: None).fly(range(2 * size.workers), 1, engine)
+        ChunkScheduler(lambda _: about.changes, lambda _: None).fly(range(2 * size.workers), 1, engine)
         before = spent()
-        Flights(lambda _: about.changes, store.store).fly(range(size.short), count, engine)
+        ChunkScheduler(lambda _: about.changes, store.store).fly(range(size.short), count, engine)
         store.flush()
         return max(spent() - before, math.ulp(1.0)) / size.short
     finally:

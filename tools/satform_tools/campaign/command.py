@@ -18,7 +18,7 @@ from satform.campaign import folder_repair
 from satform.campaign.cases import case_values
 from satform.campaign.chunk import fly_chunk
 from satform.campaign.dask_engine import DaskEngine
-from satform.campaign.engine import Engine, EngineError, Flights, Job, chunk_size
+from satform.campaign.engine import ChunkScheduler, Engine, EngineError, Job, chunk_size
 from satform.campaign.folder import RECORDS, CampaignFolder, locked
 from satform.campaign.local_engine import LocalEngine
 from satform.campaign.manifest import FolderError
@@ -259,7 +259,7 @@ def _fly(
     store = ResultStore(folder)
     reason, flown, begun = "", False, time.perf_counter()
     with StopRequest() as request, progress.displayed(campaign.name) as show:
-        flights = Flights(
+        scheduler = ChunkScheduler(
             lambda number: case_values(campaign, number),
             store.store,
             lambda count: show(before + count, total),
@@ -272,7 +272,7 @@ def _fly(
             workers = engine.workers
             satellites = len(campaign.base.satellites)
             size = chunk_size(total - before, workers, satellites, campaign.series_bytes)
-            flown = flights.fly(map(int, np.flatnonzero(~done)), size, engine)
+            flown = scheduler.fly(map(int, np.flatnonzero(~done)), size, engine)
             store.flush()
         except EngineError as error:
             reason = str(error)

@@ -21,9 +21,9 @@ from multiprocessing.connection import wait
 from typing import Any
 
 from satform.campaign.engine import Chunk, EngineError, Job, Outcome
-from satform.campaign.local_engine import MOST_STARTS, WorkerProcess
 from satform.campaign.results import CaseResult
 from satform.campaign.software import software
+from satform.campaign.worker_process import MOST_STARTS, WorkerProcess
 
 _CONNECT_LIMIT = 20.0
 """Wall-clock time in which the scheduler has to answer, also after a lost connection, s."""
@@ -287,4 +287,4 @@ def end_processes(token: str) -> None:
         for thread in own:
             del _processes[thread]
     for process in own.values():
-        process.kill_for_its_thread()
+        process.kill_keeping_pipe()

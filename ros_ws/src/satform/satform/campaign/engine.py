@@ -158,8 +158,8 @@ def chunk_size(cases: int, workers: int, satellites: int, series_bytes: int = 0)
 
 
 @dataclass
-class Flights:
-    """The cases of a campaign under way.
+class ChunkScheduler:
+    """Gives the cases of a campaign to an engine in chunks, and stores their results.
 
     Attributes:
         changes: gives the changes of a case, for the result of one whose flight gave none.

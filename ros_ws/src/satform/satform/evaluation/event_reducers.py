@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Times of events, computed block by block: settling time, first time within a bound.
 
-`LastOutside` finds the last row outside of a bound, `FirstInside` the first row within it. `SettlingOf`, a
-`WholeFlight`, is the settling time of a series of all satellites. Each stores one row number for each run and
+`LastOutside` finds the last row outside of a bound, `FirstInside` the first row within it. `SettlingOf`, an
+`EventTime`, is the settling time of a series of all satellites. Each stores one row number for each run and
 series, whatever the length of the flight.
 """
 
@@ -82,8 +82,8 @@ class FirstInside:
         return np.full((), np.nan) if self._first is None else self._first
 
 
-class WholeFlight(ABC):
-    """A time at which something happens, of all satellites that are meant.
+class EventTime(ABC):
+    """The time of each run at which something happens, of all satellites that are meant.
 
     Attributes:
         needs: quantities that the blocks have to hold.
@@ -123,7 +123,7 @@ class WholeFlight(ABC):
         """The row of the flight at which it happens, shape (R,)."""
 
 
-class SettlingOf(WholeFlight):
+class SettlingOf(EventTime):
     """Time after which a series of no satellite that flies exceeds a level again."""
 
     def __init__(self, stretch: Stretch, series: str, level: float, step: float) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from satform.common.spec import Positive
-from satform.evaluation.event_reducers import FirstInside, SettlingOf, WholeFlight, not_all_within
+from satform.evaluation.event_reducers import EventTime, FirstInside, SettlingOf, not_all_within
 from satform.evaluation.reducers import ExtremeOf
 from satform.numeric.elementwise import Array, norm
 from satform.record.reducer import FlightShape, Reducer
@@ -136,7 +136,7 @@ class Distance(OverWindow):
         return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"
 
 
-class _Reaching(WholeFlight):
+class _Reaching(EventTime):
     """Time at which a component of the sliding variable first comes within a level."""
 
     def __init__(self, stretch: Stretch, level: float, step: float, axis: int) -> None:
