@@ -17,7 +17,8 @@ from campaigns import ERROR, HOSTILE, made_campaign, result_columns, some_campai
 from pages import Shown
 from satform.campaign.folder import CampaignFolder
 from satform_tools.campaign import envelopes, report
-from satform_tools.campaign.page.charts import MOST_POINTS, charts
+from satform_tools.campaign.chart_content import MOST_POINTS
+from satform_tools.campaign.page.charts import charts
 from satform_tools.campaign.report_statistics import report_statistics
 from satform_tools.campaign.summary import MOST_FAILURES, Summary, summarise
 from satform_tools.cli import main as cli

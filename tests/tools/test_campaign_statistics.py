@@ -28,8 +28,9 @@ from satform.campaign.folder import CampaignFolder
 from satform.campaign.result_files import write_results
 from satform.campaign.results import CaseResult
 from satform_tools.campaign import envelopes, gallery, junit, plots, report, tables
+from satform_tools.campaign.chart_content import drawn_pairs
 from satform_tools.campaign.exports import export
-from satform_tools.campaign.page.charts import charts, drawn_pairs
+from satform_tools.campaign.page.charts import charts
 from satform_tools.campaign.report_statistics import ReportStatistics, report_statistics
 from satform_tools.campaign.summary import Summary, summarise
 from satform_tools.console import to_json

@@ -12,8 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from satform.plot.style import BLUE, FAINT, INK, RED, STYLE, figure, time_unit
-from satform_tools.campaign.envelopes import Envelope
-from satform_tools.campaign.page.charts import (
+from satform_tools.campaign.chart_content import (
     drawn_pairs,
     is_near,
     is_wide,
@@ -21,6 +20,7 @@ from satform_tools.campaign.page.charts import (
     scatter_of,
     with_unit,
 )
+from satform_tools.campaign.envelopes import Envelope
 from satform_tools.campaign.report_statistics import Correlation, Histogram, RateByValue, ReportStatistics
 from satform_tools.campaign.summary import interval_text
 

@@ -6,28 +6,21 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from satform.numeric.elementwise import Array
 from satform.plot.style import time_unit
-from satform_tools.campaign.envelopes import Envelope
-from satform_tools.campaign.report_statistics import (
-    WIDE,
-    Correlation,
-    Histogram,
-    RateByValue,
-    ReportStatistics,
-    is_wide_range,
+from satform_tools.campaign.chart_content import (
+    drawn_pairs,
+    is_near,
+    is_wide,
+    members_text,
+    scatter_of,
+    with_unit,
 )
+from satform_tools.campaign.envelopes import Envelope
+from satform_tools.campaign.report_statistics import Correlation, Histogram, RateByValue, ReportStatistics
 from satform_tools.report.page.document import packed
 
 Chart: TypeAlias = dict[str, Any]
-
-MOST_SCATTERS = 12
-"""Pairs of an input and a figure that are drawn."""
-
-MOST_POINTS = 1000
-"""Cases in a scatter plot."""
 
 _MOST_ROWS, _MOST_COLUMNS = 30, 16
 
@@ -42,42 +35,6 @@ def charts(statistics: ReportStatistics) -> dict[str, list[Chart]]:
         "ranks": [ranks] if ranks else [],
         "scatters": [_scatter(index, pair, statistics) for index, pair in enumerate(drawn_pairs(statistics))],
     }
-
-
-def drawn_pairs(statistics: ReportStatistics) -> list[Correlation]:
-    """The strongest pairs of an input and a figure, which are drawn case by case."""
-    return [pair for pair in statistics.correlations if not pair.of_success][:MOST_SCATTERS]
-
-
-def scatter_of(
-    pair: Correlation, statistics: ReportStatistics
-) -> tuple[NDArray[np.int64], Array, Array, NDArray[np.bool_]]:
-    """Numbers of the cases, input, figure and success of a pair, of at most as many cases as are drawn."""
-    sample = statistics.sample
-    first, second = sample.inputs[pair.input], sample.figures[pair.figure]
-    rows = np.flatnonzero(np.isfinite(first) & np.isfinite(second))
-    if len(rows) > MOST_POINTS:
-        rows = np.sort(np.random.default_rng(0).choice(rows, MOST_POINTS, replace=False))
-    return sample.numbers[rows], first[rows], second[rows], sample.success[rows]
-
-
-def is_wide(values: Array) -> bool:
-    """Whether values need a logarithmic axis."""
-    known = values[np.isfinite(values)]
-    return bool(known.size) and is_wide_range(float(known.min()), float(known.max()))
-
-
-def is_near(value: float, found: Histogram) -> bool:
-    """Whether a limit can be drawn and leaves room for the cases."""
-    low, high = float(found.edges[0]), float(found.edges[-1])
-    if found.logarithmic:
-        return low / WIDE <= value <= high * WIDE
-    return low - (high - low) <= value <= high + (high - low)
-
-
-def with_unit(name: str, unit: str) -> str:
-    """The title of an axis."""
-    return f"{name} [{unit}]" if unit else name
 
 
 def _chart(key: str, title: str, x: dict[str, Any], y: dict[str, Any], parts: Sequence[Any]) -> Chart:
@@ -164,13 +121,6 @@ def _envelope(index: int, found: Envelope) -> Chart:
     chart["kind"] = "time"
     chart["note"] = members_text(found)
     return chart
-
-
-def members_text(found: Envelope) -> str:
-    """How many members an envelope has."""
-    least, most = int(found.members.min()), int(found.members.max())
-    counted = f"{most} members" if least == most else f"{least} to {most} members"
-    return f"{counted}: the satellites of {found.cases} cases."
 
 
 def _ranks(statistics: ReportStatistics) -> Chart | None:
