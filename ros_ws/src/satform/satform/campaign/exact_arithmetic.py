@@ -1,10 +1,14 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Arithmetic of the values of cases, with the same bits on every processor.
+"""Arithmetic with the same bits on every processor: values of grids, and the products of correlations.
 
 numpy and LAPACK choose their code by the processor, and its results may differ in the last bit. Here sums are
 made in a fixed order by operations that IEEE 754 rounds alike everywhere or that are made in integers, and
 logarithms and exponentials by `decimal`, which computes them in integers.
+
+Draws of `uniform` and `choice` need no more than this either. Those of `normal`, `truncated_normal` and
+`log_uniform`, and of all correlated dispersions, go through logarithms and exponentials of the C library
+(`distributions`, `cases`): they may differ in the last bits between processors.
 """
 
 import math
