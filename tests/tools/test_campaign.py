@@ -3,14 +3,18 @@
 """Campaigns from the command line: flown and judged, their cases, and what is refused."""
 
 import json
+import math
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
 from campaigns import SHIPPED
-from satform.campaign.cases import case_scenario
+from satform.campaign.cases import case_scenario, changed_scenario
+from satform.campaign.distributions import UniformSpec
 from satform.campaign.loader import load_campaign
+from satform.campaign.software import software
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_MISSED
 from satform.flight.simulate import simulate
 from satform_tools.cli import main as cli
@@ -57,7 +61,7 @@ def test_a_missed_expectation_is_exit_code_1_in_the_output_and_in_junit(
     assert len(skipped) == found["failed"] == int(suite.get("skipped") or 0)
     assert (suite.get("failures"), suite.get("tests")) == ("1", str(found["failed"] + 1))
     number = found["failures"][0]["number"]
-    assert skipped[0].findtext("system-out") == f"satform run --campaign {file} --case {number}"
+    assert skipped[0].findtext("system-out") == f"satform run --campaign {tmp_path}/out --case {number}"
 
 
 def test_a_case_shows_its_values_and_its_run_has_the_bits_of_the_campaign(
@@ -79,6 +83,50 @@ def test_a_case_shows_its_values_and_its_run_has_the_bits_of_the_campaign(
     assert json.loads((tmp_path / "run" / "case.json").read_text())["changes"] == case["changes"]
     words = ("case", file, "3", "--fly", "--mode", "inprocess", "--out", tmp_path / "fly")
     assert campaign_summary(capsys, *words)["state_hash"] == flown["state_hash"]
+
+
+def test_a_case_of_a_folder_has_the_values_that_are_stored_there(
+    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    assert campaign_command(capsys, "run", file, "--out", out, "--workers", "1")[0] == EXIT_DONE
+    computed = json_and_notes(capsys, "campaign", "case", file, "3", "--json")
+    stored = json_and_notes(capsys, "campaign", "case", out, "3", "--json")
+    assert stored[0]["changes"] == computed[0]["changes"]
+    assert stored[1] == computed[1] == ""
+
+    value = UniformSpec.value
+    monkeypatch.setattr(
+        UniformSpec, "value", lambda spec, quantile: math.nextafter(value(spec, quantile), math.inf)
+    )
+    other = f"case 3: 3 of 4 values are computed otherwise on this machine; those stored in {out} are used"
+    found, notes = json_and_notes(capsys, "campaign", "case", out, "3", "--json")
+    assert found["changes"] == stored[0]["changes"]
+    assert notes.strip() == other
+    assert json_and_notes(capsys, "campaign", "case", file, "3", "--json")[0]["changes"] != found["changes"]
+
+    monkeypatch.setattr("satform.campaign.folder.software", lambda: {**software(), "arithmetic": "another"})
+    run = ("run", "--campaign", out, "--case", "3", "--mode", "inprocess", "--json")
+    flown, notes = json_and_notes(capsys, *run, "--out", tmp_path / "run")
+    assert other in notes
+    assert f"{out}: its results are of other software (arithmetic " in notes
+    scenario = changed_scenario(load_campaign(file), stored[0]["changes"], "case 3")
+    assert flown["state_hash"] == simulate(scenario).digest()
+    assert json.loads((tmp_path / "run" / "case.json").read_text())["changes"] == found["changes"]
+
+    for path in (out / "results").iterdir():
+        path.write_bytes(path.read_bytes()[:-1])
+    code, _, err = campaign_command(capsys, "case", out, "3")
+    assert code == EXIT_BAD_INPUT
+    assert "is damaged: its content does not have the digest in its name" in err
+
+
+def json_and_notes(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[Any, str]:
+    """What a command that succeeds prints to standard output, as JSON, and to standard error."""
+    code = cli.main([str(word) for word in words])
+    found = capsys.readouterr()
+    assert code in {EXIT_DONE, EXIT_MISSED}, found.err
+    return json.loads(found.out), found.err
 
 
 def test_records_of_failed_cases_are_runs_that_report_opens(

@@ -55,13 +55,13 @@ def test_failed_cases_are_listed_with_the_command_that_flies_each(
     for number in numbers[:MOST_FAILURES]:
         reason = " ".join(str(columns["reason"][columns["number"] == number][0]).split())
         assert reason in shown
-        assert f"satform run --campaign {folder.path}/campaign.json --case {number}" in shown
+        assert f"satform run --campaign {folder.path} --case {number}" in shown
 
 
-def test_a_command_for_a_file_with_a_space_in_its_name_can_be_copied(tmp_path: Path) -> None:
+def test_a_command_for_a_folder_with_a_space_in_its_name_can_be_copied(tmp_path: Path) -> None:
     folder = made_campaign(tmp_path / "of one's own", 4)
     command = summarise(folder, folder.campaign()).command(3)
-    path = str(folder.path / "campaign.json").replace("'", "'\"'\"'")
+    path = str(folder.path).replace("'", "'\"'\"'")
     assert command == f"satform run --campaign '{path}' --case 3"
 
 

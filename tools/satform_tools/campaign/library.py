@@ -4,12 +4,10 @@
 
 from pathlib import Path
 
-from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.folder import CampaignFolder
 from satform.campaign.loader import load_campaign
 from satform.campaign.manifest import MANIFEST, FolderError
 from satform.campaign.model import Campaign
-from satform.scenario import Scenario
 from satform_tools.errors import CommandError
 from satform_tools.run import shipped_files
 from satform_tools.run.scenario_library import SCENARIOS
@@ -35,9 +33,8 @@ def find(campaign: str) -> Path:
     Raises:
         CommandError: nothing of that name is known.
     """
-    path = Path(campaign)
-    if campaign not in names() and is_folder(path):
-        return path / "campaign.json"
+    if is_folder_of(campaign):
+        return Path(campaign) / "campaign.json"
     otherwise = "the path of a YAML file, or the folder of a campaign"
     return shipped_files.find(campaign, CAMPAIGNS, "campaign", otherwise)
 
@@ -56,12 +53,17 @@ def load(campaign: str) -> tuple[Campaign, Path]:
         ScenarioError: it or its scenario cannot be flown.
     """
     file = find(campaign)
-    if is_folder(Path(campaign)) and file.parent == Path(campaign):
-        try:
-            return opened(Path(campaign)).campaign(), file
-        except FolderError as error:
-            raise CommandError(str(error)) from None
-    return load_campaign(file, SCENARIOS), file
+    if not is_folder_of(campaign):
+        return load_campaign(file, SCENARIOS), file
+    try:
+        return opened(file.parent).campaign(), file
+    except FolderError as error:
+        raise CommandError(str(error)) from None
+
+
+def is_folder_of(campaign: str) -> bool:
+    """Whether the name of a campaign, as for `find`, is that of its folder."""
+    return campaign not in names() and is_folder(Path(campaign))
 
 
 def is_folder(path: Path) -> bool:
@@ -70,37 +72,6 @@ def is_folder(path: Path) -> bool:
         return (path / MANIFEST).is_file()
     except (OSError, ValueError):
         return False
-
-
-def case(campaign: Campaign, number: int) -> Scenario:
-    """The scenario of a case.
-
-    Raises:
-        CommandError: there is no such case.
-        ScenarioError: it cannot be flown.
-    """
-    require_case(campaign, number)
-    return case_scenario(campaign, number)
-
-
-def values(campaign: Campaign, number: int) -> dict[str, float | int | str | bool]:
-    """The changes of a case by path of the scenario's field.
-
-    Raises:
-        CommandError: there is no such case.
-    """
-    require_case(campaign, number)
-    return case_values(campaign, number)
-
-
-def require_case(campaign: Campaign, number: int) -> None:
-    """Check that a campaign has a case.
-
-    Raises:
-        CommandError: it has not.
-    """
-    if not 0 <= number < campaign.cases:
-        raise CommandError(f"there is no case {number}: {campaign.name} has cases 0 to {campaign.cases - 1}")
 
 
 def opened(path: Path) -> CampaignFolder:

@@ -188,8 +188,9 @@ class Summary:
             yield batch
 
     def command(self, number: int) -> str:
-        """The command that flies a case."""
-        return f"satform run --campaign {shlex.quote(self.file)} --case {number}"
+        """The command that flies a case with the values that it has in the folder."""
+        folder = shlex.quote(str(self.folder.path.absolute()))
+        return f"satform run --campaign {folder} --case {number}"
 
     def data(self) -> dict[str, Any]:
         """Everything, for `summary.json` and `--json`."""

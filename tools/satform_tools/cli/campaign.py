@@ -159,7 +159,7 @@ def case(
     json: Json = False,
 ) -> None:
     """Show what a case of a campaign sets, by path of the scenario's fields."""
-    from satform_tools.campaign import library
+    from satform_tools.campaign import case as campaign_case
     from satform_tools.cli import run as run_commands
 
     if fly:
@@ -167,13 +167,14 @@ def case(
         return
     if out is not None:
         raise CommandError("--out is for --fly")
-    loaded, file = library.load(campaign)
-    values = library.values(loaded, number)
+    found = campaign_case.load(campaign, number)
     if json:
-        console.as_json({"campaign": loaded.name, "file": str(file), "case": number, "changes": values})
+        about = {"campaign": found.campaign.name, "file": str(found.file), "case": number}
+        console.as_json({**about, "changes": found.changes})
         return
     rows = [
-        (path, f"{value:.9g}" if isinstance(value, float) else str(value)) for path, value in values.items()
+        (path, f"{value:.9g}" if isinstance(value, float) else str(value))
+        for path, value in found.changes.items()
     ]
     console.table(console.Table(("field", "value"), rows, right=frozenset({1})))
 

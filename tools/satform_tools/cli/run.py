@@ -148,10 +148,10 @@ def run(
     from satform_tools.run import command as run_command
     from satform_tools.run import scenario_library
 
-    prepared = None
+    loaded_case = None
     if campaign is not None and case is not None:
-        prepared = campaign_case.prepare(campaign, case, out)
-        flown, out = prepared.scenario, prepared.folder
+        loaded_case = campaign_case.load(campaign, case)
+        flown, out = loaded_case.scenario(), loaded_case.make_folder(out)
     else:
         flown = scenario_library.load(scenario or "", changes or (), seed)
     options = run_command.RunOptions(
@@ -167,8 +167,8 @@ def run(
         namespace=names.namespace(namespace),
     )
     result = run_command.run(flown, mode.value, record=record, out=out, options=options)
-    if prepared is not None:
-        prepared.describe()
+    if loaded_case is not None:
+        loaded_case.describe(result.folder)
     if profile:
         from satform_tools.report import profile as flight_profile
 

@@ -6,9 +6,9 @@ numpy and LAPACK choose their code by the processor, and its results may differ 
 made in a fixed order by operations that IEEE 754 rounds alike everywhere or that are made in integers, and
 logarithms and exponentials by `decimal`, which computes them in integers.
 
-Draws of `uniform` and `choice` need no more than this either. Those of `normal`, `truncated_normal` and
-`log_uniform`, and of all correlated dispersions, go through logarithms and exponentials of the C library
-(`distributions`, `cases`): they may differ in the last bits between processors.
+Draws of `uniform` and `choice` need sums and products only, and are exact, too. Those of `normal`,
+`truncated_normal` and `log_uniform`, and of all correlated dispersions, go through logarithms and
+exponentials of the C library (`distributions`, `cases`): they may differ in the last bits between processors.
 """
 
 import math

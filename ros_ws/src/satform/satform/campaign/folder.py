@@ -155,16 +155,20 @@ class CampaignFolder:
         except ScenarioError as error:
             raise FolderError(f"{file}: the campaign has changed since it was started: {error}") from None
 
+    def other_software(self) -> str:
+        """How the software that runs now differs from that of the results, in words; empty if it does not."""
+        now, then = software(), self.manifest.versions
+        changed = [name for name in {**then, **now} if now.get(name) != then.get(name)]
+        return ", ".join(f"{name} {then.get(name)} then, {now.get(name)} now" for name in changed)
+
     def require_software(self) -> None:
         """Check that results of the software that runs now fit those in the folder.
 
         Raises:
             FolderError: they may have other bits.
         """
-        now, then = software(), self.manifest.versions
-        changed = [name for name in {**then, **now} if now.get(name) != then.get(name)]
-        if changed:
-            differences = ", ".join(f"{name} {then.get(name)} then, {now.get(name)} now" for name in changed)
+        differences = self.other_software()
+        if differences:
             raise FolderError(
                 f"{self.path}: its results are of other software, whose bits may differ ({differences}); "
                 "start the campaign in a new folder"
@@ -194,6 +198,16 @@ class CampaignFolder:
             ResultFileError: a file is damaged.
         """
         return all_results(self.path, self.manifest.schema, files)
+
+    def result(self, number: int) -> CaseResult | None:
+        """The result of a case, without series; None where it has none.
+
+        Raises:
+            OSError: a file cannot be read.
+            ResultFileError: a file is damaged.
+        """
+        files = [file for file in result_files(self.path) if file.first <= number <= file.last]
+        return next((result for result in self.results(files) if result.number == number), None)
 
     def results_hash(self) -> str:
         """Hash over all results, equal however and wherever they were flown.
