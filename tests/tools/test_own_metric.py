@@ -18,6 +18,7 @@ from flights import shortened
 from satform import FlightRecord, simulate
 from satform.record.flight_block import FlightBlock
 from satform.record.reducer import FlightShape
+from satform.scenario.expectation import ComputedFrom
 
 pytestmark = pytest.mark.unmeasured
 
@@ -87,5 +88,5 @@ def test_the_short_way_on_the_page_gives_the_same_figure(own_metric: Any) -> Non
     whole = type("Whole", (own_metric.TimeOutside,), {"measure": names["measure"]})(**fields)
     record = simulate(shortened("triangle", 100.0))
     assert whole.measure(record) == expectation.measure(record) > 0.0
-    assert whole.reducer_in_flight(FlightShape.of(record)) is None
-    assert expectation.reducer_in_flight(FlightShape.of(record)) is not None
+    assert whole.computed_from is ComputedFrom.RECORD
+    assert expectation.computed_from is ComputedFrom.BLOCKS

@@ -17,7 +17,7 @@ from satform.evaluation.reducers import ExtremeOf
 from satform.evaluation.tracking import Distance, TrackingError, TrackingErrorAt
 from satform.record.flight_record import FlightRecord
 from satform.record.reducer import FlightShape, Reducer
-from satform.scenario.expectation import Loops
+from satform.scenario.expectation import ComputedFrom, Loops
 from satform.scenario.windowed_expectation import OverWindow
 
 RADIUS = SpectralRadius(below=1.0, source="none")
@@ -49,7 +49,7 @@ class FromReducer(TrackingSquared):
 def test_a_metric_that_measures_whole_records_has_no_reducer_and_the_figures_say_so() -> None:
     flown = flights(np.random.default_rng(1), runs=2)
     expectations = [MeanSpeed(below=9.0, source="none"), TrackingSquared(below=9.0, source="none")]
-    assert [own.reducer_in_flight(shape(flown[0])) for own in expectations] == [None, None]
+    assert [own.computed_from for own in expectations] == [ComputedFrom.RECORD, ComputedFrom.RECORD]
     assert expectations[0].reducer(shape(flown[0])) is None
     assert all(math.isfinite(own.measure(flown[0].record)) for own in expectations)
     figures = FlightFigures([*expectations, FromReducer(below=9.0, source="none"), RADIUS], shape(flown[0]))
@@ -96,6 +96,23 @@ def test_a_metric_of_loops_that_changes_the_figure_takes_whole_records() -> None
     assert (figures.whole_records, figures.of_loops) == ((0, 2), (1,))
     loops = [SampledLoop("tracking", flight.record.satellites, 0.75, "law")]
     assert figures_of(expectations, flight.record, lambda: loops) == [0.25, 0.75, 2.0]
+
+
+class Doubled:
+    """A part of metrics that is no metric itself."""
+
+    def measure(self, record: FlightRecord) -> float:
+        return 2.0
+
+
+class DoubledTracking(Doubled, TrackingError):  # noqa: N818 - the figure is called an error
+    """A metric of one's own with a figure from a class of another kind."""
+
+
+def test_what_a_figure_is_computed_from_is_known_of_every_kind() -> None:
+    kinds = (TrackingError, FromReducer, SpectralRadius, Margin, OwnLoops, DoubledTracking)
+    blocks_, loops, record = ComputedFrom.BLOCKS, ComputedFrom.LOOPS, ComputedFrom.RECORD
+    assert [kind.computed_from for kind in kinds] == [blocks_, blocks_, loops, record, record, record]
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -9,16 +9,15 @@ import numpy as np
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock
 from satform.record.reducer import FlightShape
-from satform.scenario.expectation import Expectation
+from satform.scenario.expectation import ComputedFrom, Expectation
 
 
 class FlightFigures:
     """Figures of R flights of the same expectations, from the blocks of their steps.
 
     Attributes:
-        whole_records: indices of the expectations that measure whole records only: kinds that define
-            `measure` and no `reducer` of their own, and kinds of loops that define `figure` alone.
-        of_loops: indices of those whose figure is one of the sampled loops, for which nothing is flown.
+        whole_records: indices of the expectations that measure whole records only.
+        of_loops: indices of those whose figure is computed from the sampled loops, without a flight.
         needs: quantities of a `FlightRecord` that the blocks have to hold.
     """
 
@@ -30,14 +29,15 @@ class FlightFigures:
             flight: names, control period and steps of each flight.
         """
         self._count, self._runs = len(expectations), 0
-        made = {
-            index: None if expectation.of_loops else expectation.reducer_in_flight(flight)
-            for index, expectation in enumerate(expectations)
-            if not expectation.is_of_loops()
+        kinds = [expectation.computed_from for expectation in expectations]
+        self._reducers = {
+            index: reducer
+            for index, (kind, expectation) in enumerate(zip(kinds, expectations, strict=True))
+            if kind is ComputedFrom.BLOCKS and (reducer := expectation.reducer(flight)) is not None
         }
-        self._reducers = {index: reducer for index, reducer in made.items() if reducer is not None}
-        self.whole_records = tuple(index for index, reducer in made.items() if reducer is None)
-        self.of_loops = tuple(index for index in range(self._count) if index not in made)
+        self.of_loops = tuple(index for index, kind in enumerate(kinds) if kind is ComputedFrom.LOOPS)
+        others = {*self._reducers, *self.of_loops}
+        self.whole_records = tuple(index for index in range(self._count) if index not in others)
         self.needs: frozenset[str] = frozenset().union(*(own.needs for own in self._reducers.values()))
 
     def update(self, block: FlightBlock) -> None:

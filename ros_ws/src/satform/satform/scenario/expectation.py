@@ -5,7 +5,8 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, TypeAlias
+from enum import Enum, auto
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -19,6 +20,33 @@ from satform.scenario.parts import SatelliteSpec, Timing
 
 Loops: TypeAlias = Callable[[], Sequence[SampledLoop]]
 """Gives the sampled loops of a scenario, worked out when they are asked for."""
+
+
+class ComputedFrom(Enum):
+    """What the figure of an expectation is computed from, by the methods that its kind defines.
+
+    Of a kind and its bases counts the first that defines one of these methods.
+    """
+
+    BLOCKS = auto()
+    """The blocks of a flight while it goes on: it defines `reducer`."""
+    LOOPS = auto()
+    """The scenario's sampled loops, without a flight: it is `of_loops` and defines `figure_of_loops`."""
+    RECORD = auto()
+    """Whole records: it defines `measure` or `figure` and none of the others."""
+
+    @classmethod
+    def of(cls, kind: type["Expectation"]) -> "ComputedFrom":
+        """That of a kind."""
+        for base in kind.__mro__[: kind.__mro__.index(Expectation)]:
+            own = vars(base).keys()
+            if kind.of_loops and "figure_of_loops" in own:
+                return cls.LOOPS
+            if "reducer" in own:
+                return cls.BLOCKS
+            if {"measure", "figure"} & own:
+                break
+        return cls.RECORD
 
 
 @dataclass(frozen=True)
@@ -55,7 +83,9 @@ class Expectation(Spec):
     of_phases: ClassVar[bool] = False
     """Whether the figure is made of arc lengths."""
     of_loops: ClassVar[bool] = False
-    """Whether the figure is one of the sampled loops, and no flight is needed for it."""
+    """Whether the figure is one of the sampled loops."""
+    computed_from: ClassVar[ComputedFrom] = ComputedFrom.RECORD
+    """Found for every kind when it is defined."""
 
     label: str | None = None
     """What is measured, in words; made from the fields when left out."""
@@ -73,6 +103,11 @@ class Expectation(Spec):
     """Where the figure comes from: paper, theory, another program. Given unless `regression` is."""
     regression: bool = False
     """Whether `value` is what this software gave, to notice every change of it; no source is named then."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        cls.computed_from = ComputedFrom.of(cls)
 
     @model_validator(mode="after")
     def _has_a_criterion(self) -> "Expectation":
@@ -100,28 +135,6 @@ class Expectation(Spec):
             flight: names, control period and steps of it.
         """
         return None
-
-    def reducer_in_flight(self, flight: FlightShape) -> Reducer | None:
-        """The reducer, if its figure is that of `measure` and `figure`; None where a subclass changed these.
-
-        Args:
-            flight: names, control period and steps of it.
-        """
-        for kind in type(self).__mro__:
-            if "reducer" in vars(kind):
-                return self.reducer(flight)
-            if {"measure", "figure"} & vars(kind).keys():
-                break
-        return None
-
-    def is_of_loops(self) -> bool:
-        """Whether `figure_of_loops` gives its figure; not where a subclass changed `measure` or `figure`."""
-        for kind in type(self).__mro__ if self.of_loops else ():
-            if kind is not Expectation and "figure_of_loops" in vars(kind):
-                return True
-            if {"measure", "figure"} & vars(kind).keys():
-                break
-        return False
 
     def measure(self, record: FlightRecord) -> float:
         """The figure in its unit; NaN when the record does not hold it.
