@@ -7,6 +7,7 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from flights import SCENARIOS, shortened
@@ -106,6 +107,63 @@ def test_show_describes_the_graph_its_roots_and_in_neighbours(capsys: pytest.Cap
     assert {"topic": "/sat3/arc_length", "from": "sat3", "to": ["sat2", "sat4"]} in data["topics"]
     assert data["processes"][0]["node"] == "plant"
     assert len(data["processes"]) == 8
+
+
+def shown(name: str, capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, object]]:
+    """Satellites of a scenario as `show --json` gives them, by name; its text has to be printed as well."""
+    assert cli.main(["show", name]) == 0
+    assert capsys.readouterr().out
+    assert cli.main(["show", name, "--json"]) == 0
+    return {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)["satellites"]}
+
+
+def test_show_prints_gain_closed_loop_and_observer_poles(capsys: pytest.CaptureFixture[str]) -> None:
+    satellites = shown("geo_sphere_lqr", capsys)
+    leader, observed = (satellites[name]["feedback"] for name in ("leader", "observed"))
+    assert observed["gain"] == leader["gain"]
+    # Across the orbit: z'' = -n^2 z + u, solved by hand.
+    motion = 2.0 * math.pi / 86164.0905
+    stiffness = motion**2 * (-1.0 + math.sqrt(1.0 + 0.5 / (0.5 * motion**2)))
+    assert leader["gain"][2][2] == pytest.approx(stiffness, rel=1e-4)
+    assert leader["observer_poles"] == []
+    assert observed["observer_poles"] == pytest.approx([-0.050, -0.052, -0.054, -0.056, -0.058, -0.060])
+    assert len(leader["closed_loop_poles"]) == 6
+    assert all(pole[0] < 0.0 for pole in leader["closed_loop_poles"])
+    assert cli.main(["show", "geo_sphere_lqr"]) == 0
+    printed = capsys.readouterr().out
+    assert "gain of observed, u = -K e:" in printed
+    assert "observer poles of observed: -0.05, -0.052, -0.054, -0.056, -0.058, -0.06 1/s" in printed
+
+
+def test_show_prints_reaching_times_and_the_lyapunov_function_at_the_start(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    start = shown("triangle", capsys)["sat1"]["sliding"]
+    # Velocity errors of 50, -50 and 20 m/s; switching and reaching gain 0.1; disturbances of 0.01 m/s^2.
+    assert start["sliding_variable"] == pytest.approx([50.0, -50.0, 20.0], rel=1e-9)
+    assert start["lyapunov"] == pytest.approx(2700.0, rel=1e-9)
+    for key, authority in (("reaching_time", 0.1), ("longest_reaching_time", 0.09)):
+        wanted = [math.log1p(0.1 * error / authority) / 0.1 for error in (50.0, 50.0, 20.0)]
+        assert start[key] == pytest.approx(wanted, rel=1e-9)
+
+
+def test_show_prints_pointing_gains_inertia_and_the_lyapunov_function_of_attitudes(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    attitude = shown("attitude_cape_canaveral", capsys)["sat1"]["attitude"]
+    assert (attitude["attitude_gain"], attitude["rate_gain"]) == (14.0, 40.0)
+    assert [row[axis] for axis, row in enumerate(attitude["inertia"])] == [86.0, 85.0, 113.0]
+    assert attitude["wheel_inertia"] == [0.5, 0.5, 0.5]
+    # V = rate' J rate / 2 + 2 k1 ln(1 + tan^2(angle / 4)), with J between 84.5 and 112.5 kg m^2.
+    turned = 28.0 * math.log1p(math.tan(0.25 * attitude["angle"]) ** 2)
+    moved = 0.5 * attitude["rate_error"] ** 2
+    assert turned + 84.5 * moved <= attitude["lyapunov"] <= turned + 112.5 * moved
+    # Close to the reference: J s^2 + k2 s + k1 / 4 = 0 on each axis.
+    slowest = max(root.real for inertia in (85.5, 84.5, 112.5) for root in np.roots([inertia, 40.0, 3.5]))
+    assert attitude["closed_loop_poles"][0] == pytest.approx(slowest, rel=0.05)
+    aimed = shown("formation_pointing", capsys)["sat1"]["attitude"]
+    assert aimed["pointing"]["target"] == "sat2"
+    assert aimed["lyapunov"] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_schema_prints_what_stands_beside_the_scenarios(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,7 +15,7 @@ from satform_tools.check.reference_motion import steady_motions
 def controller_warnings(scenario: Scenario) -> list[str]:
     """Sentences about gains below the disturbance bound and steps too long for the gains."""
     found: dict[str, list[str]] = {}
-    bound, centre = _disturbance(scenario)
+    bound, centre = declared_disturbance(scenario)
     steady = steady_motions(scenario)
     for index, satellite in enumerate(scenario.satellites):
         spec = scenario.satellite(index)
@@ -29,7 +29,7 @@ def controller_warnings(scenario: Scenario) -> list[str]:
     return [f"controller of {', '.join(names)}: {sentence}" for sentence, names in found.items()]
 
 
-def _disturbance(scenario: Scenario) -> tuple[Array, Array]:
+def declared_disturbance(scenario: Scenario) -> tuple[Array, Array]:
     """Bound and centre of the declared disturbances, m/s^2, shapes (N, 3)."""
     count = len(scenario.satellites)
     bound, centre = np.zeros((count, 3)), np.zeros((count, 3))

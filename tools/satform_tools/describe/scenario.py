@@ -18,15 +18,18 @@ from satform.consensus.byzantine_robustness import (
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.flight.compile import compile_scenario, flight_plan, topic_plan
+from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import SteadyMotion
 from satform.scenario import Scenario
 from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup import BAG_FOLDER
 from satform_tools.check import warnings
 from satform_tools.check.consensus import margin
+from satform_tools.check.controllers import declared_disturbance
 from satform_tools.check.disturbances import describe_schedule
 from satform_tools.check.reference_motion import steady_motions
 from satform_tools.describe import orbit as describe_orbit
+from satform_tools.describe.feedback import attitude_of, feedback_of, start_of
 
 ALLOWED = {"value", "relative", "absolute", "below", "above"}
 """Fields of an expectation that give the allowed range."""
@@ -68,9 +71,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         "faults": [fault.model_dump(exclude_none=True) for fault in scenario.faults],
         "checkpoint_period": scenario.checkpoint_period,
         "tolerated_losses": scenario.tolerated_losses,
-        "satellites": [
-            _satellite(scenario, index, steady) for index, steady in enumerate(steady_motions(scenario))
-        ],
+        "satellites": _satellites(scenario),
         "integration_error": describe_orbit.integration(scenario),
         "cw_errors": describe_orbit.cw_errors(scenario),
         "processes": _processes(scenario),
@@ -140,8 +141,27 @@ def _links(scenario: Scenario) -> dict[str, Any] | None:
     }
 
 
-def _satellite(scenario: Scenario, index: int, steady: SteadyMotion) -> dict[str, Any]:
+def _satellites(scenario: Scenario) -> list[dict[str, Any]]:
+    bound, centre = declared_disturbance(scenario)
+    known: dict[str, dict[str, Any]] = {}
+    return [
+        _satellite(scenario, index, steady, (bound[index], centre[index]), known)
+        for index, steady in enumerate(steady_motions(scenario))
+    ]
+
+
+def _satellite(
+    scenario: Scenario,
+    index: int,
+    steady: SteadyMotion,
+    disturbance: tuple[Array, Array],
+    known: dict[str, dict[str, Any]],
+) -> dict[str, Any]:
+    """One satellite; `known` has the feedback of those before it, for those with the same."""
     spec, plan = scenario.satellite(index), flight_plan(scenario, index)
+    same = repr((spec.controller, spec.sensor, spec.filter, spec.thruster))
+    if same not in known:
+        known[same] = feedback_of(scenario, index, plan)
     assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to both
     assert spec.controller is not None  # noqa: S101
     return {
@@ -154,6 +174,9 @@ def _satellite(scenario: Scenario, index: int, steady: SteadyMotion) -> dict[str
         "largest_reference_acceleration": steady.acceleration_max,
         "largest_reference_jerk": steady.jerk_max,
         "controller": spec.controller.model_dump(mode="json"),
+        "feedback": known[same],
+        "sliding": start_of(plan, disturbance),
+        "attitude": attitude_of(scenario, index, plan),
     }
 
 

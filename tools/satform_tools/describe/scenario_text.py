@@ -12,6 +12,7 @@ from satform.scenario import Scenario
 from satform_tools import console, truncated
 from satform_tools.console import Table
 from satform_tools.describe import orbit as describe_orbit
+from satform_tools.describe.feedback import print_attitudes, print_feedback, print_start
 from satform_tools.describe.scenario import ALLOWED, describe
 
 
@@ -88,6 +89,9 @@ def _print_satellites(satellites: list[dict[str, Any]]) -> None:
         gains.setdefault(_fields_text(entry["controller"]), []).append(entry["name"])
     truncated.lines([f"controller of {truncated.names(names)}: {texts}" for texts, names in gains.items()])
     console.line()
+    print_feedback(satellites)
+    print_start(satellites)
+    print_attitudes(satellites)
 
 
 def _print_graph(data: dict[str, Any]) -> None:

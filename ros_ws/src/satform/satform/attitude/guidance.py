@@ -165,6 +165,22 @@ class Orientation:
         return self.law.wheel_torque(state, reference, self.external(measured.mrp, time))
 
 
+def reference_at_start(orientation: Orientation, own: Reference) -> AttitudeReference:
+    """The desired attitude of one satellite at time zero, by its flight plan.
+
+    Args:
+        orientation: where it points.
+        own: its desired motion at the start, LVLH, shape (3,).
+    """
+    begin, pointing, target = np.zeros(()), orientation.pointing, orientation.target
+    if isinstance(pointing, GroundPointing):
+        return pointing.reference(begin)
+    assert target is not None  # noqa: S101 - built together
+    phase = target.planned_phase + target.phase_offset
+    aimed_at = target.path.reference(phase, target.planned_rate, np.zeros_like(phase))
+    return pointing.reference(own, aimed_at, begin)
+
+
 class PointingReference:
     """The desired attitude of each step, worked out ahead where it depends on time alone."""
 
