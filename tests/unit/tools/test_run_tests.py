@@ -99,6 +99,13 @@ def test_a_part_s_output_is_whole_and_its_exit_code_is_kept() -> None:
     assert (outcome.code, outcome.output) == (7, "one\ntwo\nthree\n")
 
 
+def test_parts_store_bytecode_also_where_that_is_turned_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    code = "import sys; print(sys.dont_write_bytecode)"
+    ((_, outcome),) = run_tests._side_by_side([run_tests.Part("part", ("-c", code))])
+    assert outcome.output == "False\n"
+
+
 def test_a_process_that_a_part_has_left_behind_does_not_hold_the_command_up() -> None:
     code = "import subprocess; print(subprocess.Popen(['sleep', '3600']).pid)"
     ((_, outcome),) = run_tests._side_by_side([run_tests.Part("part", ("-c", code))])
