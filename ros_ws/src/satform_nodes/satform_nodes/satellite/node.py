@@ -6,19 +6,17 @@ import os
 import signal
 import time
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from satform_msgs.msg import FormationStatus
 
-from satform.attitude.guidance import Attitude
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.common.name_list import listed
 from satform.communication import topic_table
 from satform.communication.messages import encode
 from satform.communication.topic_table import RECORDER
-from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
@@ -31,9 +29,10 @@ from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_nodes.satellite.duplicate_check import DuplicateCheck
 from satform_nodes.satellite.neighbour_messages import Message, NeighbourMessages
-from satform_nodes.satellite.parameters import SatelliteParameters
+from satform_nodes.satellite.parameters import SatelliteParameters, SatelliteSettings
 from satform_nodes.satellite.publishers import SatellitePublishers
 from satform_nodes.satellite.step_batch import StepBatch
+from satform_nodes.satellite.step_messages import StepMessages
 from satform_nodes.satellite.subscriptions import MessageHandlers, SatelliteSubscriptions
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.message_validator import MessageValidator, deserialize_or_reject
@@ -42,25 +41,6 @@ from satform_nodes.transport.sim_time import Stamps
 
 _ANY_STEP = 2**63
 """A step beyond every flight."""
-
-
-@dataclass(frozen=True)
-class SatelliteSettings:
-    """Settings of a satellite's node at its start beside the scenario.
-
-    Attributes:
-        name: of the satellite.
-        recorded: whether a recorder takes part, to be waited for.
-        checkpoints: folder of the checkpoints; empty when none are kept.
-        single: whether the satellite has its process for itself.
-        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
-    """
-
-    name: str
-    recorded: bool
-    checkpoints: str
-    single: bool
-    rate: float = 0.0
 
 
 class SatelliteNode:
@@ -85,7 +65,7 @@ class SatelliteNode:
         node: FormationNode,
         executor: StepExecutor,
         plan: FormationPlan,
-        settings: "SatelliteSettings",
+        settings: SatelliteSettings,
         report: SupervisorPipe,
     ) -> None:
         names = list(plan.names)
@@ -119,9 +99,10 @@ class SatelliteNode:
         self.neighbour_messages = NeighbourMessages(plan, self.index, self.view, self._stamps)
         self.memory = CheckpointFile(settings.checkpoints, name, plan.timing.checkpoint_steps)
         self._changes: list[tuple[str, list[float]]] = []
-        self._state: tuple[Any, ...] | None = None
-        self._attitude: tuple[Any, ...] | None = None
         self.turns = plan.topics.satellites[self.index].attitude
+        self._messages = StepMessages(
+            self.neighbour_messages, self._stamps, needs_attitude=self.turns, clocked=self.clocked
+        )
         self._batch: StepBatch | None = None
         self._row = 0
         self.satellite = self._new_software()
@@ -259,7 +240,7 @@ class SatelliteNode:
         self.flying = False
         self.neighbour_messages.by_step.clear()
         self.publishers.forget()
-        self._state = self._attitude = None
+        self._messages.forget_plant()
         if not first:
             # Satellites of a group share its process, which flies on.
             self.satellite = self._new_software()
@@ -313,7 +294,7 @@ class SatelliteNode:
         self.pulse += numbers is not None or validator.repeated > before
         if numbers is None:
             return
-        self._state = numbers
+        self._messages.state = numbers
         if self._batch is None:
             self.act_if_complete()
         else:
@@ -324,7 +305,7 @@ class SatelliteNode:
         numbers = validator.validate(data, self.step, last)
         if numbers is None:
             return
-        self._attitude = numbers
+        self._messages.attitude = numbers
         if self._batch is None:
             self.act_if_complete()
         else:
@@ -332,12 +313,12 @@ class SatelliteNode:
 
     def act_if_complete(self) -> None:
         """Compute the step if all its messages have been received."""
-        state = self._state
+        state = self._messages.state
         if state is None or not self._knows(int(state[3])):
             return
         step = int(state[2])
         if step >= self.plan.timing.steps:
-            self._state = None
+            self._messages.state = None
             return
         if not self.flying and not self.join(step):
             formation = self.view.formation
@@ -348,30 +329,15 @@ class SatelliteNode:
                 known_version=formation.number,
             )
             return
-        if self.clocked:
-            self._act_on_the_clock(step, state)
+        complete = self._messages.complete(step)
+        if complete is None:
             return
-        neighbour_messages = self.neighbour_messages
-        messages, senders = neighbour_messages.by_step.get(step, {}), neighbour_messages.senders(step)
-        if any(sender not in messages for sender in senders):
-            neighbour_messages.add_final_commands(step, messages)
-            if any(sender not in messages for sender in senders):
-                return
-        if self.turns and (self._attitude is None or self._attitude[2] != step):
-            return
-        self._act(step, state, messages, senders)
-
-    def _act_on_the_clock(self, step: int, state: tuple[Any, ...]) -> None:
-        """Compute the step with the newest messages, of this step or older."""
-        if self.turns and (self._attitude is None or self._attitude[2] != step):
-            return
-        if step > self.step:
+        if self.clocked and step > self.step:
             # States that came too fast were left out.
             self._skipped += step - self.step
             self.satellite.join(step, skipped=True)
             self.step = step
-        messages = self.neighbour_messages.newest(step)
-        self._act(step, state, messages, list(messages))
+        self._act(step, state, *complete)
 
     def _knows(self, number: int) -> bool:
         """Whether the formation that a state is meant for is known; its status is on its way if not."""
@@ -385,20 +351,17 @@ class SatelliteNode:
     ) -> None:
         # Processor time: wall-clock time would include other threads that run meanwhile.
         begin = time.thread_time()
-        received = self.neighbour_messages.apply_links(step, messages, senders)
-        motion, applied = Motion(np.array(state[4:7]), np.array(state[7:10])), np.array(state[10:13])
-        attitude = None
-        if self._attitude is not None:
-            attitude = Attitude(*np.array(self._attitude[3:12]).reshape(3, 3))
-        measured_step = self._stamps.step(state[0], state[1])
+        given = self._messages.inputs(step, state, messages, senders)
         decision: Decision | None = None
         violation: Violation | None = NO_COMMAND
         with suppress(ArithmeticError):
-            decision = self.satellite.act(motion, received, measured_step, attitude, applied)
+            decision = self.satellite.act(
+                given.motion, given.received, given.measured_step, given.attitude, given.applied
+            )
             violation = self._limits.of_decision(decision, encode(self.satellite.announce())).get(0)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
-        self._state = self._attitude = None
+        self._messages.forget_plant()
         self.neighbour_messages.forget(step)
         self.step = step + 1
         publishers = self.publishers
@@ -448,7 +411,7 @@ class SatelliteNode:
             busy: this satellite's part of the processor time, s.
         """
         self.busy_seconds += busy
-        self._state = self._attitude = None
+        self._messages.forget_plant()
         self.step += 1
 
     def _dissolve_batch(self) -> None:

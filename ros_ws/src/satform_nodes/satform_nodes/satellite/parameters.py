@@ -1,8 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""ROS parameters of a satellite: its control laws, orbit and phase, which can be changed in flight."""
+"""ROS parameters of a satellite: settings at its start; control laws, orbit and phase, changed in flight."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from satform.common.spec import Spec
@@ -22,6 +23,25 @@ from satform_nodes.runtime.parameters import (
 
 ChangedParameter = tuple[str, list[float]]
 """Name of a parameter and its new value."""
+
+
+@dataclass(frozen=True)
+class SatelliteSettings:
+    """Settings of a satellite's node at its start beside the scenario.
+
+    Attributes:
+        name: of the satellite.
+        recorded: whether a recorder takes part, to be waited for.
+        checkpoints: folder of the checkpoints; empty when none are kept.
+        single: whether the satellite has its process for itself.
+        rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+    """
+
+    name: str
+    recorded: bool
+    checkpoints: str
+    single: bool
+    rate: float = 0.0
 
 
 class SatelliteParameters:

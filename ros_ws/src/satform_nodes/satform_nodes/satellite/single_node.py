@@ -12,8 +12,8 @@ from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.flight_loop import fly_all
-from satform_nodes.satellite.node import SatelliteNode, SatelliteSettings
-from satform_nodes.satellite.parameters import declare_settings
+from satform_nodes.satellite.node import SatelliteNode
+from satform_nodes.satellite.parameters import SatelliteSettings, declare_settings
 from satform_nodes.transport.executor import StepExecutor
 
 
