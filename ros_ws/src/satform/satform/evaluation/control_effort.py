@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of control effort: commanded acceleration and delta-v."""
 
-import math
 from collections.abc import Mapping
 from typing import Literal
 
@@ -42,11 +41,7 @@ class Control(_OfCommands):
     """Mean over the stretch, or its smallest or largest value."""
 
     def holds_in_part(self) -> bool:
-        if self.statistic == "mean":
-            return False
-        return (
-            self.smallest_allowed <= 0.0 if self.statistic == "maximum" else math.isinf(self.largest_allowed)
-        )
+        return self.statistic != "mean" and self.extreme_holds_in_part(self.statistic)
 
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.steps, held=True)

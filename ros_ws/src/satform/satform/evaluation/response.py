@@ -7,7 +7,6 @@
 spread in `arc_lengths`.
 """
 
-import math
 from typing import Annotated, Literal, Protocol, TypeAlias
 
 import numpy as np
@@ -137,9 +136,7 @@ class Range(OverWindow):
     """Which distance of the stretch is meant."""
 
     def holds_in_part(self) -> bool:
-        if self.statistic == "maximum":
-            return self.smallest_allowed <= 0.0
-        return math.isinf(self.largest_allowed)
+        return self.extreme_holds_in_part(self.statistic)
 
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.states, of_bodies=True)

@@ -6,7 +6,6 @@ Control and delta-v are in `control_effort`, the control law of attitude trackin
 `satform.attitude.mrp_tracking`.
 """
 
-import math
 from typing import Annotated, Literal
 
 import numpy as np
@@ -28,7 +27,7 @@ class LargestOfSteps(OverWindow):
     of_steps = True
 
     def holds_in_part(self) -> bool:
-        return self.smallest_allowed <= 0.0
+        return self.extreme_holds_in_part("maximum")
 
 
 class TrackingError(LargestOfSteps):
@@ -120,9 +119,7 @@ class Distance(OverWindow):
         return super().complaints(satellites, timing) + ([same] if first == second else [])
 
     def holds_in_part(self) -> bool:
-        if self.statistic == "maximum":
-            return self.smallest_allowed <= 0.0
-        return math.isinf(self.largest_allowed)
+        return self.extreme_holds_in_part(self.statistic)
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(

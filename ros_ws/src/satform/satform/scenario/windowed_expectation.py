@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Expectations of some satellites, over a stretch of the flight, at a moment, and of an event."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
@@ -99,6 +100,13 @@ class OverWindow(OfSatellites):
     def holds_in_part(self) -> bool:
         """Whether what is allowed over a stretch is allowed over every part of it, too."""
         return False
+
+    def extreme_holds_in_part(self, which: Literal["minimum", "maximum"]) -> bool:
+        """Whether what is allowed of an extreme of a series is allowed over every part, too.
+
+        Of a series that is never negative: over a part its smallest value is no less, its largest no more.
+        """
+        return self.smallest_allowed <= 0.0 if which == "maximum" else math.isinf(self.largest_allowed)
 
     def stretch(
         self,
