@@ -10,7 +10,7 @@ import numpy as np
 from flight_arrays import Flight
 from satform.common.spec import specs
 from satform.record.flight_block import FlightBlock
-from satform.record.flight_record import QUANTITIES, STATES
+from satform.record.quantities import QUANTITIES
 from satform.record.reducer import FlightShape, Reducer
 from satform.scenario.expectation import Expectation
 
@@ -52,7 +52,7 @@ def one_flight(
     count, arrays = len(names), {}
     whole = rng.random() < 0.4
     for name in QUANTITIES:
-        rows = 0 if name in OF_ATTITUDE and not turning else steps + (name in STATES)
+        rows = 0 if name in OF_ATTITUDE and not turning else steps + QUANTITIES[name].of_states
         shape = (rows, count, *COMPONENTS.get(name, (3,)))
         # Whole numbers are often equal to each other and to a level.
         arrays[name] = rng.integers(-3, 4, shape).astype(float) if whole else 3.0 * rng.standard_normal(shape)
@@ -137,7 +137,8 @@ def blocks(flown: list[Flight], cuts: list[int], needs: frozenset[str]) -> Itera
         last = end == steps
         held = {
             name: np.stack(
-                [own.arrays[name][begin : end + (last and name in STATES)] for own in flown], axis=1
+                [own.arrays[name][begin : end + (last and QUANTITIES[name].of_states)] for own in flown],
+                axis=1,
             )
             for name in needs
         }

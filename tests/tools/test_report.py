@@ -20,7 +20,8 @@ from satform.plot import prediction
 from satform.plot import style as plot_style
 from satform.plot.style import Unit
 from satform.record.archive import save_record
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES
 from satform_tools.cli import main as cli
 from satform_tools.report.page.charts import _envelope, charts
 from satform_tools.report.page.render import page_of

@@ -14,7 +14,8 @@ from satform.evaluation.passes import PassDistance, PassLightAngle, PassTime
 from satform.evaluation.response import Offset, Overshoot, Range, ResponseTime, Ripple
 from satform.flight.simulate import simulate
 from satform.orbits.sun import days_at, sun_in_lvlh
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES
 from satform.scenario import Timing
 
 STEP = 0.01

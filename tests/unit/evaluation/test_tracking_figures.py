@@ -32,7 +32,8 @@ from satform.evaluation.tracking import (
     TrackingErrorAt,
 )
 from satform.flight.simulate import simulate
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES
 from satform.scenario import Timing
 from satform.scenario.expectation import Expectation
 

@@ -10,7 +10,8 @@ import pytest
 
 from flights import shortened
 from satform.flight.simulate import simulate
-from satform.record.flight_record import QUANTITIES, FlightRecord, no_estimates
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES, without
 
 STEPS, COUNT = 4, 3
 
@@ -21,7 +22,7 @@ def record() -> FlightRecord:
     flight = simulate(shortened("formation_pointing", 2.0))
     generator = np.random.default_rng(7)
     # No satellite has a filter, so that what filters give has no rows; here it has.
-    arrays = {name: getattr(flight, name) for name in QUANTITIES} | no_estimates(STEPS, COUNT)
+    arrays = {name: getattr(flight, name) for name in QUANTITIES} | without("filter", COUNT, STEPS)
     numbers = {name: generator.normal(size=array.shape) for name, array in arrays.items()}
     return dataclasses.replace(flight, **numbers)
 
@@ -103,5 +104,7 @@ def test_other_satellites_and_another_step_are_differences() -> None:
 
 
 def test_every_array_of_a_record_is_a_quantity() -> None:
-    arrays = {name for name, value in vars(record()).items() if isinstance(value, np.ndarray)}
-    assert set(QUANTITIES) == arrays
+    arrays = {name: value for name, value in vars(record()).items() if isinstance(value, np.ndarray)}
+    assert list(QUANTITIES) == [*arrays]
+    for name, quantity in QUANTITIES.items():
+        assert arrays[name].shape == (STEPS + quantity.of_states, COUNT, *quantity.shape), name

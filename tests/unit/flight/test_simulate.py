@@ -18,7 +18,8 @@ from formations import CIRCLE, RADIUS, RATE, formation
 from satform.flight.compile import plant_plan
 from satform.flight.plant import Plant
 from satform.flight.simulate import simulate
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES
 from satform.scenario import Scenario
 
 Array = NDArray[np.float64]

@@ -16,7 +16,8 @@ from satform.flight.simulate import simulate
 from satform.flight.stacked_plans import group_runs
 from satform.flight.stacked_runs import fly_stacked
 from satform.record.flight_block import FlightBlock
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES
 from satform.scenario import Scenario
 
 STEPS = 10

@@ -24,7 +24,8 @@ from satform.membership.formation import (
     SatelliteRejoined,
     TopologyChanged,
 )
-from satform.record.flight_record import QUANTITIES, FlightRecord
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES
 from satform.scenario import Scenario
 from satform_nodes.runtime.formation_view import FormationView
 

@@ -9,8 +9,9 @@ import pytest
 
 from flights import shortened
 from satform import FlightRecord, simulate
+from satform.record.derived import COLUMNS
 from satform.record.flight_block import FlightBlock
-from satform.record.flight_record import COLUMNS, STATES
+from satform.record.quantities import QUANTITIES
 from satform.record.series import DecimatedSeries
 
 STEPS = 60
@@ -32,7 +33,8 @@ def kept(records: tuple[FlightRecord, ...], quantity: str, every: int, cuts: lis
         last = end == STEPS
         held = {
             name: np.stack(
-                [getattr(own, name)[begin : end + (last and name in STATES)] for own in records], 1
+                [getattr(own, name)[begin : end + (last and QUANTITIES[name].of_states)] for own in records],
+                1,
             )
             for name in series.needs
         }

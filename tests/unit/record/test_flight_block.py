@@ -9,9 +9,9 @@ import pytest
 
 from flights import shortened
 from satform import FlightRecord, simulate
-from satform.record.derived import DERIVED
+from satform.record.derived import COLUMNS, DERIVED
 from satform.record.flight_block import FlightBlock, base_quantities
-from satform.record.flight_record import COLUMNS, QUANTITIES, component_count
+from satform.record.quantities import QUANTITIES
 
 STEPS = 400
 """Of the flight that is cut into blocks."""
@@ -46,7 +46,7 @@ def test_a_whole_record_is_one_last_block(record: FlightRecord) -> None:
 
 def test_the_numbers_of_a_row_are_known_without_a_record(record: FlightRecord) -> None:
     for name in COLUMNS:
-        assert component_count(name) == np.prod(getattr(record, name).shape[2:]), name
+        assert COLUMNS[name].components == np.prod(getattr(record, name).shape[2:]), name
 
 
 @pytest.mark.parametrize("name", sorted({*DERIVED} - {"effort"}))

@@ -12,7 +12,7 @@ from satform.campaign.model import Campaign
 from satform.campaign.result_files import all_series
 from satform.campaign.retained_data import RetainedSeries
 from satform.numeric.elementwise import Array
-from satform.record.tables import UNITS
+from satform.record.derived import COLUMNS
 from satform_tools.campaign.summary import PERCENTILES, Summary
 
 MOST_SAMPLED = 5000
@@ -26,15 +26,6 @@ _MOST_VALUES = 4_000_000
 
 _MOST_COMPONENTS = 3
 _SEED = 20260101
-
-_UNITS = {
-    **UNITS,
-    **dict.fromkeys(("position_error", "tracking_error", "navigation_error", "estimation_error"), "m"),
-    **dict.fromkeys(("velocity_error", "effort"), "m/s"),
-    "control": "m/s²",
-    "estimation_error_squared": "1",
-}
-"""Of everything that can be retained."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +84,7 @@ class _Members:
         components = values.shape[2]
         for component in range(components):
             suffix = f" {'xyz'[component]}" if components > 1 else ""
-            name, unit = quantity.replace("_", " ") + suffix, _UNITS.get(quantity, "")
+            name, unit = quantity.replace("_", " ") + suffix, COLUMNS[quantity].unit
             members = [row[np.isfinite(row)] for row in values[:, :, component]]
             known = [index for index, row in enumerate(members) if len(row)]
             if known:

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.numeric.elementwise import Array
-from satform.record.flight_record import QUANTITIES
-from satform.record.tables import UNITS
+from satform.record.quantities import QUANTITIES
 from satform.scenario.expectation import Verdict
 from satform_tools.run.stored_run import StoredRun
 
@@ -137,7 +136,7 @@ def _difference(first: StoredRun, second: StoredRun, name: str) -> Difference | 
         step, satellite, largest = int(index[0]), int(index[1]), float(apart[index])
     return Difference(
         quantity=name,
-        unit=UNITS[name],
+        unit=QUANTITIES[name].unit,
         largest=largest,
         step=step,
         satellite=first.record.satellites[satellite],

@@ -11,7 +11,8 @@ import numpy as np
 
 from satform.files.numpy_archive import read_archive
 from satform.record.early_end import EarlyEnd
-from satform.record.flight_record import ESTIMATES, QUANTITIES, FlightRecord, no_estimates
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import ESTIMATES, QUANTITIES, without
 from satform_tools.errors import CommandError, sentence_of
 
 RESULT = "result.json"
@@ -98,7 +99,7 @@ def load_record(path: Path) -> FlightRecord:
         archive = read_archive(path)
         head = json.loads(str(archive["head"]))
         # Records of earlier versions have no covariance of filters.
-        arrays = no_estimates(0, len(head["satellites"])) | {
+        arrays = without("filter", len(head["satellites"]), None) | {
             name: np.asarray(archive[name], dtype=np.float64)
             for name in QUANTITIES
             if name in archive or name not in ESTIMATES

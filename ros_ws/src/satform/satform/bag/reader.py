@@ -17,7 +17,7 @@ from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from numpy.typing import NDArray
 
-from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
+from satform.attitude.pointing_accuracy import attitude_figures
 from satform.bag.absence_log import Absences, FormationStatus, happened
 from satform.bag.earlier_versions import renamed
 from satform.bag.errors import BagError
@@ -40,13 +40,8 @@ from satform.flight.command_timeout import held_steps
 from satform.flight.compile import orientations
 from satform.membership.formation import Plan
 from satform.record.early_end import EarlyEnd
-from satform.record.flight_record import (
-    ATTITUDE_VECTORS,
-    FlightRecord,
-    no_attitude,
-    no_estimates,
-    no_propulsion,
-)
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import ATTITUDE_VECTORS, WHEEL_COUNTERS, without
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.parts import SatelliteSpec
 
@@ -334,7 +329,7 @@ def _record(
         **_propulsion(applied, satellites, steps),
         **_attitudes(attitude, command, satellites, steps),
         **_estimates(estimate, satellites, steps),
-        **{name: np.empty((0, len(names))) for name in FIGURES},
+        **without("pointing", len(names), None),
         early_end=early_end,
     )
     if not any(satellite.attitude for satellite in satellites):
@@ -365,7 +360,7 @@ def _propulsion(
     tables: list[Table], satellites: list[SatelliteSpec], steps: int
 ) -> dict[str, NDArray[np.float64]]:
     """What the thrusters counted at each state; at the first one the tanks are as the scenario fills them."""
-    found = no_propulsion(steps + 1, len(satellites))
+    found = without("thruster", len(satellites), steps)
     for column, (table, satellite) in enumerate(zip(tables, satellites, strict=True)):
         if satellite.thruster is None:
             continue
@@ -380,11 +375,11 @@ def _attitudes(
 ) -> dict[str, NDArray[np.float64]]:
     """Measured attitudes and commanded torques of the satellites that have an attitude."""
     turning = [column for column, satellite in enumerate(satellites) if satellite.attitude is not None]
-    found = no_attitude(steps if turning else -1, len(satellites))
+    found = without("attitude", len(satellites), steps if turning else None)
     for column in turning:
         for name in ATTITUDE_VECTORS:
             found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
-        for name in ("torque_saturated_steps", "momentum_saturated_steps"):
+        for name in WHEEL_COUNTERS:
             found[name][:, column] = tables[column].column(name)[: steps + 1]
         found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
     return found
@@ -395,7 +390,7 @@ def _estimates(
 ) -> dict[str, NDArray[np.float64]]:
     """What the filters estimated; not a number for satellites without one and while they are absent."""
     filtering = [column for column, satellite in enumerate(satellites) if satellite.filter is not None]
-    found = no_estimates(steps if filtering else 0, len(satellites))
+    found = without("filter", len(satellites), steps if filtering else None)
     for column in filtering:
         table = tables[column]
         elements = [table.column(f"covariance[{index}]")[:steps] for index in range(36)]

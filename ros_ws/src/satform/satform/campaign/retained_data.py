@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from satform.common.spec import Positive, Spec
-from satform.record.flight_record import COLUMNS, component_count
+from satform.record.derived import COLUMNS
 from satform.scenario.field_errors import nearest
 from satform.scenario.parts import Timing
 
@@ -60,6 +60,6 @@ class Keep(Spec):
             8
             * (timing.steps // series.stride(timing.step) + 1)
             * satellites
-            * component_count(series.quantity)
+            * COLUMNS[series.quantity].components
             for series in self.series
         )

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude
-from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
+from satform.attitude.pointing_accuracy import attitude_figures
 from satform.communication.messages import WIDTH, encode
 from satform.communication.neighbour_buffer import Received
 from satform.communication.receiver import Index, ReceiverModel
@@ -33,14 +33,8 @@ from satform.membership.formation import (
     possible_graph,
 )
 from satform.record.early_end import EarlyEnd
-from satform.record.flight_record import (
-    ATTITUDE_VECTORS,
-    ESTIMATES,
-    FlightRecord,
-    no_attitude,
-    no_estimates,
-    no_propulsion,
-)
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import ATTITUDE_VECTORS, ESTIMATES, PROPULSION, without
 from satform.scenario.model import Scenario
 
 Row = int | slice
@@ -293,10 +287,10 @@ class _Log:
         acceleration = np.empty((steps, count, 3))
         self._turns = any(satellite.attitude for satellite in satellites)
         unknown: dict[str, Any] = {
-            **no_propulsion(steps + 1, count),
-            **no_estimates(steps if self._filters else 0, count),
-            **no_attitude(steps if self._turns else -1, count),
-            **{name: np.empty((0, count)) for name in FIGURES},
+            **without("thruster", count, steps),
+            **without("filter", count, steps if self._filters else None),
+            **without("attitude", count, steps if self._turns else None),
+            **without("pointing", count, None),
         }
         self.record = FlightRecord(
             satellites=formation.names,
@@ -373,11 +367,8 @@ class _Log:
         if plant.thrusters is None:
             return
         members, propulsion = plant.thrusters.members, plant.thrusters.propulsion
-        record.propellant[step, members] = propulsion.propellant
-        record.delta_v[step, members] = propulsion.delta_v
-        record.saturated_steps[step, members] = propulsion.saturated_steps
-        record.below_minimum_impulse_steps[step, members] = propulsion.below_minimum_impulse_steps
-        record.propellant_depleted_steps[step, members] = propulsion.propellant_depleted_steps
+        for name in PROPULSION:
+            getattr(record, name)[step, members] = getattr(propulsion, name)
 
     def received(self, receiver: ReceiverModel, formation: Formation) -> Received:
         """What arrives at the satellites of a group."""

@@ -9,40 +9,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.attitude.guidance import Orientation
-from satform.attitude.pointing_accuracy import FIGURES, attitude_figures
+from satform.attitude.pointing_accuracy import attitude_figures
 from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock
-from satform.record.flight_record import ATTITUDE_VECTORS, ESTIMATES, QUANTITIES
+from satform.record.quantities import (
+    ATTITUDE_VECTORS,
+    POINTING,
+    PROPULSION,
+    QUANTITIES,
+    WHEEL_COUNTERS,
+    Equipment,
+)
 
 Rows = NDArray[np.int64]
 
-_PROPULSION = (
-    "propellant",
-    "delta_v",
-    "saturated_steps",
-    "below_minimum_impulse_steps",
-    "propellant_depleted_steps",
-)
-_WHEELS = ("torque_saturated_steps", "momentum_saturated_steps")
 _FOR_POINTING = (
     *("position", "velocity", "mrp", "angular_velocity"),
     *("reference_position", "reference_velocity", "reference_acceleration"),
 )
 """What the figures of pointing are made of."""
-
-_KNOWN = (
-    *("position", "velocity", "measured_position", "measured_velocity", "arc_length", "rate"),
-    *_PROPULSION,
-    *ATTITUDE_VECTORS,
-    *_WHEELS,
-)
-"""Quantities that are known at the start of a step, and after the last one."""
-
-_PARTIAL = {*_PROPULSION, *_WHEELS, *ATTITUDE_VECTORS, *ESTIMATES, "wheel_torque"}
-"""Quantities that some satellites may not have."""
-_SCALARS = {"arc_length", "rate", *_PROPULSION, *_WHEELS, *FIGURES, "innovation", "rejected_measurements"}
 
 
 class Announced(Protocol):
@@ -82,12 +69,12 @@ class BlockRecorder:
         self._asked = quantities
         self._turns = any(satellite.attitude for satellite in satellites)
         self._filters = any(satellite.filter for satellite in satellites)
-        self._points = self._turns and bool(quantities & set(FIGURES))
+        self._points = self._turns and bool(quantities & set(POINTING))
         taken = quantities | (set(_FOR_POINTING) if self._points else set())
-        empty = set() if self._turns else {*ATTITUDE_VECTORS, *_WHEELS, *FIGURES, "wheel_torque"}
-        empty |= set() if self._filters else set(ESTIMATES)
-        self._empty = quantities & empty
-        self._taken = sorted(taken - empty - set(FIGURES))
+        lacking: set[Equipment] = set() if self._turns else {"attitude", "pointing"}
+        lacking |= set() if self._filters else {"filter"}
+        self._empty = {name for name in quantities if QUANTITIES[name].equipment in lacking}
+        self._taken = sorted(taken - self._empty - set(POINTING))
         self._first = self._steps = self._row = 0
         self._last = False
         self._values: dict[str, Array] = {}
@@ -105,13 +92,11 @@ class BlockRecorder:
         rows = runs * len(self._formation.names)
         self._values = {}
         for name in self._taken:
-            shape: tuple[int, ...] = () if name in _SCALARS else (3,)
-            if name == "estimate_covariance":
-                shape = (6, 6)
-            memory = np.empty((steps + 1, *shape, rows))
-            if name in _PARTIAL:
+            quantity = QUANTITIES[name]
+            memory = np.empty((steps + 1, *quantity.shape, rows))
+            if quantity.equipment:
                 # What a satellite does not have stands as in a flight record.
-                memory.fill(0.0 if name in _PROPULSION[2:] else np.nan)
+                memory.fill(quantity.without)
             self._values[name] = np.moveaxis(memory, -1, 1)
 
     def known(self, plant: Plant, whole: Announced) -> None:
@@ -132,7 +117,7 @@ class BlockRecorder:
             if name in values:
                 values[name][row] = whole.sent[index] if phases else 0.0
         if plant.thrusters is not None:
-            for name in _PROPULSION:
+            for name in PROPULSION:
                 if name in values:
                     values[name][row][plant.thrusters.members] = getattr(plant.thrusters.propulsion, name)
         if self._turns:
@@ -145,7 +130,7 @@ class BlockRecorder:
             for name in ATTITUDE_VECTORS:
                 if name in values:
                     values[name][row][group.members] = getattr(measured, name)
-            for name in _WHEELS:
+            for name in WHEEL_COUNTERS:
                 if name in values:
                     values[name][row][group.members] = getattr(group.state, name)
 
@@ -153,7 +138,7 @@ class BlockRecorder:
         """Take down what was decided in the step."""
         row, values = self._row, self._values
         for name in self._taken:
-            if name in _KNOWN or name == "applied_acceleration":
+            if QUANTITIES[name].of_states or name == "applied_acceleration":
                 continue
             if name in ("estimated_position_error", "estimated_velocity_error"):
                 part = name.removeprefix("estimated_").removesuffix("_error")
@@ -185,13 +170,12 @@ class BlockRecorder:
         count, steps = len(self._formation.names), self._steps
         found: dict[str, Array] = {}
         for name, values in self._values.items():
-            rows = steps + 1 if self._last and name in _KNOWN else steps
+            rows = steps + 1 if self._last and QUANTITIES[name].of_states else steps
             found[name] = self._of_all(values[:rows], runs, flying)
         if self._points:
             found.update(self._pointing(runs, flying))
         for name in self._empty:
-            further = () if name in _SCALARS else (6, 6) if name == "estimate_covariance" else (3,)
-            found[name] = np.empty((0, runs, count, *further))
+            found[name] = np.empty((0, runs, count, *QUANTITIES[name].shape))
         return FlightBlock(
             satellites=self._formation.names,
             step=self._formation.timing.step,
@@ -215,13 +199,12 @@ class BlockRecorder:
 
     def _pointing(self, runs: int, flying: Rows) -> dict[str, Array]:
         count, steps = len(self._formation.names), self._steps
-        figures = {name: np.full((steps, runs, count), np.nan) for name in FIGURES}
+        figures = {name: np.full((steps, runs, count), np.nan) for name in POINTING}
         for index, run in enumerate(flying.tolist()):
             own = slice(index * count, (index + 1) * count)
             measured: dict[str, Any] = {}
             for name in _FOR_POINTING:
-                rows = steps + 1 if name in _KNOWN else steps
-                measured[name] = self._values[name][:rows, own]
+                measured[name] = self._values[name][: steps + QUANTITIES[name].of_states, own]
             step = self._formation.timing.step
             of_run = attitude_figures(self._orientations[index], step, measured, self._first)
             for name, numbers in of_run.items():

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from satform.equipment.kalman_filter import normalised_error_squared
 from satform.numeric.elementwise import Array, norm
+from satform.record.quantities import QUANTITIES, Quantity
 
 Values = TypeVar("Values")
 
@@ -22,24 +23,24 @@ class Derived(Generic[Values]):
     """A derived quantity, as an attribute of a flight.
 
     Attributes:
-        bases: quantities of a record that it is made of.
+        quantity: its unit and shape, and the quantities of a record that it is made of.
     """
 
-    def __init__(self, formula: Callable[[Any], Values], bases: tuple[str, ...], *, cached: bool) -> None:
+    def __init__(self, formula: Callable[[Any], Values], quantity: Quantity, *, cached: bool) -> None:
         """Nothing is computed yet.
 
         Args:
             formula: takes the flight.
-            bases: quantities of a record that it is made of.
-            cached: whether every flight keeps it after its first use, not only those that keep all.
+            quantity: what is known of it without its numbers.
+            cached: whether every flight caches it after its first use, not only those that cache all.
         """
-        self.bases = bases
+        self.quantity = quantity
         self.__doc__ = formula.__doc__
         self._formula = formula
         self._cached = cached
 
     def __repr__(self) -> str:
-        return f"<derived from {', '.join(self.bases)}>"
+        return f"<derived from {', '.join(self.quantity.inputs)}>"
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
@@ -60,14 +61,20 @@ class Derived(Generic[Values]):
         return values
 
 
-def derived(*bases: str, cached: bool = False) -> Callable[[Callable[[Any], Values]], Derived[Values]]:
+def derived(
+    unit: str, *inputs: str, shape: tuple[int, ...] = (), of_states: bool = False, cached: bool = False
+) -> Callable[[Callable[[Any], Values]], Derived[Values]]:
     """Make a method a derived quantity.
 
     Args:
-        bases: quantities of a record that it is made of.
-        cached: whether every flight keeps it after its first use, not only those that keep all.
+        unit: of its numbers.
+        inputs: quantities of a record that it is made of.
+        shape: of what a satellite has of it in a row.
+        of_states: whether it has a row for each state.
+        cached: whether every flight caches it after its first use, not only those that cache all.
     """
-    return lambda formula: Derived(formula, bases, cached=cached)
+    quantity = Quantity(unit, shape, of_states, inputs=inputs)
+    return lambda formula: Derived(formula, quantity, cached=cached)
 
 
 _POSITION_ERROR = ("position", "reference_position")
@@ -96,27 +103,27 @@ class DerivedQuantities:
     delta_v: Array
     estimate_covariance: Array
 
-    @derived(*_POSITION_ERROR)
+    @derived("m", *_POSITION_ERROR, shape=(3,))
     def position_error(self) -> Array:
         """Position less reference, m, shape (K, ..., 3)."""
         return _error(self.position, self.reference_position)
 
-    @derived(*_VELOCITY_ERROR)
+    @derived("m/s", *_VELOCITY_ERROR, shape=(3,))
     def velocity_error(self) -> Array:
         """Velocity less reference, m/s, shape (K, ..., 3)."""
         return _error(self.velocity, self.reference_velocity)
 
-    @derived(*_POSITION_ERROR)
+    @derived("m", *_POSITION_ERROR)
     def tracking_error(self) -> Array:
         """Length of the position error, m, shape (K, ...)."""
         return norm(self.position_error)
 
-    @derived("acceleration")
+    @derived("m/s²", "acceleration")
     def control(self) -> Array:
         """Length of the commanded acceleration, m/s^2, shape (K, ...)."""
         return norm(self.acceleration)
 
-    @derived("delta_v", "applied_acceleration")
+    @derived("m/s", "delta_v", "applied_acceleration")
     def effort(self) -> Array:
         """Delta-v of each step, m/s, shape (K, ...): as the thrusters count it, or of the command.
 
@@ -131,17 +138,18 @@ class DerivedQuantities:
             return counted
         return np.where(uncounted, self.step * norm(self.applied_acceleration), counted)
 
-    @derived("measured_position", "position")
+    @derived("m", "measured_position", "position", of_states=True)
     def navigation_error(self) -> Array:
         """Distance between measured and true position, m, shape (K or K + 1, ...): a row for each state."""
         return norm(self.measured_position - self.position)
 
-    @derived("estimated_position_error", *_POSITION_ERROR)
+    @derived("m", "estimated_position_error", *_POSITION_ERROR)
     def estimation_error(self) -> Array:
         """Distance between estimated and true position, m, shape (K, ...)."""
         return norm(self.estimated_position_error - self.position_error)
 
     @derived(
+        "1",
         *("estimate_covariance", "estimated_position_error", *_POSITION_ERROR),
         *("estimated_velocity_error", *_VELOCITY_ERROR),
         cached=True,
@@ -159,7 +167,7 @@ class DerivedQuantities:
         )
         return normalised_error_squared(np.concatenate(off, axis=-1), self.estimate_covariance)
 
-    @derived("reference_position", "acceleration", cached=True)
+    @derived("", "reference_position", "acceleration", cached=True)
     def absent(self) -> NDArray[np.bool_]:
         """In which steps a satellite does not fly, shape (K, ...): no command and no reference."""
         without: NDArray[np.bool_] = np.isnan(self.reference_position[..., 0])
@@ -170,12 +178,13 @@ class DerivedQuantities:
         return without
 
 
-DERIVED: Mapping[str, tuple[str, ...]] = {
-    name: quantity.bases
-    for name, quantity in vars(DerivedQuantities).items()
-    if isinstance(quantity, Derived)
+DERIVED: Mapping[str, Quantity] = {
+    name: made.quantity for name, made in vars(DerivedQuantities).items() if isinstance(made, Derived)
 }
-"""Names of derived quantities, and the quantities of a record that each is made of."""
+"""Derived quantities by their names."""
+
+COLUMNS: Mapping[str, Quantity] = {**QUANTITIES, **DERIVED}
+"""All that a record has for each satellite, by name."""
 
 
 def _error(values: Array, reference: Array) -> Array:

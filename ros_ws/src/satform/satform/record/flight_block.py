@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array
 from satform.record import derived
-from satform.record.flight_record import QUANTITIES, STATES, FlightRecord
+from satform.record.derived import COLUMNS, DERIVED
+from satform.record.flight_record import FlightRecord
+from satform.record.quantities import QUANTITIES
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +63,8 @@ class FlightBlock(derived.DerivedQuantities):
         if quantity in held:
             values: Array = held[quantity]
             return values
-        missing = [name for name in derived.DERIVED.get(quantity, (quantity,)) if name not in held]
+        needed = DERIVED[quantity].inputs if quantity in DERIVED else (quantity,)
+        missing = [name for name in needed if name not in held]
         raise AttributeError(
             f"this block of a flight holds no {', '.join(missing)}; it holds {', '.join(held)}"
         )
@@ -106,7 +109,7 @@ class StepEnds:
         rows = {name: getattr(block, name) for name in self._names}
         if self._held:
             both = {
-                name: np.concatenate((held, rows[name][:1])) if name in STATES else held
+                name: np.concatenate((held, rows[name][:1])) if QUANTITIES[name].of_states else held
                 for name, held in self._held.items()
             }
             yield replace(block, first_step=block.first_step - 1, steps=1, last=False, quantities=both)
@@ -116,7 +119,7 @@ class StepEnds:
         self._held = {name: values[-1:].copy() for name, values in rows.items()}
         steps = block.steps - 1
         if steps:
-            known = {name: own if name in STATES else own[:steps] for name, own in rows.items()}
+            known = {name: own if QUANTITIES[name].of_states else own[:steps] for name, own in rows.items()}
             yield replace(block, steps=steps, last=False, quantities=known)
 
 
@@ -131,7 +134,5 @@ def base_quantities(names: Iterable[str]) -> frozenset[str]:
     """
     found: set[str] = set()
     for name in names:
-        if name not in QUANTITIES and name not in derived.DERIVED:
-            raise KeyError(name)
-        found.update(derived.DERIVED.get(name, (name,)))
+        found.update(COLUMNS[name].inputs or (name,))
     return frozenset(found)

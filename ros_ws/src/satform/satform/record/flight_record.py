@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from satform.common.name_list import listed
 from satform.numeric.elementwise import Array
 from satform.record import derived
+from satform.record.derived import COLUMNS
 from satform.record.early_end import EarlyEnd
+from satform.record.quantities import QUANTITIES
 from satform.record.tables import dataset, frame
 
 
@@ -233,12 +235,12 @@ class FlightRecord(derived.DerivedQuantities):
     def digest(self) -> str:
         """State hash: SHA-256 over names, shapes and bits of all arrays; equal for equal flights only."""
         found = hashlib.sha256(repr((self.satellites, self.step)).encode())
-        for name in QUANTITIES:
+        for name, quantity in QUANTITIES.items():
             array = getattr(self, name)
-            if name in ESTIMATES and not array.size:
+            if quantity.equipment == "filter" and not array.size:
                 # A flight without filters has nothing of this kind, not even a name.
                 continue
-            found.update(f"{_HASHED_AS.get(name, name)}{array.shape}".encode())
+            found.update(f"{quantity.hashed_as or name}{array.shape}".encode())
             # All that is not a number is hashed alike: its bits depend on who made it.
             found.update(np.where(np.isnan(array), np.nan, array).tobytes())
         return found.hexdigest()
@@ -271,88 +273,3 @@ class FlightRecord(derived.DerivedQuantities):
         if ends[0] != ends[1]:
             found.append(f"end of the flight: {ends[0]}; and {ends[1]}")
         return found
-
-
-def no_propulsion(states: int, satellites: int) -> dict[str, Array]:
-    """The quantities of propulsion of satellites without a thruster, each of shape (states, satellites)."""
-    unknown = {name: np.full((states, satellites), np.nan) for name in ("propellant", "delta_v")}
-    counters = {
-        name: np.zeros((states, satellites))
-        for name in ("saturated_steps", "below_minimum_impulse_steps", "propellant_depleted_steps")
-    }
-    return unknown | counters
-
-
-def no_attitude(steps: int, satellites: int) -> dict[str, Array]:
-    """Measured attitudes and commanded torques, not yet known, for flights in which a satellite has one.
-
-    Args:
-        steps: of the flight; -1 for no rows at all.
-        satellites: how many.
-    """
-    vectors = {name: np.full((steps + 1, satellites, 3), np.nan) for name in ATTITUDE_VECTORS}
-    names = ("torque_saturated_steps", "momentum_saturated_steps")
-    counters = {name: np.full((steps + 1, satellites), np.nan) for name in names}
-    return {**vectors, "wheel_torque": np.full((max(steps, 0), satellites, 3), np.nan), **counters}
-
-
-def no_estimates(steps: int, satellites: int) -> dict[str, Array]:
-    """What filters estimate, not yet known, for flights in which a satellite has one.
-
-    Args:
-        steps: of the flight; 0 for no rows at all.
-        satellites: how many.
-    """
-    return {
-        "estimate_covariance": np.full((steps, satellites, 6, 6), np.nan),
-        "innovation": np.full((steps, satellites), np.nan),
-        "rejected_measurements": np.full((steps, satellites), np.nan),
-    }
-
-
-ESTIMATES = ("estimate_covariance", "innovation", "rejected_measurements")
-"""Quantities of a record that belong to filters."""
-
-ATTITUDE_VECTORS = ("mrp", "angular_velocity", "wheel_momentum")
-"""Quantities of a record that a satellite measures of its attitude."""
-
-_NO_ARRAYS = frozenset({"satellites", "step", "early_end"})
-
-_HASHED_AS = {
-    "applied_acceleration": "given_acceleration",
-    "estimated_position_error": "believed_position_error",
-    "estimated_velocity_error": "believed_velocity_error",
-    "saturated_steps": "clipped",
-    "below_minimum_impulse_steps": "withheld",
-    "propellant_depleted_steps": "starved",
-    "torque_saturated_steps": "torque_limited",
-    "momentum_saturated_steps": "momentum_limited",
-}
-"""Names under which renamed quantities enter the state hash, so that equal flights keep the hash of 0.1.0."""
-
-QUANTITIES = tuple(name for name in FlightRecord.__annotations__ if name not in _NO_ARRAYS)
-"""Names of the arrays of a record."""
-
-STATES = (
-    *("position", "velocity", "measured_position", "measured_velocity", "arc_length", "rate"),
-    *("propellant", "delta_v", "saturated_steps", "below_minimum_impulse_steps"),
-    *("propellant_depleted_steps", *ATTITUDE_VECTORS, "torque_saturated_steps", "momentum_saturated_steps"),
-)
-"""Quantities of a record with a row for each state, which are known at the start of a step."""
-
-COLUMNS = (*QUANTITIES, *derived.DERIVED)
-"""Names of all that a record has for each satellite."""
-
-_VECTORS = frozenset(
-    {
-        *("position", "velocity", "measured_position", "measured_velocity"),
-        *("acceleration", "applied_acceleration", "sliding_variable", "wheel_torque", *ATTITUDE_VECTORS),
-        *("reference_position", "reference_velocity", "reference_acceleration"),
-        *("estimated_position_error", "estimated_velocity_error", "position_error", "velocity_error"),
-    }
-)
-
-
-def component_count(quantity: str) -> int:
-    """How many numbers a quantity of `COLUMNS` has for each satellite in a row."""
-    return 36 if quantity == "estimate_covariance" else 3 if quantity in _VECTORS else 1

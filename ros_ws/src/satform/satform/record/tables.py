@@ -9,42 +9,7 @@ from typing import Any
 import numpy as np
 
 from satform.numeric.elementwise import Array
-
-UNITS = {
-    "position": "m",
-    "velocity": "m/s",
-    "measured_position": "m",
-    "measured_velocity": "m/s",
-    "acceleration": "m/s²",
-    "applied_acceleration": "m/s²",
-    "arc_length": "m",
-    "rate": "m/s",
-    "reference_position": "m",
-    "reference_velocity": "m/s",
-    "reference_acceleration": "m/s²",
-    "sliding_variable": "m/s",
-    "estimated_position_error": "m",
-    "estimated_velocity_error": "m/s",
-    "propellant": "kg",
-    "delta_v": "m/s",
-    "saturated_steps": "steps",
-    "below_minimum_impulse_steps": "steps",
-    "propellant_depleted_steps": "steps",
-    "mrp": "1",
-    "angular_velocity": "rad/s",
-    "wheel_momentum": "N m s",
-    "wheel_torque": "N m",
-    "torque_saturated_steps": "steps",
-    "momentum_saturated_steps": "steps",
-    "pointing_error": "rad",
-    "panel_to_sun": "1",
-    "attitude_error": "1",
-    "attitude_rate_error": "rad/s",
-    "estimate_covariance": "m, m/s, squared",
-    "innovation": "1",
-    "rejected_measurements": "measurements",
-}
-"""The unit of each quantity of a flight record."""
+from satform.record.quantities import QUANTITIES
 
 _STATE = ("x", "y", "z", "vx", "vy", "vz")
 """Components of an estimated motion, by which those of its covariance are named."""
@@ -117,7 +82,7 @@ def unit_of(column: str) -> str:
     if covariance:
         rates = sum(part.startswith("v") for part in covariance.groups())
         return ("m²", "m²/s", "m²/s²")[rates]
-    return UNITS[column if column in UNITS else column[:-2]]
+    return QUANTITIES[column if column in QUANTITIES else column[:-2]].unit
 
 
 def dataset(satellites: Sequence[str], time: Array, quantities: Mapping[str, Array]) -> Any:
@@ -145,7 +110,7 @@ def dataset(satellites: Sequence[str], time: Array, quantities: Mapping[str, Arr
         name: (
             ("time", "satellite", *inner[values.ndim]),
             at_states(values, len(time)),
-            {"units": UNITS[name]},
+            {"units": QUANTITIES[name].unit},
         )
         for name, values in known(quantities).items()
     }
