@@ -17,6 +17,7 @@ from satform.evaluation.reducers import ExtremeOf
 from satform.evaluation.tracking import Distance, TrackingError, TrackingErrorAt
 from satform.record.flight_record import FlightRecord
 from satform.record.reducer import FlightShape, Reducer
+from satform.record.stretch import rows_of
 from satform.scenario.expectation import ComputedFrom, Loops
 from satform.scenario.windowed_expectation import OverWindow
 
@@ -135,7 +136,8 @@ def test_rows_for_a_metric_of_one_s_own_are_those_of_the_figures(seed: int) -> N
     assert same(expected, pair.measure(record))
     moment = expectation_of("tracking_error_at", rng, flight)
     assert isinstance(moment, TrackingErrorAt)
-    row = moment.sample(record.tracking_error, record, moment.columns(record))
+    instant = moment.instant(shape(flight), record.steps, moment.satellites)
+    row = rows_of(record.tracking_error, record, instant)
     assert same(greatest(row), moment.measure(record))
 
 

@@ -11,8 +11,10 @@ import numpy as np
 
 from satform.evaluation.arc_lengths import arc_length_spread
 from satform.evaluation.findings import findings, mean_after_settling
-from satform.numeric.elementwise import Array
+from satform.evaluation.reducers import ExtremeOf
+from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
+from satform.record.stretch import Stretch
 
 FINAL_FRACTION = 0.2
 """Fraction of the flight at its end over which final errors are taken."""
@@ -97,11 +99,14 @@ def summarise(record: FlightRecord) -> Summary:
     """
     final = math.floor((1.0 - FINAL_FRACTION) * record.steps)
     several = len(record.satellites) > 1
+    block = FlightBlock.of(record)
     spread = arc_length_spread(record)
     return Summary(
         duration=record.steps * record.step,
         final_from=final * record.step,
-        satellites=tuple(_satellite(record, column, final) for column in range(len(record.satellites))),
+        satellites=tuple(
+            _satellite(record, block, column, final) for column in range(len(record.satellites))
+        ),
         spread_at_start=float(spread[0]) if several else math.nan,
         spread_at_end=float(spread[-1]) if several else math.nan,
         smallest_distance=_smallest_distance(record),
@@ -109,15 +114,15 @@ def summarise(record: FlightRecord) -> Summary:
     )
 
 
-def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummary:
+def _satellite(record: FlightRecord, block: FlightBlock, column: int, final: int) -> SatelliteSummary:
     control = record.control[:, column]
     rejected = record.rejected_measurements[:, column]
     return SatelliteSummary(
         name=record.satellites[column],
-        final_error=_largest(record, record.tracking_error, column, final),
-        final_sliding_variable=_largest(record, record.sliding_variable, column, final),
+        final_error=_largest(block, "tracking_error", column, final),
+        final_sliding_variable=_largest(block, "sliding_variable", column, final),
         mean_control=float(np.mean(control[final:])) if record.steps else math.nan,
-        largest_control=_largest(record, record.control, column, 0),
+        largest_control=_largest(block, "control", column, 0),
         delta_v=float(np.sum(record.effort[:, column])),
         propellant_used=float(record.propellant[0, column] - record.propellant[-1, column]),
         saturated_steps=int(record.saturated_steps[-1, column]),
@@ -130,10 +135,11 @@ def _satellite(record: FlightRecord, column: int, final: int) -> SatelliteSummar
     )
 
 
-def _largest(record: FlightRecord, series: Array, column: int, first: int) -> float:
-    """Largest magnitude of a satellite's series from a row on, without the steps in which it does not fly."""
-    flying = ~record.excluded(series)[first:, column]
-    return float(np.max(np.abs(series[first:, column][flying]))) if flying.any() else math.nan
+def _largest(block: FlightBlock, quantity: str, column: int, first: int) -> float:
+    """Largest magnitude of a satellite's quantity from a step on, in the steps in which it flies."""
+    largest = ExtremeOf(Stretch(first, block.steps, (column,)), quantity, transform=np.abs)
+    largest.update(block)
+    return float(largest.figures()[0])
 
 
 def _smallest_distance(record: FlightRecord) -> float:

@@ -97,19 +97,18 @@ class ArcLengthRate(AtTime, OfSatellites):
         return self.label or f"arc-length rate off nominal{self.moment()}{self.whose()}"
 
 
-def arc_length_spread(record: FlightRecord, columns: list[int] | None = None) -> Array:
+def arc_length_spread(record: FlightRecord) -> Array:
     """Largest minus smallest generalised arc length of those that fly, at every state.
 
     Args:
         record: of the flight.
-        columns: of the satellites that are meant; all when left out.
 
     Returns:
         m, shape (K + 1,); not a number where fewer than two fly, whose spread is none.
     """
-    chosen = list(range(len(record.satellites))) if columns is None else columns
-    excused = record.excluded(record.arc_length)[:, chosen]
-    return spread_of(record.arc_length[:, chosen], excused)
+    flight = FlightShape.of(record)
+    everybody = Stretch(0, flight.states, flight.columns(None))
+    return SpreadReader(everybody).read(FlightBlock.of(record))[:, 0]
 
 
 def spread_of(arc_length: Array, excused: Mask | None) -> Array:

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array
-from satform.record import derived
-from satform.record.derived import COLUMNS, DERIVED
+from satform.record.derived import COLUMNS, DERIVED, DerivedQuantities, absent_of_rows
 from satform.record.flight_record import FlightRecord
 from satform.record.quantities import QUANTITIES
 
 
 @dataclass(frozen=True, repr=False)
-class FlightBlock(derived.DerivedQuantities):
+class FlightBlock(DerivedQuantities):
     """Consecutive steps of R flights of N satellites each, of the same names and control period.
 
     Each quantity of a `FlightRecord` that the block holds is an attribute with an axis of runs before that of
@@ -81,7 +80,7 @@ class FlightBlock(derived.DerivedQuantities):
 
     def absent_rows(self, rows: int) -> NDArray[np.bool_]:
         """Where a satellite does not fly, for a quantity of so many rows, K or K + 1; shape (rows, R, N)."""
-        return self.absent if rows == self.steps else derived.absent_of_rows(self.absent, rows)
+        return self.absent if rows == self.steps else absent_of_rows(self.absent, rows)
 
 
 class StepEnds:

@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.common.name_list import listed
 from satform.numeric.elementwise import Array
-from satform.record import derived
-from satform.record.derived import COLUMNS
+from satform.record.derived import COLUMNS, DerivedQuantities
 from satform.record.early_end import EarlyEnd
 from satform.record.quantities import QUANTITIES
 from satform.record.tables import dataset, frame
@@ -55,7 +53,7 @@ class SatelliteRecord:
 
 
 @dataclass(frozen=True, repr=False)
-class FlightRecord(derived.DerivedQuantities):
+class FlightRecord(DerivedQuantities):
     """A whole flight of N satellites over K control steps.
 
     Quantities known at the start of a step have K + 1 rows (the last is the state after the last
@@ -196,28 +194,6 @@ class FlightRecord(derived.DerivedQuantities):
         """Simulated time of every state, s, shape (K + 1,)."""
         time: Array = np.arange(self.steps + 1, dtype=np.float64) * self.step
         return time
-
-    def absent_rows(self, rows: int) -> NDArray[np.bool_]:
-        """Where a satellite does not fly, for so many rows of steps or of states, shape (rows, N)."""
-        return derived.absent_of_rows(self.absent, rows)
-
-    def excluded(self, series: Array, *, of_others: bool = False) -> NDArray[np.bool_]:
-        """Where a satellite gives no figure because it does not fly.
-
-        Args:
-            series: a row for each step or state, a column for each satellite, shape (K or K + 1, N, ...).
-            of_others: whether a satellite cannot give it either while another one does not fly.
-
-        Returns:
-            A mask of shape (K or K + 1, N); what is missing elsewhere is missing for another reason.
-        """
-        absent = self.absent_rows(len(series))
-        if of_others:
-            absent |= absent.any(axis=1, keepdims=True)
-        missing: NDArray[np.bool_] = np.asarray(np.isnan(series).any(axis=tuple(range(2, series.ndim))))
-        # Everybody flies at first: what is missing then belongs to a satellite that never gives it.
-        mask: NDArray[np.bool_] = absent & missing & ~missing[:1]
-        return mask
 
     def first(self, steps: int) -> "FlightRecord":
         """The first steps of this flight, and the state after them.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock
+from satform.record.flight_record import FlightRecord
 
 TIME_SLACK = 1e-9
 """Relative slack when a time is looked up on the grid of steps."""
@@ -125,6 +126,26 @@ class StretchReader:
         if self._flown is None:
             self._flown = np.zeros((runs, len(self.stretch.columns)), dtype=np.bool_)
         self._flown |= True if absent is None else ~absent.all(axis=0)
+
+
+def rows_of(series: Array, record: FlightRecord, stretch: Stretch) -> Array:
+    """The rows of a stretch of a whole flight.
+
+    Args:
+        series: a row for each step or each state, a column for each satellite, shape (K or K + 1, N, ...).
+        record: of the flight.
+        stretch: rows and satellites.
+
+    Returns:
+        Shape (rows, columns, ...). Nothing is a number when something is missing without an excuse, or when
+        a satellite that has to fly does not fly in any of these rows.
+    """
+    reader = StretchReader(stretch)
+    part = reader.read(FlightBlock.of(record), lambda _: series[:, None])
+    if part is None:
+        return series[:0][:, list(stretch.columns)]
+    whole = not (part.gaps() | reader.lacking())[0]
+    return part.values[:, 0] if whole else np.full_like(part.values[:, 0], np.nan)
 
 
 def missing(values: Array) -> Mask:

@@ -6,15 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from satform.common.spec import NonNegative, Positive
 from satform.numeric.elementwise import Array
 from satform.record.flight_record import FlightRecord
 from satform.record.reducer import FlightShape
-from satform.record.stretch import TIME_SLACK, Stretch, rows_within
+from satform.record.stretch import TIME_SLACK, Stretch, rows_of, rows_within
 from satform.scenario.expectation import Expectation
 from satform.scenario.parts import SatelliteSpec, Timing
 
@@ -44,10 +42,6 @@ class OfSatellites(Expectation):
         have = "has" if len(bare) == 1 else "have"
         return [*own, f"{', '.join(bare)} {have} no {self.of_equipment}"] if bare else own
 
-    def columns(self, record: FlightRecord) -> list[int]:
-        """Columns of the satellites that are meant."""
-        return list(FlightShape.of(record).columns(self.satellites))
-
     def whole(self, flight: FlightShape, rows: int, *, of_others: bool = False) -> Stretch:
         """All rows of a series, and the satellites that are meant.
 
@@ -57,14 +51,6 @@ class OfSatellites(Expectation):
             of_others: whether a satellite cannot give it either while another one does not fly.
         """
         return Stretch(0, rows, flight.columns(self.satellites), of_others=of_others)
-
-    def lacks_one(self, absent: NDArray[np.bool_]) -> bool:
-        """Whether a satellite that is named does not fly at all.
-
-        Args:
-            absent: a row for each moment, a column for each satellite that is meant.
-        """
-        return self.satellites is not None and bool(absent.size) and bool(absent.all(axis=0).any())
 
     def whose(self) -> str:
         """The satellites that are meant, as the end of a label."""
@@ -125,9 +111,10 @@ class OverWindow(OfSatellites):
         Args:
             flight: that is looked at.
             rows: of the series, `flight.steps` or `flight.states`.
-            held: as of `window`.
-            of_others: likewise.
-            of_bodies: likewise.
+            held: whether a row holds for the whole step that begins at its time, such as a command; the
+                step that begins where the stretch ends is not part of it.
+            of_others: whether a satellite cannot give it either while another one does not fly.
+            of_bodies: whether a satellite has it that does not fly, as it has a place.
         """
         first, end = rows_within(self.after, self.before, flight.step, rows, held=held)
         if self.before is not None and self.before * (1 - TIME_SLACK) > flight.steps * flight.step:
@@ -153,20 +140,13 @@ class OverWindow(OfSatellites):
         Args:
             series: a row for each step or each state, a column for each satellite.
             record: of the flight.
-            held: whether a row holds for the whole step that begins at its time, such as a command; the
-                step that begins where the stretch ends is not part of it.
-            of_others: whether a satellite cannot give it either while another one does not fly.
-            of_bodies: whether a satellite has it that does not fly, as it has a place.
+            held: as of `stretch`.
+            of_others: likewise.
+            of_bodies: likewise.
         """
-        stretch = self.stretch(FlightShape.of(record), len(series), held=held)
-        rows, columns = slice(stretch.first, stretch.end), list(stretch.columns)
-        chosen = series[rows][:, columns]
-        if not chosen.size:
-            return chosen
-        if not of_bodies and self.lacks_one(record.absent_rows(len(series))[rows][:, columns]):
-            return np.full_like(chosen, np.nan)
-        excused = record.excluded(series, of_others=of_others)[rows][:, columns]
-        return without_gaps(chosen, excused)
+        shape = FlightShape.of(record)
+        stretch = self.stretch(shape, len(series), held=held, of_others=of_others, of_bodies=of_bodies)
+        return rows_of(series, record, stretch)
 
     def when(self) -> str:
         """The stretch, as the end of a label."""
@@ -213,44 +193,9 @@ class AtTime(Expectation):
         row = max(min(row, held - 1), 0)
         return Stretch(row, min(row + 1, held), flight.columns(satellites))
 
-    def sample(
-        self,
-        series: Array,
-        record: FlightRecord,
-        columns: list[int] | None = None,
-        *,
-        of_others: bool = False,
-    ) -> Array:
-        """The row of a series nearest to the moment, as its only row; none when the record ends before.
-
-        Args:
-            series: a row for each step or each state, a column for each satellite where it has columns.
-            record: of the flight.
-            columns: of the satellites that are meant; all when left out.
-            of_others: whether a satellite cannot give it either while another one does not fly.
-        """
-        at = self.instant(FlightShape.of(record), len(series))
-        row = slice(at.first, at.end)
-        if series.ndim == 1:
-            return series[row]
-        chosen = list(range(series.shape[1])) if columns is None else columns
-        excused = record.excluded(series, of_others=of_others)[row, chosen]
-        return without_gaps(series[row, chosen], excused)
-
     def moment(self) -> str:
         """The moment, as the end of a label."""
         return " at the end" if self.at is None else f" at {self.at:g} s"
-
-
-def without_gaps(chosen: Array, excused: NDArray[np.bool_]) -> Array:
-    """No numbers at all where something is missing without an excuse, so that nothing is judged by the rest.
-
-    Args:
-        chosen: rows and columns that are meant, shape (K, N, ...).
-        excused: where what is missing may be left out, shape (K, N).
-    """
-    missing = np.isnan(chosen).any(axis=tuple(range(2, chosen.ndim)))
-    return np.full_like(chosen, np.nan) if np.any(missing & ~excused) else chosen
 
 
 class Event(OfSatellites):
