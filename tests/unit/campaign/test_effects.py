@@ -82,6 +82,15 @@ def test_the_digest_of_what_is_flown_sees_a_start_and_no_words(name: str) -> Non
     assert plan_digest(own.with_({"satellites[0].velocity_error": [1.0, 0.0, 0.0]})) != plan_digest(own)
 
 
+def test_what_a_plan_computes_when_it_is_asked_is_no_part_of_its_digest() -> None:
+    own = shipped("directed_triangle", "title=another")
+    before = plan_digest(own)
+    graph = own.membership_plan().possible_graph
+    assert "eigenvalues" not in vars(graph)
+    assert len(graph.eigenvalues) == 3
+    assert plan_digest(own) == before
+
+
 def test_values_that_cannot_fly_are_found_at_the_ends_of_a_distribution() -> None:
     wide = {"kind": "normal", "mean": 0.75, "standard_deviation": 0.25}
     made = campaign(runs=10_000, dispersions=[of("satellites[1].scale", wide)])

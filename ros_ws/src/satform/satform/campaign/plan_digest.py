@@ -99,5 +99,10 @@ def _within(value: Any) -> list[Any]:
         return [value.__module__, value.__qualname__, *cells]
     slots = [name for kind in type(value).__mro__ for name in getattr(kind, "__slots__", ())]
     attributes = {name: getattr(value, name) for name in slots if hasattr(value, name)}
-    attributes |= getattr(value, "__dict__", {})
+    # What an object computes once it is asked for is no part of what it is.
+    attributes |= {
+        name: own
+        for name, own in getattr(value, "__dict__", {}).items()
+        if not isinstance(getattr(type(value), name, None), functools.cached_property)
+    }
     return [type(value).__qualname__, attributes] if attributes else [type(value).__qualname__, repr(value)]
