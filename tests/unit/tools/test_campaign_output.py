@@ -73,7 +73,7 @@ def test_a_campaign_of_which_no_case_is_flown_says_so_and_prints_no_figures(
         "triangle",
         runs=6,
         set={"timing.duration": 4.0, "expect": [EXPECTED]},
-        expect=[{"kind": "success_rate", "above": 0.5}],
+        expect=[{"kind": "success_rate", "above": 0.5, "source": "a test"}],
     )
     made = CampaignFolder.create(tmp_path, studied, None, "2026-01-01T00:00:00+00:00")
     found = summarise(made, made.campaign())
