@@ -20,7 +20,7 @@ from satform.scenario import Problem
 from satform.scenario.yaml_reader import line_of, read_tree
 from satform_tools.run.scenario_library import SCENARIOS
 
-_MOST_CASES = 1_000_000
+_MOST_CHECKED_CASES = 1_000_000
 """Campaigns with more cases have intervals narrow enough, and are not asked."""
 
 
@@ -77,7 +77,7 @@ def decided_before(campaign: Campaign) -> Iterator[tuple[int, str]]:
     Yields:
         Index of the expectation and a sentence.
     """
-    if campaign.cases > _MOST_CASES:
+    if campaign.cases > _MOST_CHECKED_CASES:
         return
     is_random = campaign.sampling.is_random
     expected = campaign.expect if is_random else map(by_estimate, campaign.expect)

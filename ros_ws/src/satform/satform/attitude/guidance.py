@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from satform.attitude.ground_pointing import (
@@ -25,7 +24,7 @@ from satform.common.spec import Positive, Spec, Vector
 from satform.communication.messages import NeighbourStates
 from satform.consensus.arc_length import NeighbourPhases
 from satform.dynamics.linear import multiply
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.path_reference import Path, Reference
 
@@ -63,8 +62,8 @@ class Target:
 
     path: Path
     phase_offset: Array
-    satellite: NDArray[np.int64]
-    row: NDArray[np.int64]
+    satellite: Indices
+    row: Indices
     planned_phase: Array
     planned_rate: Array
 

@@ -6,11 +6,10 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.gyrostat import AttitudeState, Torques, advance
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.numeric.stacking import take
 
 
@@ -82,7 +81,7 @@ class Turning:
         nothing = np.zeros(len(members))
         self.state = TurningState(orientation.start, nothing, nothing)
 
-    def keep(self, rows: NDArray[np.int64]) -> "Turning":
+    def keep(self, rows: Indices) -> "Turning":
         """The attitudes of some of the satellites, by their indices in the formation, ascending."""
         held = np.isin(self.members, rows)
         own = np.flatnonzero(held)

@@ -20,7 +20,7 @@ from satform.campaign.results import CaseResult
 CHUNKS_PER_WORKER = 4
 """Chunks of a worker in a campaign of many cases, so that all workers end at about the same time."""
 
-MOST_CASES = 512
+MOST_CASES_OF_CHUNK = 512
 """Cases in a chunk at most; larger stacks are hardly faster, and a chunk may be lost."""
 
 WIDE_STACK = 1000
@@ -153,7 +153,9 @@ def chunk_size(cases: int, workers: int, satellites: int, series_bytes: int = 0)
     wide = workers * math.ceil(WIDE_STACK / max(1, satellites))
     rounds = max(1, min(CHUNKS_PER_WORKER, cases // wide))
     share = math.ceil(cases / (rounds * workers))
-    most = min(MOST_CASES, MOST_SATELLITES // max(1, satellites), MOST_SERIES_BYTES // max(1, series_bytes))
+    most = min(
+        MOST_CASES_OF_CHUNK, MOST_SATELLITES // max(1, satellites), MOST_SERIES_BYTES // max(1, series_bytes)
+    )
     return max(1, min(share, most))
 
 

@@ -77,6 +77,9 @@ def cholesky_factor(matrix: Sequence[Sequence[float]]) -> Rows:
 def factor_times(factor: Rows, values: Sequence[float]) -> list[float]:
     """Product of a lower triangular matrix and a vector.
 
+    Its terms are added from the diagonal to the first column, with one rounding for each, as by a fused
+    multiply-add. This is done in rational numbers: not every processor has that instruction.
+
     Args:
         factor: rows.
         values: finite, as many as rows.
@@ -85,7 +88,6 @@ def factor_times(factor: Rows, values: Sequence[float]) -> list[float]:
     for index, row in enumerate(factor):
         total = 0.0
         for column in range(index, -1, -1):
-            # Product and sum are rounded once, as by a fused multiply-add.
             total = float(Fraction(row[column]) * Fraction(values[column]) + Fraction(total))
         found.append(total)
     return found

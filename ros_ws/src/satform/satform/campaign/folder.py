@@ -7,6 +7,10 @@ campaign.json     the campaign as it was started, with scenario.json and copies 
 results/          Parquet files, see `result_files`
 series/           retained series, likewise
 records/          retained records, a folder for each case
+bags/             runs with retained bags, a folder for each case
+report/           page of the campaign
+summary.json      outcome, figures and checks, as `--json` prints them
+workers.log       what the workers printed
 damaged/          damaged files of results that a repair has put aside
 replaced/         files of results that are being written anew without their lost cases
 """

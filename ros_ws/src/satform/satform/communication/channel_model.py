@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 from satform.common.spec import Complaint, FieldPath, NonNegative, Spec
 from satform.communication.neighbour_buffer import Received
 from satform.equipment.random_streams import LINK_STREAM
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.numeric.seeded_numbers import SeededUniforms
 
 LONGEST_WAY = 10_000
@@ -200,11 +200,13 @@ class ChannelModel:
         numbers = [number for own in draws for number in own.satellites]
         return cls(links, SeededUniforms(seeds, LINK_STREAM, numbers, _DRAWS), first._step, shape)
 
-    def keep(self, rows: NDArray[np.int64]) -> "ChannelModel":
-        """The links of some of many satellites, with what is on its way; this object is not to be used on.
+    def keep(self, rows: Indices) -> "ChannelModel":
+        """A model of the links to some of the receiving satellites alone, with their messages under way.
+
+        It takes the place of this one, whose random numbers it goes on with.
 
         Args:
-            rows: indices of these satellites.
+            rows: indices of these satellites, shape (M,).
         """
         width = self._shape[-1]
         edges = (rows[:, None] * width + np.arange(width)).ravel()
@@ -215,7 +217,7 @@ class ChannelModel:
             self._step,
             (len(rows), width),
         )
-        # The places of what is on its way stay as they are.
+        # A message is in the slot of its step modulo the depth; fewer links might need fewer slots.
         kept._depth = self._depth
         kept._messages = self._messages[:, edges]
         kept._newest = self._newest[edges]
@@ -275,9 +277,7 @@ class ChannelModel:
         if again.any():
             self._put(step, again, way + 1, values, stamps)
 
-    def _put(
-        self, step: int, sent: NDArray[np.bool_], way: NDArray[np.int64], values: Array, stamps: Array
-    ) -> None:
+    def _put(self, step: int, sent: NDArray[np.bool_], way: Indices, values: Array, stamps: Array) -> None:
         """Lay messages where they will be found when they arrive, in place of earlier ones."""
         edges = np.flatnonzero(sent)
         slots = (step + way[edges]) % self._depth

@@ -6,15 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.communication.channel_model import ChannelModel, LinksSpec
 from satform.communication.neighbour_buffer import Received
 from satform.membership.faults import FaultSchedule
 from satform.membership.formation import Formation
-from satform.numeric.elementwise import Array
-
-Index = NDArray[np.int64]
+from satform.numeric.elementwise import Array, Indices
 
 
 @dataclass(frozen=True)
@@ -44,7 +41,7 @@ class ReceiverModel:
         neighbours: indices of possible in-neighbours, ascending, padded with the own index, shape (..., K).
     """
 
-    def __init__(self, plan: LinkPlan, members: Index, neighbours: Sequence[Sequence[int]]) -> None:
+    def __init__(self, plan: LinkPlan, members: Indices, neighbours: Sequence[Sequence[int]]) -> None:
         """A receiver before its first message.
 
         Args:

@@ -5,15 +5,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.communication.channel_model import ChannelModel
 from satform.communication.neighbour_buffer import Received
 from satform.communication.receiver import ReceiverModel
 from satform.membership.formation import Formation
-from satform.numeric.elementwise import Array
-
-Rows = NDArray[np.int64]
+from satform.numeric.elementwise import Array, Indices
 
 
 class StackedReceiver:
@@ -57,7 +54,7 @@ class StackedReceiver:
         received = Received(values, stamps, self._linked, self._linked, complete=True)
         return received if self._channel is None else self._channel.transmit(step, received)
 
-    def keep(self, runs: Rows, rows: Rows) -> None:
+    def keep(self, runs: Indices, rows: Indices) -> None:
         """Go on with some of the runs alone.
 
         Args:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from satform.consensus.graph import Graph, TopologySpec
+from satform.numeric.elementwise import Indices
 
 _ATTEMPTS = 200
 """Graphs drawn before giving up; with a degree of 3 and more nearly all are connected."""
@@ -112,6 +113,6 @@ def _paired(count: int, degree: int, generator: np.random.Generator) -> _Adjacen
     return None
 
 
-def _joined(links: _Adjacency, one: NDArray[np.int64], other: NDArray[np.int64]) -> _Adjacency:
+def _joined(links: _Adjacency, one: Indices, other: Indices) -> _Adjacency:
     links[one, other] = links[other, one] = True
     return links

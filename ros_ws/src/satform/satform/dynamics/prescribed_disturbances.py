@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.common.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Spec
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.numeric.seeded_numbers import SeededSigned
 from satform.numeric.stacking import component_major, take
 
@@ -153,7 +152,7 @@ class BoundedNoise:
         )
         return cls(component_major(np.concatenate([noise._largest for noise in noises])), numbers)
 
-    def keep(self, rows: NDArray[np.int64]) -> "BoundedNoise":
+    def keep(self, rows: Indices) -> "BoundedNoise":
         """The noise of some of the satellites, by their indices here."""
         return BoundedNoise(take(self._largest, rows), self._numbers.keep(rows))
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.cw_model import CwDynamics, CwState
@@ -22,9 +21,7 @@ from satform.dynamics.protocol import Dynamics
 from satform.dynamics.stacked_perturbations import STACKED_PERTURBATIONS, StackedPerturbations
 from satform.dynamics.velocity_dependent import VelocityDependentDynamics
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array
-
-Rows = NDArray[np.int64]
+from satform.numeric.elementwise import Array, Indices
 
 _FORCE = ("linear", "wave", "wave_number", "quadratic")
 """Numbers of a force that depends on the velocity."""
@@ -69,7 +66,7 @@ class StackedCwDynamics(Dynamics):
             end += disturbed
         return CwState(end[0].T, end[1].T)
 
-    def keep(self, state: CwState, rows: Rows) -> tuple["StackedCwDynamics", CwState]:
+    def keep(self, state: CwState, rows: Indices) -> tuple["StackedCwDynamics", CwState]:
         """Model and state of some of the satellites; this object is not to be used on."""
         kept = object.__new__(StackedCwDynamics)
         kept._offsets = self._offsets
@@ -148,7 +145,7 @@ class StackedDynamics(Dynamics):
         distance: Array | None = self.model.earth_distance(state)
         return distance
 
-    def keep(self, state: Any, rows: Rows) -> tuple["StackedDynamics", Any]:
+    def keep(self, state: Any, rows: Indices) -> tuple["StackedDynamics", Any]:
         """Model and state of some of the satellites; this object is not to be used on."""
         model = self.model
         changes: dict[str, Any] = {

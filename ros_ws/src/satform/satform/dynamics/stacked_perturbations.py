@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.dynamics.prescribed_disturbances import BoundedNoise, Constant, Harmonic, Perturbation
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.numeric.stacking import component_major
-
-Rows = NDArray[np.int64]
 
 STACKED_PERTURBATIONS = (Constant, Harmonic, BoundedNoise)
 """Perturbations that can be stacked; one from another package cannot."""
@@ -33,7 +30,7 @@ class _Wave:
     amplitude: Array
     angular_frequency: Array
     phase: Array
-    own: Rows
+    own: Indices
     step: float
 
     def acceleration(self, step: int, offset: float) -> Array:
@@ -57,12 +54,12 @@ class StackedPerturbations:
             runs: perturbations of each run, for the same number of satellites, of the same kinds in the same
                 order; at least one.
         """
-        self._whole = [_concatenated([run[place] for run in runs]) for place in range(len(runs[0]))]
+        self._whole = [_concatenated(alike) for alike in zip(*runs, strict=True)]
         self._settle()
 
     def _settle(self) -> None:
         columns = [_numbers(perturbation) for perturbation in self._whole]
-        self.own: Rows | None = None
+        self.own: Indices | None = None
         self._flown: list[Constant | _Wave | BoundedNoise] = [_quick(part) for part in self._whole]
         if all(column is not None for column in columns):
             first, own = _distinct([column for column in columns if column is not None])
@@ -92,7 +89,7 @@ class StackedPerturbations:
         centre: Array = np.add.reduce([part.centre() for part in self._whole])
         return centre
 
-    def keep(self, rows: Rows) -> "StackedPerturbations":
+    def keep(self, rows: Indices) -> "StackedPerturbations":
         """The perturbations of some of the satellites; this object is not to be used on."""
         kept = object.__new__(StackedPerturbations)
         kept._whole = [_rows(part, rows) for part in self._whole]
@@ -129,7 +126,9 @@ def _numbers(perturbation: Constant | Harmonic | BoundedNoise) -> Array | None:
             return None
 
 
-def _rows(perturbation: Constant | Harmonic | BoundedNoise, rows: Rows) -> Constant | Harmonic | BoundedNoise:
+def _rows(
+    perturbation: Constant | Harmonic | BoundedNoise, rows: Indices
+) -> Constant | Harmonic | BoundedNoise:
     match perturbation:
         case Constant():
             return Constant(_of_rows(perturbation.value, rows))
@@ -162,14 +161,14 @@ def _quick(perturbation: Constant | Harmonic | BoundedNoise) -> Constant | _Wave
     )
 
 
-def _distinct(columns: Sequence[Array]) -> tuple[Rows, Rows]:
+def _distinct(columns: Sequence[Array]) -> tuple[Indices, Indices]:
     """Index of the first of each distinct row, and which of these each row is; bits are compared."""
     bits = np.ascontiguousarray(np.concatenate(columns, axis=1)).view(np.int64)
     _, first, own = np.unique(bits, axis=0, return_index=True, return_inverse=True)
     return first, own.reshape(-1)
 
 
-def _of_rows(values: Array, rows: Rows) -> Array:
+def _of_rows(values: Array, rows: Indices) -> Array:
     """Rows of vectors (U, 3), shape (M, 3), a component of all of them in one piece of memory."""
     picked: Array = values.T.take(rows, axis=1).T
     return picked

@@ -8,7 +8,6 @@ from copy import copy
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.wheels import Turning, Wheels
@@ -18,10 +17,8 @@ from satform.equipment.sensor import NOISE_PER_STEP, Sensor
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
 from satform.flight.plans import PlantPlan
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array, joined, norm
+from satform.numeric.elementwise import Array, Indices, joined, norm
 from satform.numeric.seeded_numbers import SeededNormals
-
-Steps = NDArray[np.int64]
 
 
 class Plant:
@@ -86,7 +83,7 @@ class Plant:
         """Whether a satellite has a sensor."""
         return bool(self._sensors)
 
-    def measured_steps(self) -> Steps:
+    def measured_steps(self) -> Indices:
         """Number of the step to which each satellite's present measurement belongs, shape (N,)."""
         steps = np.full(len(self._motion.position), self.step)
         for sensors in self._sensors:
@@ -139,7 +136,7 @@ class Plant:
             sensors.sample(self._motion, self.step)
         self._measured = self._measure()
 
-    def keep(self, rows: Steps) -> None:
+    def keep(self, rows: Indices) -> None:
         """Go on with some of the satellites alone, as where a run among many has ended.
 
         Args:
@@ -217,7 +214,7 @@ class Thrusters:
         applied[self.members] = fired
         return applied
 
-    def keep(self, rows: NDArray[np.int64]) -> "Thrusters":
+    def keep(self, rows: Indices) -> "Thrusters":
         """The thrusters of some of the satellites, by their indices; this object is not to be used on."""
         kept = copy(self)
         own, kept.members = _remaining(self.members, rows)
@@ -242,7 +239,7 @@ class _Sensors:
             return motion.position, motion.velocity
         return motion.position[self.members], motion.velocity[self.members]
 
-    def keep(self, rows: NDArray[np.int64]) -> "_Sensors":
+    def keep(self, rows: Indices) -> "_Sensors":
         """The sensors of some of the satellites, by their indices; this object is not to be used on."""
         kept = copy(self)
         own, kept.members = _remaining(self.members, rows)
@@ -265,9 +262,7 @@ def _identities(plan: PlantPlan, stream: int, members: Sequence[int]) -> tuple[l
     return [seed for seed, _ in own], stream, [index for _, index in own]
 
 
-def _remaining(
-    members: NDArray[np.int64], rows: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _remaining(members: Indices, rows: Indices) -> tuple[Indices, Indices]:
     """Positions among some members of those that remain, and their indices among all that remain."""
     found = np.searchsorted(members, rows)
     held = found < len(members)

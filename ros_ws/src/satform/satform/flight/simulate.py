@@ -13,7 +13,7 @@ from satform.attitude.guidance import Attitude
 from satform.attitude.pointing_accuracy import attitude_figures
 from satform.communication.messages import WIDTH, encode
 from satform.communication.neighbour_buffer import Received
-from satform.communication.receiver import Index, ReceiverModel
+from satform.communication.receiver import ReceiverModel
 from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
 from satform.flight.compile import FormationPlan, compile_scenario
@@ -32,13 +32,14 @@ from satform.membership.formation import (
     merge_plans,
     possible_graph,
 )
+from satform.numeric.elementwise import Indices
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
 from satform.record.quantities import ATTITUDE_VECTORS, ESTIMATES, PROPULSION, without
 from satform.scenario.model import Scenario
 
 Row = int | slice
-"""Index of one satellite in arrays of the whole formation; or all of it."""
+"""Indices of one satellite in arrays of the whole formation; or all of it."""
 
 
 @dataclass
@@ -58,8 +59,8 @@ class _Group:
     online_parameters: OnlineParameters | None = None
 
     @property
-    def members(self) -> Index:
-        """Index of each in the formation, shape (); or (n,) when stacked."""
+    def members(self) -> Indices:
+        """Indices of each in the formation, shape (); or (n,) when stacked."""
         return self.receiver.members
 
     @property

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.flight.limits import (
     QUANTITIES,
@@ -22,10 +21,8 @@ from satform.flight.limits import (
 from satform.flight.plans import LimitPlan
 from satform.flight.plant import Plant
 from satform.flight.satellite import Decision
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.orbits.earth import EQUATORIAL_RADIUS
-
-Rows = NDArray[np.int64]
 
 _NONE = np.empty(0, dtype=np.int64)
 _DIAGONAL = 1.7320509
@@ -52,11 +49,11 @@ class StackedLimitCheck:
         self._least_radius = float(self._radius.min())
         self._has_ground = bool(np.isfinite(self._radius).any())
 
-    def keep(self, rows: Rows) -> None:
+    def keep(self, rows: Indices) -> None:
         """Go on with some of the satellites alone."""
         self._radius = self._radius[rows]
 
-    def of_decision(self, decision: Decision, announced: Array) -> Rows:
+    def of_decision(self, decision: Decision, announced: Array) -> Indices:
         """Satellites that computed in a step what is not finite or beyond its limit, by their rows.
 
         Args:
@@ -69,7 +66,7 @@ class StackedLimitCheck:
             if values is not None
         )
 
-    def of_plant(self, plant: Plant) -> Rows:
+    def of_plant(self, plant: Plant) -> Indices:
         """Satellites whose true states are not finite or beyond a limit, by their rows."""
         found = self._any_beyond(true_values(plant))
         for group in plant.turning:
@@ -77,7 +74,7 @@ class StackedLimitCheck:
             found = np.concatenate((found, group.members[own]))
         return np.concatenate((found, self._below(plant))) if self._has_ground else found
 
-    def _any_beyond(self, checked: Iterable[tuple[Quantity, Array]]) -> Rows:
+    def _any_beyond(self, checked: Iterable[tuple[Quantity, Array]]) -> Indices:
         found = []
         for quantity, values in checked:
             limit = self._limits[quantity.bound]
@@ -86,7 +83,7 @@ class StackedLimitCheck:
                 found.append(_beyond(values, limit))
         return np.concatenate(found) if found else _NONE
 
-    def _below(self, plant: Plant) -> Rows:
+    def _below(self, plant: Plant) -> Indices:
         distance = plant.modelled_earth_distance()
         if distance is not None:
             return np.flatnonzero(~(distance >= self._lowest) & np.isfinite(self._radius))
@@ -102,7 +99,7 @@ class StackedLimitCheck:
         return suspects[~(plant.earth_distance()[suspects] >= self._lowest)]
 
 
-def _beyond(values: Array, limit: float) -> Rows:
+def _beyond(values: Array, limit: float) -> Indices:
     """Rows of vectors (M, n) that are not finite or longer than a limit."""
     suspects = np.flatnonzero(~(_squares(values) <= limit * limit * (1.0 - _SLACK)))
     lengths = [math.hypot(*row) for row in values[suspects].tolist()]

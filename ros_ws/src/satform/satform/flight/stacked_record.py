@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.attitude.guidance import Orientation
 from satform.attitude.pointing_accuracy import attitude_figures
 from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.record.flight_block import FlightBlock
 from satform.record.quantities import (
     ATTITUDE_VECTORS,
@@ -22,8 +21,6 @@ from satform.record.quantities import (
     WHEEL_COUNTERS,
     Equipment,
 )
-
-Rows = NDArray[np.int64]
 
 _FOR_POINTING = (
     *("position", "velocity", "mrp", "angular_velocity"),
@@ -156,11 +153,11 @@ class BlockRecorder:
             self._values["applied_acceleration"][self._row] = plant.applied
         self._row += 1
 
-    def keep(self, runs: Rows) -> None:
+    def keep(self, runs: Indices) -> None:
         """Go on with some of the runs that fly."""
         self._orientations = [self._orientations[run] for run in runs.tolist()]
 
-    def block(self, runs: int, flying: Rows) -> FlightBlock:
+    def block(self, runs: int, flying: Indices) -> FlightBlock:
         """The block.
 
         Args:
@@ -186,7 +183,7 @@ class BlockRecorder:
             quantities={name: found[name] for name in found if name in self._asked},
         )
 
-    def _of_all(self, values: Array, runs: int, flying: Rows) -> Array:
+    def _of_all(self, values: Array, runs: int, flying: Indices) -> Array:
         """Shape (rows, M, ...) to (rows, R, N, ...)."""
         count = len(self._formation.names)
         memory = np.moveaxis(values, 1, -1)
@@ -197,7 +194,7 @@ class BlockRecorder:
             every = memory.reshape(*memory.shape[:-1], runs, count)
         return np.moveaxis(every, (-2, -1), (1, 2))
 
-    def _pointing(self, runs: int, flying: Rows) -> dict[str, Array]:
+    def _pointing(self, runs: int, flying: Indices) -> dict[str, Array]:
         count, steps = len(self._formation.names), self._steps
         figures = {name: np.full((steps, runs, count), np.nan) for name in POINTING}
         for index, run in enumerate(flying.tolist()):

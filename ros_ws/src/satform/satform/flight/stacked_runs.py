@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.attitude.guidance import Attitude
 from satform.communication.messages import WIDTH, encode
@@ -28,10 +27,8 @@ from satform.flight.stacked_limits import StackedLimitCheck
 from satform.flight.stacked_record import BlockRecorder
 from satform.membership.formation import Formation
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 from satform.record.flight_block import FlightBlock
-
-Rows = NDArray[np.int64]
 
 BLOCK_STEPS = 32
 """Steps that are handed over at once."""
@@ -88,7 +85,7 @@ class _Group:
 
     satellite: Satellite
     receiver: StackedReceiver
-    rows: Rows | None
+    rows: Indices | None
     neighbours: int
     announced: Array = field(init=False)
     stamp: float = field(init=False)
@@ -184,7 +181,7 @@ class _StackedFlight:
             whole.stamp = group.stamp
             whole.sent[:, slice(None) if group.rows is None else group.rows] = group.announced.T
 
-    def _end(self, rows: Rows, step: int) -> None:
+    def _end(self, rows: Indices, step: int) -> None:
         for index in np.unique(rows // self._count).tolist() if rows.size else ():
             self.ends.setdefault(int(self.flying[index]), step)
 
@@ -250,7 +247,7 @@ class _Whole:
         """What was decided, by the name of a quantity; None where nobody decides that."""
         return self._values.get(name)
 
-    def take_in(self, rows: Rows | None, decision: Decision) -> None:
+    def take_in(self, rows: Indices | None, decision: Decision) -> None:
         """Take in what a group of satellites has decided."""
         found = _decided(decision)
         if rows is None:

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from satform.common.spec import NonNegative, Number, Positive, Spec
 from satform.equipment.thruster import ThrusterFault
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 
 Memory = Literal["checkpoint", "plan"]
 """What a satellite knows that comes back: its last checkpoint, or its flight plan and the time."""
@@ -220,7 +219,7 @@ class FaultSchedule:
         """Whether nothing goes wrong."""
         return not (self.thrusts or self.frozen or self.clocks or self.byzantine)
 
-    def of_thrusters(self, members: NDArray[np.int64], step: int) -> ThrusterFault | None:
+    def of_thrusters(self, members: Indices, step: int) -> ThrusterFault | None:
         """What is wrong with the thrusters of some satellites at a step; None for nothing.
 
         Args:

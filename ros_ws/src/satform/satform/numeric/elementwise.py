@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.int64]
+"""Indices of rows, or numbers of steps."""
 
 
 def joined(*components: Array) -> Array:

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, Indices
 
 _BLOCK = 256
 """Steps whose numbers come from one generator."""
@@ -56,7 +55,7 @@ class SeededNormals:
         numbers: Array = self._numbers[row].T
         return numbers
 
-    def keep(self, rows: NDArray[np.int64]) -> Self:
+    def keep(self, rows: Indices) -> Self:
         """The numbers of some of the satellites alone; this object is not to be used any more.
 
         Args:

@@ -9,6 +9,8 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from satform.numeric.elementwise import Indices
+
 T = TypeVar("T")
 
 
@@ -101,7 +103,7 @@ def component_major(stacked: T) -> T:
     return _with_arrays(stacked, np.asfortranarray)
 
 
-def take(stacked: T, rows: NDArray[np.int64]) -> T:
+def take(stacked: T, rows: Indices) -> T:
     """What some satellites have of a stack, in component-major order of memory.
 
     Args:
