@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal, Protocol
 
 from satform.common.spec import Spec
 from satform.numeric.elementwise import Array
+from satform.orbits.chief import KeplerianChief
 from satform.orbits.path_reference import Reference
 
 
@@ -16,18 +17,20 @@ class FlightSetting:
     """What is known to a controller when it is built, before flight.
 
     Attributes:
-        mean_motion: of the chief's circular orbit, rad/s.
+        mean_motion: of the chief's orbit, rad/s.
         step: control period over which a command is held, s.
         thrust_resolution: acceleration of the thrusters' smallest impulse or impulse quantum, whichever is
             larger, on the satellite without propellant, m/s^2; 0 for thrusters without either.
         thrust_error: share of a command by which what is applied may differ from it at random; 0 for exact
             thrusters.
+        chief: the chief's orbit; None means a circular one in an unknown plane.
     """
 
     mean_motion: float
     step: float
     thrust_resolution: float = 0.0
     thrust_error: float = 0.0
+    chief: KeplerianChief | None = None
 
 
 @dataclass(frozen=True)

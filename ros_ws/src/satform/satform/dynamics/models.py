@@ -21,7 +21,7 @@ from satform.dynamics.specs import (
     GravitySpec,
     PerturbedDynamicsSpec,
 )
-from satform.orbits.chief import ChiefOrbitSpec
+from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief
 
 if TYPE_CHECKING:
     from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
@@ -56,6 +56,10 @@ class LinearJ2DynamicsSpec(PerturbedDynamicsSpec):
                 "mean orbit"
             )
         return self
+
+    def keplerian_chief(self, mean_motion: float) -> KeplerianChief:
+        """The chief's orbit at time zero; as in `DynamicsSpec.keplerian_chief`."""
+        return self.chief.keplerian(mean_motion)
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why the chief's orbit cannot be flown; as in `DynamicsSpec.complaints`."""
@@ -98,6 +102,10 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
                 "set it to 0, or chief_motion to propagated"
             )
         return self
+
+    def keplerian_chief(self, mean_motion: float) -> KeplerianChief:
+        """The chief's orbit at time zero; as in `DynamicsSpec.keplerian_chief`."""
+        return self.chief.keplerian(mean_motion)
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why the chief's orbit cannot be flown; as in `DynamicsSpec.complaints`."""
@@ -148,6 +156,10 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
     frame_rate: Literal["exact", "orbit_rate"] = "exact"
     """exact: LVLH velocities are the derivative of LVLH positions; orbit_rate: they are taken in a
     frame that turns at (0, 0, h/r^2)."""
+
+    def keplerian_chief(self, mean_motion: float) -> KeplerianChief:
+        """The chief's orbit at time zero; as in `DynamicsSpec.keplerian_chief`."""
+        return self.chief.keplerian(mean_motion)
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why chief or bodies cannot be flown; as in `DynamicsSpec.complaints`."""

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from satform.common.spec import Complaint, Spec
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.numeric.elementwise import Array
+from satform.orbits.chief import KeplerianChief
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,14 @@ class DynamicsSpec(Spec):
             Path of a field of this specification and a sentence, for each fault.
         """
         return []
+
+    def keplerian_chief(self, mean_motion: float) -> KeplerianChief | None:
+        """The chief's orbit at time zero for a mean motion in rad/s: what control laws may know of it.
+
+        Returns:
+            None, as here, for a model about a circular orbit in an unknown plane.
+        """
+        return None
 
     def build(self, setting: DynamicsSetting) -> Dynamics:
         """The truth model itself.

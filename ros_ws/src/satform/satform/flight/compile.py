@@ -280,9 +280,13 @@ def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
 def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
     """What the controller of the satellite with this index may know of a scenario."""
     step, thruster = scenario.timing.step, scenario.satellite(index).thruster
-    if thruster is None:
-        return FlightSetting(scenario.orbit.rate, step)
-    return FlightSetting(scenario.orbit.rate, step, thruster.resolution(step), thruster.largest_error)
+    return FlightSetting(
+        mean_motion=scenario.orbit.rate,
+        step=step,
+        thrust_resolution=0.0 if thruster is None else thruster.resolution(step),
+        thrust_error=0.0 if thruster is None else thruster.largest_error,
+        chief=scenario.chief,
+    )
 
 
 def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:

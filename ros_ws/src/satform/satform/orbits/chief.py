@@ -5,7 +5,7 @@
 import math
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -62,6 +62,19 @@ class ChiefOrbitSpec(Spec):
         transverse = np.array([-cn * su - sn * cu * ci, -sn * su + cn * cu * ci, cu * si])
         return radial, transverse, np.array([sn * si, -cn * si, ci])
 
+    def keplerian(self, mean_motion: float) -> "KeplerianChief":
+        """The same orbit by its elements, with the mean anomaly at time zero, for a mean motion in rad/s."""
+        e, true_anomaly = self.eccentricity, self.argument_of_latitude - self.argument_of_perigee
+        eccentric = true_anomaly + _true_minus_eccentric(true_anomaly, -e)
+        return KeplerianChief(
+            semi_major_axis=semi_major_axis_of(mean_motion, GRAVITATIONAL_PARAMETER),
+            eccentricity=e,
+            inclination=self.inclination,
+            right_ascension=self.right_ascension,
+            argument_of_perigee=self.argument_of_perigee,
+            mean_anomaly=eccentric - e * math.sin(eccentric),
+        )
+
     def complaints(self, mean_motion: float) -> list[Complaint]:
         """Why no satellite can fly this orbit of a mean motion in rad/s: field and sentence of each."""
         perigee = semi_major_axis_of(mean_motion, GRAVITATIONAL_PARAMETER) * (1.0 - self.eccentricity)
@@ -80,6 +93,88 @@ class ChiefOrbitSpec(Spec):
 def semi_major_axis_of(mean_motion: float, gravitational_parameter: float) -> float:
     """Semi-major axis in m from the mean motion in rad/s, by Kepler's third law."""
     return math.cbrt(gravitational_parameter / (mean_motion * mean_motion))
+
+
+def _true_minus_eccentric(anomaly: float, eccentricity: float) -> float:
+    """True minus eccentric anomaly, rad, from the eccentric one; eccentric minus true from the true one.
+
+    Args:
+        anomaly: eccentric anomaly, or true anomaly, rad.
+        eccentricity: with the sign changed for the second.
+
+    Source: Battin, An Introduction to the Mathematics and Methods of Astrodynamics, ch. 4.
+    """
+    ratio = eccentricity / (1.0 + math.sqrt(1.0 - eccentricity * eccentricity))
+    return 2.0 * math.atan2(ratio * math.sin(anomaly), 1.0 - ratio * math.cos(anomaly))
+
+
+@dataclass(frozen=True)
+class KeplerianChief:
+    """A chief on a Keplerian orbit, by its elements at time zero: what control laws may know of it.
+
+    Attributes:
+        semi_major_axis: m.
+        eccentricity: below 1.
+        inclination: rad.
+        right_ascension: of the ascending node, rad.
+        argument_of_perigee: rad.
+        mean_anomaly: at time zero, rad.
+    """
+
+    semi_major_axis: float
+    eccentricity: float
+    inclination: float
+    right_ascension: float
+    argument_of_perigee: float
+    mean_anomaly: float
+
+    @property
+    def mean_motion(self) -> float:
+        """Angular rate of the mean anomaly, rad/s."""
+        return math.sqrt(GRAVITATIONAL_PARAMETER / self.semi_major_axis**3)
+
+    @property
+    def period(self) -> float:
+        """Time of one revolution, s."""
+        return math.tau / self.mean_motion
+
+    def mean_anomaly_at(self, time: float) -> float:
+        """Mean anomaly `time` s after the start, rad, growing without end."""
+        return self.mean_anomaly + self.mean_motion * time
+
+    def mean_argument_of_latitude(self, time: float) -> float:
+        """Argument of perigee plus mean anomaly `time` s after the start, rad, growing without end."""
+        return self.argument_of_perigee + self.mean_anomaly_at(time)
+
+    def true_anomaly(self, time: float) -> float:
+        """True anomaly `time` s after the start, rad, growing without end.
+
+        Raises:
+            ValueError: Kepler's equation has no solution in double precision, as for eccentricities near 1.
+
+        Source: Kepler's equation, as solved by brahe.
+        """
+        mean = self.mean_anomaly_at(time)
+        if self.eccentricity == 0.0:
+            return mean
+        import brahe  # noqa: PLC0415  slow to import, and few scenarios have an eccentric chief
+
+        e, revolutions = self.eccentricity, round(mean / math.tau)
+        within = mean - math.tau * revolutions
+        radians: Any = brahe.AngleFormat.RADIANS
+        try:
+            solved = float(brahe.anomaly_mean_to_eccentric(abs(within), e, angle_format=radians))
+        except RuntimeError as error:
+            raise ValueError(
+                f"no true anomaly for eccentricity {e:g} and mean anomaly {within:g} rad: {error}"
+            ) from error
+        eccentric = math.copysign(solved, within)
+        return math.tau * revolutions + eccentric + _true_minus_eccentric(eccentric, e)
+
+    def radius(self, time: float) -> float:
+        """Distance from the Earth's centre `time` s after the start, m."""
+        parameter = self.semi_major_axis * (1.0 - self.eccentricity**2)
+        return parameter / (1.0 + self.eccentricity * math.cos(self.true_anomaly(time)))
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import BY_CONTENT, with_copies
 from satform.membership.faults import FaultSpec
 from satform.membership.formation import GraphChangeSpec, MembershipPlan, planned_events
+from satform.orbits.chief import KeplerianChief
 from satform.scenario.deployment import HostSpec, host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
 from satform.scenario.expectation import Expectation
@@ -167,7 +168,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         return complaints
 
     def _controller_complaints(self) -> list[Complaint]:
-        setting = FlightSetting(mean_motion=self.orbit.rate, step=self.timing.step)
+        setting = FlightSetting(mean_motion=self.orbit.rate, step=self.timing.step, chief=self.chief)
         complaints: list[Complaint] = []
         tried: set[str] = set()
         for index, own in enumerate(self.satellites):
@@ -306,6 +307,11 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         return fault_complaints(
             self.faults, whole, self.timing, self.consensus.announces, self.checkpoint_period
         )
+
+    @property
+    def chief(self) -> KeplerianChief | None:
+        """The chief's orbit at time zero; None for a circular one in an unknown plane."""
+        return self.dynamics.keplerian_chief(self.orbit.rate)
 
     @property
     def checkpoint_steps(self) -> int | None:
