@@ -107,11 +107,13 @@ def test_a_chunk_reports_what_begins_how_far_it_is_and_every_result_once() -> No
 
 def test_retained_series_have_every_so_many_steps_of_the_record() -> None:
     keep = {"series": [{"quantity": "position", "every": 1.0}, {"quantity": "tracking_error"}]}
+    keep["series"].append({"quantity": "effort", "every": 2.0})
     result = fly_case(small(keep=keep), 0)
     record = simulate(case_scenario(small(), 0))
     stride = round(1.0 / record.step)
     assert np.array_equal(result.series["position"], record.position[::stride])
     assert np.array_equal(result.series["tracking_error"], record.tracking_error)
+    assert np.array_equal(result.series["effort"], record.effort[:: round(2.0 / record.step)])
 
 
 def test_the_copy_in_the_folder_is_the_same_campaign(folder: CampaignFolder) -> None:

@@ -17,7 +17,9 @@ from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult
 from satform.campaign.stacked_cases import stacks
 from satform.evaluation.tracking import TrackingError
+from satform.flight.compile import FormationPlan, compile_scenario
 from satform.record.flight_record import FlightRecord
+from satform.scenario import Scenario
 
 NOT_REACHED = {("triangle_dispersed", "agreement")}
 """Names and figures of shipped campaigns that no flight of a short duration has."""
@@ -166,7 +168,7 @@ def test_a_figure_that_measures_whole_records_has_its_cases_flown_one_by_one() -
 
 @pytest.mark.parametrize("where", ["fly_stack", "stacks"])
 def test_a_part_that_fails_among_many_has_each_case_flown_alone(
-    monkeypatch: pytest.MonkeyPatch, where: str
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, where: str
 ) -> None:
     def fail(*_: Any) -> None:
         raise RuntimeError("this law flies one satellite")
@@ -178,3 +180,24 @@ def test_a_part_that_fails_among_many_has_each_case_flown_alone(
     results = fly_chunk(dispersed, range(3))
     assert not any(result.stacked for result in results)
     assert all(result.success for result in results)
+    assert "cases 0, 1, 2 are flown one by one" in caplog.text
+    assert "RuntimeError: this law flies one satellite" in caplog.text
+
+
+def test_a_case_whose_plan_cannot_be_made_is_flown_alone_and_one_that_cannot_fly_is_not_logged(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def compiled(scenario: Scenario) -> FormationPlan:
+        if scenario.seed == 1:
+            raise RuntimeError("this law takes no such gain")
+        return compile_scenario(scenario)
+
+    monkeypatch.setattr("satform.campaign.stacked_cases.compile_scenario", compiled)
+    seeds = of("seed", grid={"values": [0, 1, 2, -1]})
+    dispersed = campaign(
+        sampling={"kind": "grid"}, set={"timing.duration": 4.0, "expect": []}, dispersions=[seeds]
+    )
+    [cases] = stacks(dispersed, range(4))
+    assert [case.number for case in cases] == [0, 2]
+    assert [record.getMessage() for record in caplog.records] == ["case 1 cannot be flown with others"]
+    assert "RuntimeError: this law takes no such gain" in caplog.text

@@ -6,12 +6,11 @@ Cases that are alike are flown as one formation, with the same figures to the bi
 ends early, or whose record is retained, is flown alone.
 """
 
+import logging
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from satform.campaign.cases import case_scenario, case_values
 from satform.campaign.engine import ChunkObserver
@@ -19,12 +18,14 @@ from satform.campaign.model import Campaign
 from satform.campaign.results import CaseResult, Columns, Kind, failure_text
 from satform.campaign.stacked_cases import Case, fly_stack, stacks
 from satform.common.angle_text import radians_of
+from satform.common.name_list import listed
 from satform.evaluation.evaluate import judge
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.files.durable_file import reason_text
 from satform.flight.simulate import simulate
 from satform.numeric.elementwise import Array
 from satform.record.archive import RECORD, save_record
+from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, ScenarioError, save_scenario
 from satform.scenario.expectation import Verdict
@@ -33,6 +34,8 @@ from satform.scenario.loader import SCENARIO_FILE
 FEWEST_IN_A_STACK = 2
 """Cases from which on they are flown as one formation."""
 
+_LOG = logging.getLogger(__name__)
+"""Python writes exceptions to standard error unless told otherwise: `workers.log` of a local campaign."""
 
 def fly_chunk(
     campaign: Campaign,
@@ -77,6 +80,7 @@ def _stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
     try:
         return stacks(campaign, numbers)
     except Exception:  # of a user's own part: each case is flown alone, and says what is wrong with it
+        _LOG.exception("cases %s are flown one by one", listed([str(number) for number in numbers]))
         return []
 
 
@@ -87,6 +91,7 @@ def _stacked_results(
     try:
         flown = fly_stack(campaign, cases, None if observer is None else observer.advanced)
     except Exception:  # of a user's own part: each case is flown alone, and says what is wrong with it
+        _LOG.exception("cases %s are flown one by one", listed([str(case.number) for case in cases]))
         return []
     results = [_result(campaign, own.case, own.figures, series=own.series) for own in flown]
     return [result for result in results if records is None or not is_retained(campaign, result)]
@@ -168,11 +173,10 @@ def reason_of(early_end: str, judged: dict[str, Verdict]) -> str:
 
 def retained_series(campaign: Campaign, record: FlightRecord) -> dict[str, Array]:
     """The series of a flight that the campaign retains, by name of the quantity, shape (T, N, ...)."""
-    found = {}
-    for wanted in campaign.keep.series:
-        values = np.asarray(getattr(record, wanted.quantity), dtype=np.float64)
-        found[wanted.quantity] = values[:: wanted.stride(record.step)]
-    return found
+    series, flight = campaign.keep.decimated(record.step), FlightBlock.of(record)
+    for own in series.values():
+        own.update(flight)
+    return {name: own.series()[0] for name, own in series.items()}
 
 
 def is_retained(campaign: Campaign, result: CaseResult) -> bool:

@@ -8,6 +8,7 @@ from pydantic import model_validator
 
 from satform.common.spec import Positive, Spec
 from satform.record.derived import COLUMNS
+from satform.record.series import DecimatedSeries
 from satform.scenario.field_errors import nearest
 from satform.scenario.parts import Timing
 
@@ -48,6 +49,16 @@ class Keep(Spec):
     """Of which cases the whole flight record is stored."""
     bag: When = "never"
     """Of which cases a bag is stored."""
+
+    def decimated(self, step: float) -> dict[str, DecimatedSeries]:
+        """What takes the series from the blocks of flights, by name of the quantity.
+
+        Args:
+            step: control period of the flights, s.
+        """
+        return {
+            series.quantity: DecimatedSeries(series.quantity, series.stride(step)) for series in self.series
+        }
 
     def series_bytes(self, timing: Timing, satellites: int) -> int:
         """Size of the stored series of a case that flies to its end, at most.

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Flies alike cases of a campaign as one formation and makes their figures while they fly."""
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -15,9 +16,10 @@ from satform.flight.stacked_runs import fly_stacked
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock
 from satform.record.reducer import FlightShape
-from satform.record.series import DecimatedSeries
-from satform.scenario import Scenario
+from satform.scenario import Scenario, ScenarioError
 from satform.scenario.expectation import Expectation
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
     for group in group_runs([case.plan for case in cases]):
         first = cases[group[0]].scenario
         figures = FlightFigures([*measures, *first.expect], _shape(cases[group[0]].plan))
-        if figures.whole_records or _series(campaign, first.timing.step) is None:
+        if figures.whole_records:
             continue
         alike = [cases[index] for index in group if cases[index].scenario.expect == first.expect]
         if len(alike) > 1:
@@ -89,21 +91,21 @@ def fly_stack(
     first = cases[0]
     expectations = [*(figure.measure for figure in campaign.figures), *first.scenario.expect]
     figures = FlightFigures(expectations, _shape(first.plan))
-    series = _series(campaign, first.plan.timing.step)
+    series = campaign.keep.decimated(first.plan.timing.step)
 
     def observe(block: FlightBlock) -> None:
         figures.update(block)
-        for own in (series or {}).values():
+        for own in series.values():
             own.update(block)
         if advanced is not None:
             advanced((block.first_step + block.steps) / first.plan.timing.steps)
 
-    needs = figures.needs.union(*(own.needs for own in (series or {}).values()))
+    needs = figures.needs.union(*(own.needs for own in series.values()))
     ends = fly_stacked([case.plan for case in cases], observe, needs)
     if len(ends) == len(cases):
         return []
     made = figures.figures()
-    retained = {name: own.series() for name, own in (series or {}).items()}
+    retained = {name: own.series() for name, own in series.items()}
     return [
         Flown(
             case,
@@ -131,19 +133,13 @@ def _case(campaign: Campaign, number: int) -> Case | None:
         plan = compile_scenario(scenario)
         # What cannot be compiled is found here, and not when many are flown.
         plan.plant  # noqa: B018
+    except ScenarioError:
+        return None  # flown alone, it has this as the reason of its result
     except Exception:
+        _LOG.exception("case %d cannot be flown with others", number)
         return None
     return Case(number, scenario, plan)
 
 
 def _shape(plan: FormationPlan) -> FlightShape:
     return FlightShape(plan.names, plan.timing.step, plan.timing.steps)
-
-
-def _series(campaign: Campaign, step: float) -> dict[str, DecimatedSeries] | None:
-    """What keeps the series that the campaign retains, by quantity; None where blocks do not hold them."""
-    strides = {wanted.quantity: wanted.stride(step) for wanted in campaign.keep.series}
-    try:
-        return {name: DecimatedSeries(name, stride) for name, stride in strides.items()}
-    except KeyError:
-        return None
