@@ -44,6 +44,7 @@ ROOMS = (
 """Of the library, from the lowest layer to the highest."""
 
 TAKE_A_SCENARIO = {
+    "satform.campaign.case_template",
     "satform.campaign.cases",
     "satform.campaign.chunk",
     "satform.campaign.model",

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -19,8 +18,6 @@ from satform.campaign.model import Campaign
 from satform.campaign.paths import Target
 from satform.campaign.sampling import Coordinate, case_seed
 from satform.common.angle_text import radians_of
-from satform.common.spec import FieldPath, Spec
-from satform.files.named_file import FileSource, with_copies
 from satform.scenario import Problem, Scenario, ScenarioError
 from satform.scenario.field_errors import problems
 
@@ -121,7 +118,7 @@ def changed_scenario(campaign: Campaign, values: Mapping[str, Any], source: str)
     Raises:
         ScenarioError: with these values it cannot fly; all problems at once.
     """
-    template = campaign_template(campaign)
+    template = campaign.template
     data = json.loads(template.text)
     for path, value in values.items():
         node, parts = data, template.paths[path]
@@ -143,68 +140,6 @@ def changed_scenario(campaign: Campaign, values: Mapping[str, Any], source: str)
         ]
         found = [_named_once(problem) for problem in found]
         raise ScenarioError(found) from None
-
-
-class _Template:
-    """The data of a campaign's scenario, in which every dispersed field is present.
-
-    Attributes:
-        text: JSON.
-        files: that the scenario names.
-        paths: of the dispersed fields by the text of the path.
-    """
-
-    def __init__(self, campaign: Campaign) -> None:
-        base = campaign.base
-        data, attached = json.loads(base.to_json()), base.files()
-        every = [target for found in campaign.targets for target in found]
-        for target in every:
-            attached |= _ensure_field(data, base, target.path)
-        self.text = json.dumps(data)
-        self.files = FileSource(Path(), attached, recorded=True)
-        self.paths: dict[str, FieldPath] = {target.text: target.path for target in every} | {
-            "seed": ("seed",)
-        }
-
-
-def campaign_template(campaign: Campaign) -> _Template:
-    """The template of a campaign's cases, made once."""
-    found = campaign.__dict__.get("_template")
-    if not isinstance(found, _Template):
-        found = campaign.__dict__["_template"] = _Template(campaign)
-    return found
-
-
-def _ensure_field(data: Any, base: Scenario, path: FieldPath) -> dict[str, bytes]:
-    """Write out all parts on the way to a field that the data leaves out; gives the files that they name."""
-    files: dict[str, bytes] = {}
-    node, own = data, base
-    model: Any = own
-    for depth, part in enumerate(path[:-1]):
-        model = getattr(model, part) if isinstance(part, str) else model[part]
-        if path[0] == "satellites" and depth == 1:
-            # With what it takes from `satellite_defaults`.
-            model = base.satellite(int(path[1]))
-        inner = node[part] if isinstance(part, int) else node.get(part)
-        if inner is None or (isinstance(model, tuple) and not isinstance(inner, list)):
-            inner, found = _plain(model)
-            files |= found
-            node[part] = inner
-        node = inner
-    return files
-
-
-def _plain(model: Any) -> tuple[Any, dict[str, bytes]]:
-    """A part of a scenario as plain data, and the files that it names."""
-    if isinstance(model, Spec):
-        text, files = with_copies(model, exclude_unset=True)
-        return json.loads(text), files
-    plain, files = [], {}
-    for entry in model:
-        data, found = _plain(entry) if isinstance(entry, Spec | tuple) else (entry, {})
-        plain.append(data)
-        files |= found
-    return plain, files
 
 
 def _seed(campaign: Campaign, number: int) -> dict[str, int]:

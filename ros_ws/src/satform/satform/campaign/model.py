@@ -20,6 +20,7 @@ from satform.campaign.campaign_checks import (
     sampling_complaints,
     series_complaints,
 )
+from satform.campaign.case_template import CaseTemplate
 from satform.campaign.dispersion import Correlated, Dispersion
 from satform.campaign.exact_arithmetic import Rows, cholesky_factor
 from satform.campaign.expectations import CampaignExpectation
@@ -119,6 +120,11 @@ class Campaign(Spec):
     def targets(self) -> tuple[tuple[Target, ...], ...]:
         """Of each dispersion the fields that it means."""
         return tuple(tuple(targets(self.base, dispersion.path)) for dispersion in self.dispersions)
+
+    @cached_property
+    def template(self) -> CaseTemplate:
+        """Data of the scenario of all cases, in which every dispersed field is present."""
+        return CaseTemplate(self.base, [target for found in self.targets for target in found])
 
     @cached_property
     def axes(self) -> tuple[Axis, ...]:
