@@ -17,6 +17,7 @@ import pytest
 from flights import shortened
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST, EXIT_STOPPED
 from satform.flight.simulate import simulate
+from satform.record.archive import load_record
 from satform.scenario import load_scenario
 from satform.scenario.loader import SCENARIO_FILE
 from satform_tools.cli import main as cli
@@ -46,7 +47,7 @@ def test_a_run_that_gives_what_it_promises_ends_with_0_and_keeps_the_flight(
     assert result["steps"] == result["steps_planned"] == 20
     assert result["expectations"][0]["origin"] == "a test"
     assert result["versions"]["numpy"]
-    assert output_folders.load_record(tmp_path / "run" / "record.npz").steps == 20
+    assert load_record(tmp_path / "run" / "record.npz").steps == 20
 
 
 def test_a_run_that_misses_a_promise_ends_with_1_and_says_which(
@@ -377,7 +378,7 @@ def test_a_flight_in_process_that_was_stopped_keeps_what_was_flown(
     result = json.loads((folder / "result.json").read_text())
     assert result["reason"] == f"stopped by {number.name}"
     assert (result["stopped"], result["steps"], result["exit_code"]) == (True, 7, 130)
-    kept = output_folders.load_record(folder / "record.npz")
+    kept = load_record(folder / "record.npz")
     assert simulate(shortened("ring_six", 7.0)).differences(kept) == []
     assert cli.main(["report", str(folder), "--json", "--out", str(tmp_path / "report")]) == 0
     assert json.loads(capsys.readouterr().out)["cut_short"] == "cut short at step 7 of 20"

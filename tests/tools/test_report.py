@@ -19,14 +19,13 @@ from satform.flight.simulate import simulate
 from satform.plot import prediction
 from satform.plot import style as plot_style
 from satform.plot.style import Unit
-from satform.record.archive import save_record
+from satform.record.archive import load_record, save_record
 from satform.record.flight_record import FlightRecord
 from satform.record.quantities import QUANTITIES
 from satform_tools.cli import main as cli
 from satform_tools.report.page.charts import _envelope, charts
 from satform_tools.report.page.render import page_of
 from satform_tools.report.page.thinning import extremes
-from satform_tools.run import output_folders
 from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import find
 
@@ -66,7 +65,7 @@ def exported(flown: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_kept_record_has_the_bits_of_the_flight(tmp_path: Path) -> None:
     record = simulate(shortened("triangle", 10.0))
     save_record(record, tmp_path / "record.npz")
-    assert not record.differences(output_folders.load_record(tmp_path / "record.npz"))
+    assert not record.differences(load_record(tmp_path / "record.npz"))
 
 
 def test_a_report_tells_the_flight_and_says_where_its_page_is(
@@ -127,7 +126,7 @@ def test_a_lone_satellite_disagrees_with_nobody(tmp_path: Path) -> None:
 
 
 def test_a_flight_as_csv_has_every_number_with_all_its_digits(flown: Path, exported: Path) -> None:
-    record = output_folders.load_record(flown / "record.npz")
+    record = load_record(flown / "record.npz")
     with (exported / "flight.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 401 * 3
@@ -141,7 +140,7 @@ def test_a_flight_as_csv_has_every_number_with_all_its_digits(flown: Path, expor
 
 
 def test_a_flight_as_parquet_has_the_bits_of_the_flight_and_its_units(flown: Path, exported: Path) -> None:
-    record = output_folders.load_record(flown / "record.npz")
+    record = load_record(flown / "record.npz")
     table = read_parquet(exported / "flight.parquet").read_all()
     assert table.num_rows == 401 * 3
     assert table["satellite"].to_pylist()[:3] == ["sat1", "sat2", "sat3"]
@@ -259,7 +258,7 @@ def test_two_flights_that_differ_are_told_apart_number_by_number(
     other = tmp_path / "other"
     other.mkdir()
     (other / "scenario.json").write_text((flown / "scenario.json").read_text())
-    record = output_folders.load_record(flown / "record.npz")
+    record = load_record(flown / "record.npz")
     record.velocity[123, 2, 0] += 0.25
     save_record(record, other / "record.npz")
     assert cli.main(["report", str(flown), str(other), "--out", str(tmp_path), "--json"]) == 0
@@ -280,7 +279,7 @@ def test_a_flight_that_diverged_is_told_as_far_as_it_can_be_drawn(
     away = tmp_path / "away"
     away.mkdir()
     (away / "scenario.json").write_text((flown / "scenario.json").read_text())
-    record = output_folders.load_record(flown / "record.npz")
+    record = load_record(flown / "record.npz")
     record.position[150:, 1] = value
     record.measured_position[150:, 1] = value
     save_record(record, away / "record.npz")

@@ -19,7 +19,7 @@ from satform.files import durable_file
 from satform.files.durable_file import write_durably
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
-from satform.record.archive import RECORD, save_record
+from satform.record.archive import RECORD, load_record, save_record
 from satform.scenario import Scenario
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_tools.errors import sentence_of
@@ -126,4 +126,4 @@ def test_the_record_is_read_back_as_it_was_written(tmp_path: Path) -> None:
 
     flight = simulate(shortened("triangle", 10.0))
     save_record(flight, tmp_path / RECORD)
-    assert np.array_equal(output_folders.load_record(tmp_path / RECORD).position, flight.position)
+    assert np.array_equal(load_record(tmp_path / RECORD).position, flight.position)

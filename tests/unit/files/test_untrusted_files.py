@@ -32,6 +32,7 @@ from satform.flight.checkpoint import restore
 from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
+from satform.record.archive import RecordError, load_record
 from satform_tools.cli import main as cli
 from satform_tools.run import output_folders
 
@@ -169,8 +170,8 @@ def test_an_archive_of_any_kind_is_refused_in_a_sentence(data: bytes, sentence: 
         with pytest.raises(ValueError, match="this is no checkpoint"):
             restore(Satellite(flight_plan(scenario, 0), 2), data)
         (tmp_path / "record.npz").write_bytes(data)
-        with pytest.raises(output_folders.CommandError, match="is not the record of a run"):
-            output_folders.load_record(tmp_path / "record.npz")
+        with pytest.raises(RecordError, match="is not the record of a run"):
+            load_record(tmp_path / "record.npz")
 
 
 def bag(path: Path, content: bytes, compression: str, announced: int | None = None) -> Path:

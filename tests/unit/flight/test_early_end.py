@@ -22,7 +22,7 @@ from satform.flight.limits import QUANTITIES, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.flight.simulate import simulate
 from satform.orbits.path_reference import Reference
-from satform.record.archive import RECORD
+from satform.record.archive import RECORD, load_record
 from satform.record.early_end import EarlyEnd
 from satform.scenario import Scenario, ScenarioError
 from satform_tools.cli import main as cli
@@ -270,7 +270,7 @@ def test_a_diverging_flight_in_one_process_ends_with_4_and_says_why(
     assert "2 of 4 expectations missed" in printed.out
     result = json.loads((run / output_folders.RESULT).read_text())
     assert (result["exit_code"], result["steps"], result["complete"], result["judged"]) == (4, 9, False, True)
-    kept = output_folders.load_record(run / RECORD)
+    kept = load_record(run / RECORD)
     assert kept.digest() == result["state_hash"]
     assert kept.early_end is not None
     assert result["early_end"] == kept.early_end.data()

@@ -1,18 +1,11 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The output folder of a run: makes it, and writes and reads the result and the in-process record in it."""
+"""The output folder of a run: makes it, and names the files in it."""
 
-import json
 import os
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
-
-from satform.files.numpy_archive import read_archive
-from satform.record.early_end import EarlyEnd
-from satform.record.flight_record import FlightRecord
-from satform.record.quantities import ESTIMATES, QUANTITIES, without
 from satform_tools.errors import CommandError, sentence_of
 
 RESULT = "result.json"
@@ -81,33 +74,3 @@ def _new_folder(scenario: str) -> Path:
             number += 1
         else:
             return folder
-
-
-def load_record(path: Path) -> FlightRecord:
-    """Read a flight from a numpy archive.
-
-    Args:
-        path: of the archive.
-
-    Returns:
-        The flight, bitwise equal.
-
-    Raises:
-        CommandError: there is no such archive, or it holds no flight.
-    """
-    try:
-        archive = read_archive(path)
-        head = json.loads(str(archive["head"]))
-        # Records of earlier versions have no covariance of filters.
-        arrays = without("filter", len(head["satellites"]), None) | {
-            name: np.asarray(archive[name], dtype=np.float64)
-            for name in QUANTITIES
-            if name in archive or name not in ESTIMATES
-        }
-        end = head.get("early_end")
-        early_end = None if end is None else EarlyEnd.of(end)
-        return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays, early_end=early_end)
-    except OSError as error:
-        raise CommandError(f"{path}: cannot be read: {sentence_of(error)}") from None
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise CommandError(f"{path}: is not the record of a run: {error}") from None

@@ -8,7 +8,7 @@ from pathlib import Path
 from satform.bag.events import Events
 from satform.evaluation.evaluate import evaluate
 from satform.files.bounded_file import read_json
-from satform.record.archive import RECORD
+from satform.record.archive import RECORD, RecordError, load_record
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario
 from satform.scenario.expectation import Verdict
@@ -115,7 +115,7 @@ def _find(run: Path) -> StoredRun:
 
 def _from_record(folder: Path) -> StoredRun:
     scenario = load_scenario(folder / SCENARIO_FILE, recorded=True)
-    record = output_folders.load_record(folder / RECORD)
+    record = _record(folder / RECORD)
     names = tuple(satellite.name for satellite in scenario.satellites)
     if record.satellites != names:
         raise CommandError(
@@ -123,6 +123,15 @@ def _from_record(folder: Path) -> StoredRun:
         )
     complete = record.steps == scenario.timing.steps or record.early_end is not None
     return StoredRun(folder / RECORD, scenario, record, complete, _noted_versions(folder), None)
+
+
+def _record(path: Path) -> FlightRecord:
+    try:
+        return load_record(path)
+    except OSError as error:
+        raise CommandError(f"{path}: cannot be read: {sentence_of(error)}") from None
+    except RecordError as error:
+        raise CommandError(str(error)) from None
 
 
 def _from_bag(path: Path) -> StoredRun:

@@ -9,10 +9,17 @@ from typing import Any
 import numpy as np
 
 from satform.files.durable_file import durable_file
+from satform.files.numpy_archive import read_archive
+from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
+from satform.record.quantities import ESTIMATES, QUANTITIES, without
 
 RECORD = "record.npz"
 """Name of the archive in the folder of a run."""
+
+
+class RecordError(ValueError):
+    """A file that is not the record of a flight; its text says which file, and why not."""
 
 
 def save_record(record: FlightRecord, path: Path) -> None:
@@ -30,3 +37,32 @@ def save_record(record: FlightRecord, path: Path) -> None:
     head = json.dumps({"satellites": record.satellites, "step": record.step, "early_end": end})
     with durable_file(path) as file:
         np.savez(file, head=np.array(head), **arrays)
+
+
+def load_record(path: Path) -> FlightRecord:
+    """Read a flight from a numpy archive.
+
+    Args:
+        path: of the archive.
+
+    Returns:
+        The flight, bitwise equal.
+
+    Raises:
+        OSError: the archive cannot be read.
+        RecordError: it holds no flight.
+    """
+    try:
+        archive = read_archive(path)
+        head = json.loads(str(archive["head"]))
+        # Records of earlier versions have no covariance of filters.
+        arrays = without("filter", len(head["satellites"]), None) | {
+            name: np.asarray(archive[name], dtype=np.float64)
+            for name in QUANTITIES
+            if name in archive or name not in ESTIMATES
+        }
+        end = head.get("early_end")
+        early_end = None if end is None else EarlyEnd.of(end)
+        return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays, early_end=early_end)
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise RecordError(f"{path}: is not the record of a run: {error}") from None
