@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 
 from flights import SCENARIOS
 from satform.scenario import Scenario, ScenarioError, load_scenario, parse_scenario
-from satform.scenario.loader import MAXIMUM_PROBLEMS
+from satform.scenario.text_file import MAXIMUM_PROBLEMS
 from satform.scenario.yaml_reader import plain, read_tree
 from satform_tools import console
 from satform_tools.check import warnings

@@ -120,3 +120,12 @@ def test_check_warns_of_expectations_that_no_flight_can_decide(
     assert cli.main(["check", file]) == 0
     *warnings, _ = capsys.readouterr().out.splitlines()
     assert warnings == ([] if sentence is None else [f"{file}:6: warning: expect[0]: {sentence}"])
+
+
+@pytest.mark.parametrize("command", [["check"], ["campaign", "run"], ["campaign", "report"], ["run"]])
+def test_a_name_that_no_file_can_have_gets_a_sentence(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    name, what = "n" * 300, "campaign" if command[0] == "campaign" else "scenario"
+    assert cli.main([*command, name]) == 2
+    assert f"there is no {what} '{name}'" in capsys.readouterr().err

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from flights import SCENARIOS
-from satform.campaign.loader import load_campaign, parse_campaign, save_campaign
+from satform.campaign.loader import is_campaign, load_campaign, parse_campaign, save_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.scenario_file import CampaignSource
 from satform.scenario import ScenarioError
@@ -185,6 +185,7 @@ WRONG = [
     ),
     (DISPERSED + PAIR + "correlated:\n  - {of: [a, b], matrix: [[1, 0], [0, 1]]}\n", 12, "a has 1, b has 3"),
     (HEAD.replace("triangle", "tringle"), 2, "there is no scenario 'tringle'"),
+    (HEAD.replace("triangle", "n" * 300), 2, f"there is no scenario '{'n' * 300}'"),
     (HEAD.replace("triangle", "none.yaml"), None, "cannot be read: No such file"),
     (HEAD + "seeds: 3\n", 4, "there is no such field; did you mean seed?"),
     ("- a\n", 1, "a campaign is a mapping of fields"),
@@ -193,7 +194,7 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("text", "line", "sentence"), WRONG, ids=[entry[2] for entry in WRONG])
+@pytest.mark.parametrize(("text", "line", "sentence"), WRONG, ids=[entry[2][:80] for entry in WRONG])
 def test_what_is_wrong_is_said_with_its_line(text: str, line: int | None, sentence: str) -> None:
     found = problems(text)
     assert any(sentence in problem for problem in found), found
@@ -250,9 +251,19 @@ def test_a_file_that_is_no_scenario_gets_one_sentence_at_the_field_that_names_it
     assert str(problem) == f"{file}:2: scenario: {sentence.format(folder=tmp_path)}"
 
 
-def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="cannot be read: No such file"):
-        load_campaign(tmp_path / "none.yaml")
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("none.yaml", "cannot be read: No such file"),
+        ("no\0ne.yaml", "is not a possible file name"),
+        ("n" * 300, "cannot be read: File name too long"),
+    ],
+    ids=["none", "null character", "long"],
+)
+def test_a_file_that_cannot_be_there_is_said(name: str, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=sentence):
+        load_campaign(tmp_path / name)
+    assert not is_campaign(tmp_path / name)
 
 
 def test_a_campaign_is_written_and_read_again_with_its_scenario_and_files(tmp_path: Path) -> None:

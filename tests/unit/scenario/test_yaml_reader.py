@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from satform.scenario import ScenarioError, load_scenario, parse_scenario
-from satform.scenario.loader import MAXIMUM_FILE_BYTES
+from satform.scenario.text_file import MAXIMUM_FILE_BYTES
 from satform.scenario.yaml_reader import read_value
 
 ANCHORED = textwrap.dedent(

@@ -8,6 +8,7 @@ from satform.campaign.folder import CampaignFolder
 from satform.campaign.loader import load_campaign
 from satform.campaign.manifest import MANIFEST, FolderError
 from satform.campaign.model import Campaign
+from satform.files.bounded_file import is_file
 from satform_tools.errors import CommandError
 from satform_tools.run import shipped_files
 from satform_tools.run.scenario_library import SCENARIOS
@@ -68,10 +69,7 @@ def is_folder_of(campaign: str) -> bool:
 
 def is_folder(path: Path) -> bool:
     """Whether a path is the folder of a campaign."""
-    try:
-        return (path / MANIFEST).is_file()
-    except (OSError, ValueError):
-        return False
+    return is_file(path / MANIFEST)
 
 
 def opened(path: Path) -> CampaignFolder:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from satform.campaign.loader import MAXIMUM_FILE_BYTES, is_campaign
+from satform.campaign.loader import is_campaign
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
-from satform.files.bounded_file import read_bounded
+from satform.files.bounded_file import is_file
 from satform.scenario import Problem, ScenarioError
 from satform_tools import console
 from satform_tools.errors import CommandError
@@ -73,13 +73,8 @@ def _check(file: str) -> Checked:
 def _campaign(file: str) -> Path | None:
     """The file of a campaign; None where it is none, or cannot be read."""
     shipped = scenario_library.SCENARIOS / "campaigns" / f"{file}.yaml"
-    path = shipped if shipped.is_file() and file not in scenario_library.names() else Path(file)
-    try:
-        text = read_bounded(path, MAXIMUM_FILE_BYTES, "a campaign").decode()
-        return path if is_campaign(text, file) else None
-    except (OSError, ValueError):
-        # The check of a scenario finds the same, and says it.
-        return None
+    path = shipped if is_file(shipped) and file not in scenario_library.names() else Path(file)
+    return path if is_campaign(path) else None
 
 
 def _print(entry: Checked) -> None:

@@ -5,6 +5,7 @@
 import difflib
 from pathlib import Path
 
+from satform.files.bounded_file import is_file
 from satform_tools.errors import CommandError
 
 _SUFFIXES = (".yaml", ".yml", ".json")
@@ -34,15 +35,8 @@ def find(asked: str, folder: Path, what: str, otherwise: str) -> Path:
     if asked in known:
         return folder / f"{asked}.yaml"
     path = Path(asked)
-    if path.suffix in _SUFFIXES or "/" in asked or _is_file(path):
+    if path.suffix in _SUFFIXES or "/" in asked or is_file(path):
         return path
     close = difflib.get_close_matches(asked, known, n=1)
     meant = f"; did you mean {close[0]}?" if close else "."
     raise CommandError(f"there is no {what} {asked!r}{meant} Name one of {', '.join(known)}, {otherwise}")
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False

@@ -3,7 +3,6 @@
 """From a YAML file to a `Campaign`, or to all that is wrong with it."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +13,14 @@ from satform.campaign.model import Campaign
 from satform.campaign.paths import PathError, targets
 from satform.campaign.scenario_file import CampaignSource
 from satform.common.spec import Complaint
-from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import write_durably
 from satform.scenario import Problem, ScenarioError, load_scenario, save_scenario
 from satform.scenario.field_errors import coerced, dotted, problems
 from satform.scenario.loader import SCENARIO_FILE
+from satform.scenario.text_file import first_problems, read_text_file
 from satform.scenario.yaml_reader import line_of, plain, read_mapping, read_tree
 
-MAXIMUM_FILE_BYTES = 2_000_000
-"""A larger campaign file is refused unread."""
-
-MAXIMUM_PROBLEMS = 200
-"""Said at once; nobody reads more before mending these."""
+_CAMPAIGN = "a campaign"
 
 
 def load_campaign(path: str | Path, library: Path | None = None) -> Campaign:
@@ -42,17 +37,8 @@ def load_campaign(path: str | Path, library: Path | None = None) -> Campaign:
     Raises:
         ScenarioError: the file or its scenario cannot be read or cannot fly; all problems at once.
     """
-    file = str(path)
-    try:
-        text = read_bounded(Path(path), MAXIMUM_FILE_BYTES, "a campaign").decode()
-    except OSError as error:
-        raise ScenarioError([Problem(file, None, "", f"cannot be read: {error.strerror}")]) from None
-    except UnicodeDecodeError as error:
-        sentence = f"is not UTF-8 text: byte {error.object[error.start]:#04x} at offset {error.start}"
-        raise ScenarioError([Problem(file, None, "", sentence)]) from None
-    except ValueError as error:
-        raise ScenarioError([Problem(file, None, "", str(error))]) from None
-    return parse_campaign(text, file, CampaignSource(Path(path).parent, library=library))
+    text = read_text_file(path, _CAMPAIGN)
+    return parse_campaign(text, str(path), CampaignSource(Path(path).parent, library=library))
 
 
 def parse_campaign(text: str, file: str = "<text>", source: CampaignSource | None = None) -> Campaign:
@@ -80,9 +66,7 @@ def parse_campaign(text: str, file: str = "<text>", source: CampaignSource | Non
         if not found:
             return campaign
     found.sort(key=lambda problem: (problem.file != file, problem.line or 0))
-    more = len(found) - MAXIMUM_PROBLEMS
-    rest = [Problem(file, None, "", f"and {more} more; mend these first")] if more > 0 else []
-    raise ScenarioError([*found[:MAXIMUM_PROBLEMS], *rest])
+    raise ScenarioError(first_problems(found))
 
 
 def _all_problems(
@@ -113,10 +97,9 @@ def _problems_of_the_scenario(
     if all(problem.line is None and not problem.field for problem in found):
         # It could not be read: what is wrong is its name, here.
         return [Problem(file, line, "scenario", str(problem)) for problem in found]
-    with suppress(OSError, ValueError):
-        if is_campaign(read_bounded(path, MAXIMUM_FILE_BYTES, "a campaign").decode(), str(path)):
-            sentence = f"{path} is a campaign itself; name the scenario that it disperses"
-            return [Problem(file, line, "scenario", sentence)]
+    if is_campaign(path):
+        sentence = f"{path} is a campaign itself; name the scenario that it disperses"
+        return [Problem(file, line, "scenario", sentence)]
     return found
 
 
@@ -163,15 +146,14 @@ def save_campaign(campaign: Campaign, folder: Path) -> Path:
     return path
 
 
-def is_campaign(text: str, file: str = "<text>") -> bool:
-    """Whether a YAML text is a campaign and no scenario: it names a scenario and has no satellites.
+def is_campaign(path: Path) -> bool:
+    """Whether a file is a campaign and no scenario: it names a scenario and has no satellites.
 
     Args:
-        text: YAML 1.2.
-        file: the name to use in messages.
-
-    Raises:
-        ScenarioError: it is not YAML.
+        path: of any file; one that cannot be read, or is not YAML, is no campaign.
     """
-    tree = read_tree(text, file)
+    try:
+        tree = read_tree(read_text_file(path, _CAMPAIGN), str(path))
+    except ScenarioError:
+        return False
     return isinstance(tree, Mapping) and "satellites" not in tree and ("scenario" in tree or "runs" in tree)

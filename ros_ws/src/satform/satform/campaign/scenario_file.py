@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from satform.files.bounded_file import is_file
 from satform.files.named_file import FileSource
 from satform.scenario import Scenario, ScenarioError, load_scenario
 
@@ -42,7 +43,7 @@ class CampaignSource(FileSource):
             return self.folder / name
         folders = [self.folder, self.folder / "..", *([self.library] if self.library else [])]
         for folder in folders:
-            if (folder / f"{name}.yaml").is_file():
+            if is_file(folder / f"{name}.yaml"):
                 return folder / f"{name}.yaml"
         looked = " nor ".join(str(folder) for folder in folders)
         raise ValueError(

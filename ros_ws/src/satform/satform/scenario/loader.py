@@ -5,23 +5,18 @@
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from satform.files.bounded_file import read_bounded, too_large
+from satform.files.bounded_file import too_large
 from satform.files.durable_file import write_durably
 from satform.files.named_file import FileSource
 from satform.scenario.checking import checked
 from satform.scenario.errors import Problem, ScenarioError
 from satform.scenario.model import Scenario
 from satform.scenario.overrides import apply_changes
+from satform.scenario.text_file import MAXIMUM_FILE_BYTES, first_problems, read_text_file
 from satform.scenario.truncation import beyond_the_end, excluded, within_the_end
 from satform.scenario.yaml_reader import plain, read_mapping
 
-MAXIMUM_FILE_BYTES = 2_000_000
-"""A larger scenario file is refused unread; half a megabyte holds a thousand satellites."""
-
 _SCENARIO = "a scenario"
-
-MAXIMUM_PROBLEMS = 200
-"""Said at once; nobody reads more before mending these."""
 
 
 def load_scenario(
@@ -47,18 +42,8 @@ def load_scenario(
     Raises:
         ScenarioError: the file cannot be read or cannot fly; all problems at once.
     """
-    file = str(path)
-    try:
-        text = read_bounded(Path(path), MAXIMUM_FILE_BYTES, _SCENARIO).decode()
-    except OSError as error:
-        raise ScenarioError([Problem(file, None, "", f"cannot be read: {error.strerror}")]) from None
-    except UnicodeDecodeError as error:
-        sentence = f"is not UTF-8 text: byte {error.object[error.start]:#04x} at offset {error.start}"
-        raise ScenarioError([Problem(file, None, "", sentence)]) from None
-    except ValueError:
-        # Python's own word for a name with a null character.
-        raise ScenarioError([Problem(file, None, "", "is not a possible file name")]) from None
-    return parse_scenario(text, file, changes, remark, FileSource(Path(path).parent, recorded=recorded))
+    text = read_text_file(path, _SCENARIO)
+    return parse_scenario(text, str(path), changes, remark, FileSource(Path(path).parent, recorded=recorded))
 
 
 SCENARIO_FILE = "scenario.json"
@@ -118,16 +103,8 @@ def parse_scenario(
         _, every = checked(Scenario, data, tree, file, changed, files)
         found = [problem for problem in every if not problem.field.startswith(tuple(outside))] or found
     if scenario is None or found:
-        raise ScenarioError(_first(sorted(found, key=lambda problem: problem.line or 0)))
+        raise ScenarioError(first_problems(sorted(found, key=lambda problem: problem.line or 0)))
     if remark is not None:
         for sentence in excluded(beyond):
             remark(sentence)
     return scenario
-
-
-def _first(found: list[Problem]) -> list[Problem]:
-    left = len(found) - MAXIMUM_PROBLEMS
-    if left <= 0:
-        return found
-    more = Problem(found[0].file, None, "", f"and {left} more; mend these first")
-    return [*found[:MAXIMUM_PROBLEMS], more]
