@@ -19,6 +19,7 @@ from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
 from satform.dynamics.linear import multiply
 from satform.evaluation.attitude import AttitudeSettling, PointingError, WheelMomentum, WheelSaturation
+from satform.evaluation.evaluate import judge
 from satform.flight.compile import flight_plan, plant_plan
 from satform.flight.plant import Plant
 from satform.flight.simulate import simulate
@@ -173,7 +174,7 @@ def test_figures_of_attitude_are_unknown_where_nobody_has_one() -> None:
         WheelMomentum(below=1.0),
         WheelSaturation(limit="torque", below=1.0),
     ):
-        assert not expectation.judge(record).met
+        assert not judge([expectation], record)[0].met
     assert Plant(plant_plan(shortened("triangle", 5.0))).attitude() is None
 
 

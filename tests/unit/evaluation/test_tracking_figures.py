@@ -211,7 +211,7 @@ def test_a_moment_that_a_short_record_does_not_hold_gives_no_figure_and_is_not_m
     expectation: Expectation,
 ) -> None:
     assert not math.isnan(expectation.measure(flight()))
-    verdict = expectation.judge(cut(2))
+    verdict = judge([expectation], cut(2))[0]
     assert math.isnan(verdict.figure)
     assert not verdict.met
 
@@ -233,23 +233,23 @@ def test_a_record_without_a_step_still_has_its_first_state() -> None:
 
 def test_a_value_is_met_within_its_tolerance_and_not_beyond() -> None:
     spread = {"at": 1.0, "value": 9.5}
-    assert ArcLengthSpread(**spread, absolute=0.5).judge(flight()).met
-    assert not ArcLengthSpread(**spread, absolute=0.49).judge(flight()).met
-    assert ArcLengthSpread(**spread, relative=0.06).judge(flight()).met
-    assert not ArcLengthSpread(**spread, relative=0.05).judge(flight()).met
+    assert judge([ArcLengthSpread(**spread, absolute=0.5)], flight())[0].met
+    assert not judge([ArcLengthSpread(**spread, absolute=0.49)], flight())[0].met
+    assert judge([ArcLengthSpread(**spread, relative=0.06)], flight())[0].met
+    assert not judge([ArcLengthSpread(**spread, relative=0.05)], flight())[0].met
 
 
 def test_a_negative_value_has_a_relative_tolerance_too() -> None:
-    assert ArcLengthMean(at=0.5, nominal_rate=200.0, value=-44.0, relative=0.03).judge(flight()).met
-    assert not ArcLengthMean(at=0.5, nominal_rate=200.0, value=-44.0, relative=0.02).judge(flight()).met
+    assert judge([ArcLengthMean(at=0.5, nominal_rate=200.0, value=-44.0, relative=0.03)], flight())[0].met
+    assert not judge([ArcLengthMean(at=0.5, nominal_rate=200.0, value=-44.0, relative=0.02)], flight())[0].met
 
 
 def test_bounds_include_themselves_and_both_have_to_hold() -> None:
-    assert ArcLengthSpread(at=1.0, below=10.0).judge(flight()).met
-    assert ArcLengthSpread(at=1.0, above=10.0).judge(flight()).met
-    assert ArcLengthSpread(at=1.0, above=9.0, below=11.0).judge(flight()).met
-    assert not ArcLengthSpread(at=1.0, above=11.0, below=12.0).judge(flight()).met
-    assert not ArcLengthSpread(at=1.0, above=1.0, below=9.0).judge(flight()).met
+    assert judge([ArcLengthSpread(at=1.0, below=10.0)], flight())[0].met
+    assert judge([ArcLengthSpread(at=1.0, above=10.0)], flight())[0].met
+    assert judge([ArcLengthSpread(at=1.0, above=9.0, below=11.0)], flight())[0].met
+    assert not judge([ArcLengthSpread(at=1.0, above=11.0, below=12.0)], flight())[0].met
+    assert not judge([ArcLengthSpread(at=1.0, above=1.0, below=9.0)], flight())[0].met
 
 
 @pytest.mark.parametrize(
@@ -295,10 +295,10 @@ def test_what_the_whole_flight_meets_is_not_missed_by_a_shorter_one_that_is_judg
         return
     exact: dict[str, float | None] = {"below": None, "above": None, "value": None, bound: figure}
     met = expectation.model_copy(update={**exact, "absolute": 0.0 if bound == "value" else None})
-    assert met.judge(flight()).met
+    assert judge([met], flight())[0].met
     for steps in range(1, flight().steps):
         if met.needs(TIMING.duration, STEP) <= steps * STEP:
-            assert met.judge(cut(steps)).met, f"missed after {steps} steps"
+            assert judge([met], cut(steps))[0].met, f"missed after {steps} steps"
 
 
 @pytest.mark.parametrize("figure", [math.nan, math.inf, -math.inf])
@@ -334,8 +334,8 @@ def lost(place: int, steps: slice) -> FlightRecord:
     ids=lambda case: case.describe(),
 )
 def test_a_satellite_that_does_not_fly_does_not_meet_what_is_asked_of_it(expectation: Expectation) -> None:
-    assert expectation.judge(flight()).met
-    assert not expectation.judge(lost(1, slice(2, 4))).met
+    assert judge([expectation], flight())[0].met
+    assert not judge([expectation], lost(1, slice(2, 4)))[0].met
 
 
 def test_a_satellite_that_does_not_fly_has_no_part_in_a_mean() -> None:
@@ -351,12 +351,12 @@ def test_a_series_settles_only_where_it_has_numbers() -> None:
 
 
 def test_a_verdict_says_what_was_measured_in_which_unit_and_what_is_allowed() -> None:
-    verdict = ArcLengthSpread(at=1.0, value=9.5, relative=0.06, below=11.0).judge(flight())
+    verdict = judge([ArcLengthSpread(at=1.0, value=9.5, relative=0.06, below=11.0)], flight())[0]
     assert verdict.label == "arc-length spread at 1 s"
     assert (verdict.unit, verdict.figure) == ("m", 10.0)
     assert verdict.allowed == "9.5 ± 6 % and ≤ 11"
-    assert TrackingError(below=1.0, label="how far off").judge(flight()).label == "how far off"
-    named = TrackingError(above=1.0, after=0.5, before=1.0, satellites=("sat2",)).judge(flight())
+    assert judge([TrackingError(below=1.0, label="how far off")], flight())[0].label == "how far off"
+    named = judge([TrackingError(above=1.0, after=0.5, before=1.0, satellites=("sat2",))], flight())[0]
     assert named.label == "largest tracking error after 0.5 s before 1 s, sat2"
     assert named.allowed == "≥ 1"
 

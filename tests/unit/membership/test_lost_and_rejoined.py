@@ -10,6 +10,7 @@ import pytest
 from flights import SCENARIOS, satellite_of, shipped, shortened
 from formations import RATE, formation
 from satform.evaluation.arc_lengths import ArcLengthRate, ArcLengthSpread
+from satform.evaluation.evaluate import judge
 from satform.evaluation.presence import RejoinTime, StepsAbsent
 from satform.evaluation.tracking import SettlingTime, TrackingError
 from satform.flight.satellite import Satellite
@@ -275,7 +276,7 @@ def test_a_figure_of_the_lost_satellite_alone_is_nobody_s_and_missed() -> None:
         SettlingTime(below=1e9, level=1e9, satellites=("sat2",)),
         ArcLengthRate(below=1e9, nominal_rate=0.0, satellites=("sat2",)),
     ):
-        verdict = expectation.judge(lost)
+        verdict = judge([expectation], lost)[0]
         assert np.isnan(verdict.figure)
         assert not verdict.met
     assert not np.isnan(TrackingError(below=1.0, before=4.0, satellites=("sat2",)).measure(lost))

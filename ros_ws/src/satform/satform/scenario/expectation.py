@@ -229,10 +229,6 @@ class Expectation(Spec):
         """The label, or one made from the fields."""
         return self.label or type(self).__name__
 
-    def judge(self, record: FlightRecord, loops: Loops | None = None) -> Verdict:
-        """The figure of a run, or of the loops that are closed in it, against what is expected."""
-        return self.verdict(self.figure(record, loops))
-
     def verdict(self, figure: float) -> Verdict:
         """A figure against what is expected; one that is not finite is never as expected."""
         allowed = []
