@@ -370,7 +370,6 @@ def test_a_run_is_judged_by_every_expectation_in_order() -> None:
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [
-        ({}, "give a value with its tolerance"),
         ({"value": 1.0}, "exactly one of relative or absolute"),
         ({"value": 1.0, "relative": 0.1, "absolute": 0.1}, "exactly one of relative or absolute"),
         ({"relative": 0.1}, "a tolerance needs a value"),

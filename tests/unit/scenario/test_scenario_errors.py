@@ -56,6 +56,7 @@ SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
         ("kind: arc_length_mean", "kind: mean", "expect[3]", "there is no kind 'mean'"),
         ("value: 0.461, relative: 0.005", "value: 0.461", "expect[1]", "needs exactly one of"),
         ("[sat1, sat2]", "[sat1, sat9]", "expect[5]", "there is no satellite sat9; there are sat1"),
+        ("value: 0.461, relative: 0.005, ", "", "expect[1]", "give a value with its tolerance"),
         ("at: 6000.0", "at: 60000.0", "expect[0]", "later than the flight's end at 12000 s"),
         ("graph: {kind: complete}", "graph: {kind: star, centre: 3}", "graph", "numbered 0 to 2"),
         ("seed: 1" if "seed: 1" in TRIANGLE else "orbit:", "seed: 1.5\norbit:", "seed", "found 1.5"),

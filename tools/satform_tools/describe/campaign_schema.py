@@ -5,12 +5,10 @@
 import json
 from typing import Any
 
+from satform.campaign.figure import CRITERION
 from satform.campaign.model import Campaign
 from satform.common.spec import specs
 from satform_tools.describe.json_schema import DIALECT, InputSchema
-
-_BOUNDS = ("value", "relative", "absolute", "below", "above", "source", "regression")
-"""Fields of an expectation that a figure without bounds does not have."""
 
 
 def schema() -> dict[str, Any]:
@@ -19,7 +17,7 @@ def schema() -> dict[str, Any]:
     for metric in specs("satform.metrics").values():
         definition = made["$defs"][metric.__name__]
         definition.pop("anyOf", None)
-        for name in _BOUNDS:
+        for name in CRITERION:
             definition["properties"].pop(name, None)
         # In a scenario it has a default; a measure is chosen by it.
         definition["required"] = sorted({*definition.get("required", []), "kind"})

@@ -10,20 +10,19 @@ from satform.common.spec import Plugin, Spec
 from satform.scenario.expectation import Expectation
 from satform.scenario.parts import Name
 
-_FIGURE_SOURCE = "figure of a campaign"
+CRITERION = ("value", "relative", "absolute", "below", "above", "source", "regression")
+"""Fields of an expectation that a figure does not have."""
 
 
 def _without_bounds(value: Any) -> Any:
-    """A measure as the model of an expectation takes it, which asks for a bound and a source."""
-    if not isinstance(value, dict):
-        return value
-    given = sorted({"value", "relative", "absolute", "below", "above", "source", "regression"} & set(value))
-    if given and value.get("source") != _FIGURE_SOURCE:
+    """A measure, which has the fields of an expectation but those that say what is expected."""
+    given = [name for name in CRITERION if name in value] if isinstance(value, dict) else []
+    if given:
         raise ValueError(
             f"a figure has no {', '.join(given)}: bounds of each case belong to the scenario's expect, for "
             "example by set, and bounds of all cases to the campaign's expect"
         )
-    return {**value, "above": -1e15, "source": _FIGURE_SOURCE}
+    return value
 
 
 class Figure(Spec):

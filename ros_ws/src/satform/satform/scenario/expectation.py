@@ -71,7 +71,10 @@ class Verdict:
 
 
 class Expectation(Spec):
-    """A figure of the run and what it has to be: about a value, below a bound, above a bound."""
+    """A figure of the run and what it has to be: about a value, below a bound, above a bound.
+
+    Without any of these it is a figure alone, of which a scenario cannot expect anything.
+    """
 
     model_config = ConfigDict(
         json_schema_extra={"anyOf": [{"required": ["source"]}, {"required": ["regression"]}]}
@@ -110,18 +113,21 @@ class Expectation(Spec):
         cls.computed_from = ComputedFrom.of(cls)
 
     @model_validator(mode="after")
-    def _has_a_criterion(self) -> "Expectation":
+    def _is_definite(self) -> "Expectation":
         if self.value is not None and (self.relative is None) == (self.absolute is None):
             raise ValueError("a value needs exactly one of relative or absolute, its tolerance")
         if self.value is None and (self.relative is not None or self.absolute is not None):
             raise ValueError("a tolerance needs a value that it belongs to")
-        if self.value is None and self.below is None and self.above is None:
-            raise ValueError("give a value with its tolerance, or below, or above")
         if self.regression and self.source is not None:
             raise ValueError("a figure has a source or is a regression figure of this software, not both")
         if self.regression and (self.value is None or self.below is not None or self.above is not None):
             raise ValueError("a regression figure is a value with its tolerance; a bound needs a source")
         return self
+
+    @property
+    def has_criterion(self) -> bool:
+        """Whether anything is said of the figure."""
+        return not (self.value is None and self.below is None and self.above is None)
 
     @property
     def origin(self) -> str:

@@ -195,7 +195,9 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         for index, expectation in enumerate(self.expect):
             found = expectation.complaints(set(whole), self.timing)
             found = found or expectation.complaints_about_satellites(whole, self.consensus.announces)
-            if not (expectation.origin or recorded):
+            if not expectation.has_criterion:
+                found.append("give a value with its tolerance, or below, or above")
+            elif not (expectation.origin or recorded):
                 found.append(
                     "nothing says where the figure comes from: give a source (paper, theory, another "
                     "program), or say regression: true where it is what this software gave"
