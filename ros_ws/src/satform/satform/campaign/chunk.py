@@ -99,10 +99,8 @@ def _stacked_results(
 
 def _result(campaign: Campaign, case: Case, figures: Sequence[float], series: dict[str, Array]) -> CaseResult:
     """The result of a case that was flown in a stack to its end."""
-    expectations = [*(figure.measure for figure in campaign.figures), *case.scenario.expect]
-    verdicts = [
-        expectation.verdict(figure) for expectation, figure in zip(expectations, figures, strict=True)
-    ]
+    measured = zip(campaign.measured(case.scenario), figures, strict=True)
+    verdicts = [expectation.verdict(figure) for expectation, figure in measured]
     return replace(_judged(campaign, case.number, verdicts, ""), stacked=True, series=series)
 
 
@@ -151,8 +149,7 @@ def result_of(campaign: Campaign, number: int, scenario: Scenario, record: Fligh
         scenario: of the case.
         record: of its flight.
     """
-    own = [figure.measure for figure in campaign.figures]
-    verdicts = judge([*own, *scenario.expect], record, lambda: sampled_loops(scenario))
+    verdicts = judge(campaign.measured(scenario), record, lambda: sampled_loops(scenario))
     return replace(
         _judged(campaign, number, verdicts, record.early_end.sentence if record.early_end else ""),
         state_hash=record.digest() if record.steps else None,
@@ -220,8 +217,7 @@ def columns_of(campaign: Campaign) -> Columns:
             boolean: Kind = "boolean" if target.types == {bool} else "text"
             kinds[target.text] = "number" if target.is_number and not has_text else boolean
     kinds["seed"] = "integer"
-    own = len(campaign.figures)
     names = campaign.figure_names
-    measures = [*(figure.measure for figure in campaign.figures), *campaign.base.expect]
-    of_loops = tuple(name for name, measure in zip(names, measures, strict=True) if measure.of_loops)
-    return Columns(kinds, names, names[own:], of_loops)
+    measured = zip(names, campaign.measured(campaign.base), strict=True)
+    of_loops = tuple(name for name, measure in measured if measure.of_loops)
+    return Columns(kinds, names, names[len(campaign.figures) :], of_loops)

@@ -32,6 +32,7 @@ from satform.campaign.scenario_file import NamedScenario
 from satform.common.spec import Complaint, Plugin, Positive, Spec, require_consistent
 from satform.files.named_file import BY_CONTENT
 from satform.scenario import Scenario, ScenarioError
+from satform.scenario.expectation import Expectation
 from satform.scenario.parts import Name, Sentence
 
 
@@ -169,11 +170,19 @@ class Campaign(Spec):
             *(f"{label} [{i}]" if count[label] > 1 else label for i, label in enumerate(labels)),
         )
 
+    def measured(self, scenario: Scenario) -> tuple[Expectation, ...]:
+        """What is measured of a case, in the order of `figure_names`.
+
+        Args:
+            scenario: of the case.
+        """
+        return (*(figure.measure for figure in self.figures), *scenario.expect)
+
     @cached_property
     def figure_units(self) -> dict[str, str]:
         """Unit of each figure of a case by its name."""
-        measures = [*(figure.measure for figure in self.figures), *self.base.expect]
-        return dict(zip(self.figure_names, (measure.unit for measure in measures), strict=True))
+        units = (measured.unit for measured in self.measured(self.base))
+        return dict(zip(self.figure_names, units, strict=True))
 
     @cached_property
     def digest(self) -> str:

@@ -61,12 +61,11 @@ def stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
         campaign: that they belong to.
         numbers: of the cases.
     """
-    measures = [figure.measure for figure in campaign.figures]
     cases = [case for case in (_case(campaign, number) for number in numbers) if case is not None]
     found = []
     for group in group_runs([case.plan for case in cases]):
         first = cases[group[0]].scenario
-        figures = FlightFigures([*measures, *first.expect], _shape(cases[group[0]].plan))
+        figures = FlightFigures(campaign.measured(first), _shape(cases[group[0]].plan))
         if figures.whole_records:
             continue
         alike = [cases[index] for index in group if cases[index].scenario.expect == first.expect]
@@ -89,7 +88,7 @@ def fly_stack(
         What those gave that were flown to their end. A case that ended early is to be flown alone.
     """
     first = cases[0]
-    expectations = [*(figure.measure for figure in campaign.figures), *first.scenario.expect]
+    expectations = campaign.measured(first.scenario)
     figures = FlightFigures(expectations, _shape(first.plan))
     series = campaign.keep.decimated(first.plan.timing.step)
 
