@@ -122,7 +122,7 @@ def test_check_warns_of_expectations_that_no_flight_can_decide(
     assert warnings == ([] if sentence is None else [f"{file}:6: warning: expect[0]: {sentence}"])
 
 
-@pytest.mark.parametrize("command", [["check"], ["campaign", "run"], ["campaign", "report"], ["run"]])
+@pytest.mark.parametrize("command", [["check"], ["campaign", "run"], ["run"]])
 def test_a_name_that_no_file_can_have_gets_a_sentence(
     command: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
