@@ -37,6 +37,7 @@ FEWEST_IN_A_STACK = 2
 _LOG = logging.getLogger(__name__)
 """Python writes exceptions to standard error unless told otherwise: `workers.log` of a local campaign."""
 
+
 def fly_chunk(
     campaign: Campaign,
     numbers: Sequence[int],
