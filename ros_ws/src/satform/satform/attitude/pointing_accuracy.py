@@ -20,7 +20,9 @@ from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, dot, norm
 from satform.numeric.time_derivatives import Jet
 from satform.orbits.path_reference import Reference
-from satform.record.quantities import POINTING
+
+FIGURES = ("pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_error")
+"""Quantities of a flight record that follow from the others and the scenario."""
 
 
 def attitude_figures(
@@ -39,12 +41,12 @@ def attitude_figures(
         first_step: number of the step that the first row belongs to.
 
     Returns:
-        Those of `POINTING`, shape (K, N), not a number for satellites without attitude; of no rows when
+        Those of `FIGURES`, shape (K, N), not a number for satellites without attitude; of no rows when
         there are none.
     """
     steps, count = measured["reference_position"].shape[:2]
     anyone = any(orientation is not None for orientation in orientations)
-    figures = {name: np.full((steps if anyone else 0, count), np.nan) for name in POINTING}
+    figures = {name: np.full((steps if anyone else 0, count), np.nan) for name in FIGURES}
     for index, orientation in enumerate(orientations):
         if orientation is not None and steps:
             time: Array = (first_step + np.arange(steps, dtype=np.float64)) * step
