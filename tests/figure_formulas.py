@@ -5,12 +5,19 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from flight_arrays import Flight
+from satform.control.protocol import Motion
+from satform.control.relative_elements import elements_from_motion
+from satform.dynamics.free_drift import least_free_distance
+from satform.orbits.collision_probability import collision_probability
+from satform.orbits.radial_normal import least_radial_normal_distance
 from satform.orbits.sun import days_at, sun_in_lvlh
+from satform.orbits.tetrahedron import QUALITIES
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
@@ -202,7 +209,8 @@ def away(expectation: Any, flight: Flight) -> float:
     return {"minimum": least, "maximum": greatest}[expectation.statistic](far)
 
 
-def closest_pass(expectation: Any, flight: Flight) -> tuple[float, np.ndarray] | None:
+def closest_pass(expectation: Any, flight: Flight) -> tuple[float, np.ndarray, int] | None:
+    """Time and separation of the closest pass, and the step from which it is found."""
     places = flight.window(expectation, flight.arrays["position"], of_bodies=True)
     motions = flight.window(expectation, flight.arrays["velocity"], of_bodies=True)
     if places is None or motions is None:
@@ -227,10 +235,11 @@ def closest_pass(expectation: Any, flight: Flight) -> tuple[float, np.ndarray] |
                 nearest[0] * nearest[0] + nearest[1] * nearest[1] + nearest[2] * nearest[2],
                 time + ahead,
                 nearest,
+                round(time / flight.step),
             )
         )
-    _, time, nearest = min(passes, key=lambda own: own[0])
-    return float(time), nearest
+    _, when, nearest, step = min(passes, key=lambda own: own[0])
+    return float(when), nearest, step
 
 
 def pass_distance(expectation: Any, flight: Flight) -> float:
@@ -325,6 +334,89 @@ def ripple(expectation: Any, flight: Flight) -> float:
     return 0.5 * max((max(own) - min(own) for own in columns if len(own) > 1), default=math.nan)
 
 
+def pairs(expectation: Any, flight: Flight) -> list[tuple[str, str]]:
+    return list(combinations(expectation.satellites or flight.names, 2))
+
+
+def collision(expectation: Any, flight: Flight) -> float:
+    found = []
+    for pair in pairs(expectation, flight):
+        closest = closest_pass(expectation.model_copy(update={"satellites": pair}), flight)
+        whole = flight.window(expectation, flight.arrays["position"], of_bodies=True)
+        motions = flight.window(expectation, flight.arrays["velocity"], of_bodies=True)
+        if closest is None or whole is None or motions is None:
+            return math.nan
+        _, nearest, k = closest
+        columns = flight.columns(pair)
+        closing = flight.arrays["velocity"][k, columns[0]] - flight.arrays["velocity"][k, columns[1]]
+        squared = nearest[0] * nearest[0] + nearest[1] * nearest[1] + nearest[2] * nearest[2]
+        product = nearest[0] * closing[0] + nearest[1] * closing[1] + nearest[2] * closing[2]
+        across = closing - nearest * (product / squared if squared > 0.0 else product)
+        covariance = np.diag(np.square(expectation.standard_deviation or (math.nan,) * 3))
+        if expectation.standard_deviation is None:
+            estimates = flight.arrays["estimate_covariance"][min(k, flight.steps - 1)]
+            covariance = estimates[columns[0], :3, :3] + estimates[columns[1], :3, :3]
+        found.append(collision_probability(nearest, across, covariance, expectation.combined_radius))
+    return math.nan if any(map(math.isnan, found)) else max(found)
+
+
+def relative_motions(expectation: Any, flight: Flight) -> list[list[Motion]] | None:
+    """Motion of each pair in each row."""
+    places = flight.window(expectation, flight.arrays["position"], of_bodies=True)
+    motions = flight.window(expectation, flight.arrays["velocity"], of_bodies=True)
+    if places is None or motions is None:
+        return None
+    indices = list(combinations(range(places.shape[1]), 2))
+    return [
+        [Motion(place[one] - place[other], motion[one] - motion[other]) for one, other in indices]
+        for place, motion in zip(places, motions, strict=True)
+    ]
+
+
+def radial_normal(expectation: Any, flight: Flight) -> float:
+    rate, angle = np.array([flight.mean_motion]), np.zeros(())
+    found = [
+        elements_from_motion(Motion(own.position[None], own.velocity[None]), rate, angle).as_array()
+        for row in relative_motions(expectation, flight) or []
+        for own in row
+    ]
+    return min((float(least_radial_normal_distance(own)[0]) for own in found), default=math.nan)
+
+
+def passive_safety(expectation: Any, flight: Flight) -> float:
+    found = [
+        least_free_distance(own.position, own.velocity, flight.mean_motion, expectation.orbits)[0]
+        for row in (relative_motions(expectation, flight) or [])[:: expectation.every]
+        for own in row
+    ]
+    return min(map(float, found), default=math.nan)
+
+
+def tetrahedron(expectation: Any, flight: Flight) -> np.ndarray | None:
+    corners = flight.window(expectation, flight.arrays["position"], of_bodies=True)
+    return None if corners is None else QUALITIES[expectation.quality](corners)[:, None]
+
+
+def tetrahedron_quality(expectation: Any, flight: Flight) -> float:
+    make = {"mean": mean, "minimum": least, "maximum": greatest}[expectation.statistic]
+    return make(tetrahedron(expectation, flight))
+
+
+def tetrahedron_quality_at(expectation: Any, flight: Flight) -> float:
+    values = flight.arrays["position"]
+    corners = flight.kept(
+        values, flight.row(expectation, len(values)), flight.columns(expectation.satellites)
+    )
+    return math.nan if corners is None else float(QUALITIES[expectation.quality](corners)[0])
+
+
+def delta_v_per_orbit(expectation: Any, flight: Flight) -> float:
+    held = flight.window(expectation, flight.arrays["acceleration"], held=True)
+    if held is None:
+        return math.nan
+    return delta_v(expectation, flight) / (len(held) * (flight.step * flight.mean_motion / math.tau))
+
+
 FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "arc_length_mean": mean_at,
     "arc_length_rate": rate_at,
@@ -334,8 +426,10 @@ FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "attitude_rate_error_at": at_moment(named("attitude_rate_error"), of_others=True),
     "attitude_settling": attitude_settling,
     "below_minimum_impulse_steps": change("below_minimum_impulse_steps"),
+    "collision_probability": collision,
     "control": control,
     "delta_v": delta_v,
+    "delta_v_per_orbit": delta_v_per_orbit,
     "distance": distance,
     "estimation_error": statistic(estimation_error),
     "navigation_error": statistic(
@@ -344,12 +438,14 @@ FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "offset": offset,
     "overshoot": overshoot,
     "panel_to_sun": largest(named("panel_to_sun"), of_others=True),
+    "passive_safety": passive_safety,
     "pass_distance": pass_distance,
     "pass_light_angle": pass_light_angle,
     "pass_time": pass_time,
     "pointing_error": largest(named("pointing_error"), of_others=True),
     "propellant_depleted_steps": change("propellant_depleted_steps"),
     "propellant_used": change("propellant"),
+    "radial_normal_distance": radial_normal,
     "range": away,
     "reaching_time": reaching,
     "rejoin_time": rejoin_time,
@@ -359,6 +455,8 @@ FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "settling_time": settling(tracking_error),
     "sliding_variable": lambda own, flight: wheels("sliding_variable")(_with_axes(own), flight),
     "steps_absent": steps_absent,
+    "tetrahedron_quality": tetrahedron_quality,
+    "tetrahedron_quality_at": tetrahedron_quality_at,
     "tracking_error": largest(tracking_error),
     "tracking_error_at": at_moment(tracking_error),
     "velocity_error": largest(

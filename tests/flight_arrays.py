@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from satform.control.protocol import FlightSetting
 from satform.record.flight_record import FlightRecord
 
 SLACK = 1e-9
@@ -22,6 +23,12 @@ class Flight:
     names: tuple[str, ...]
     step: float
     arrays: dict[str, np.ndarray]
+    mean_motion: float = 0.3
+    """Of its chief, rad/s."""
+
+    @property
+    def setting(self) -> FlightSetting:
+        return FlightSetting(self.mean_motion, self.step)
 
     @property
     def steps(self) -> int:

@@ -3,6 +3,7 @@
 """Flights and expectations at random, and figures made of blocks of flights side by side."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -39,11 +40,21 @@ SOMETIMES_MISSING = ("position", "arc_length", "rate", "wheel_torque", "referenc
 """Of what a number may be missing without a reason."""
 
 
-def flights(rng: np.random.Generator, runs: int) -> list[Flight]:
+PAIRS = ("collision_probability", "passive_safety", "radial_normal_distance")
+"""Kinds whose figure is made of pairs of satellites."""
+
+
+def flights(rng: np.random.Generator, runs: int, fewest: int = 2) -> list[Flight]:
     """Flights of the same names and steps, in which satellites may be lost and numbers may be missing."""
-    steps, names = int(rng.integers(1, 25)), ("a", "b", "c", "d")[: int(rng.integers(2, 5))]
+    steps, names = int(rng.integers(1, 25)), ("a", "b", "c", "d")[: int(rng.integers(fewest, 5))]
     turning, step = rng.random() < 0.8, float(rng.choice([0.1, 0.5, 2.0]))
-    return [one_flight(rng, steps, names, step, turning=turning) for _ in range(runs)]
+    flown = [one_flight(rng, steps, names, step, turning=turning) for _ in range(runs)]
+    return [replace(own, mean_motion=0.3 + 0.1 * run) for run, own in enumerate(flown)]
+
+
+def fewest_satellites(kind: str) -> int:
+    """With fewer a figure of this kind is not asked for."""
+    return 4 if kind.startswith("tetrahedron") else 2
 
 
 def one_flight(
@@ -102,6 +113,11 @@ def expectation_of(kind: str, rng: np.random.Generator, flight: Flight) -> Expec
         "quantity": lambda: str(rng.choice(quantities(kind))),
         "statistic": lambda: str(rng.choice(statistics(kind))),
         "limit": lambda: str(rng.choice(["torque", "momentum"])),
+        "combined_radius": lambda: 2.0,
+        "standard_deviation": lambda: [None, (1.0, 2.0, 3.0)][rng.integers(2)],
+        "orbits": lambda: float(rng.choice([0.02, 0.05])),
+        "every": lambda: int(rng.integers(1, 4)),
+        "quality": lambda: str(rng.choice(["glassmeier", "robert_roux", "volume"])),
     }
     data = {name: fields[name]() for name in spec.model_fields if name in fields}
     if kind == "response_time":
@@ -115,7 +131,10 @@ def satellites(kind: str, rng: np.random.Generator, names: tuple[str, ...]) -> t
         return tuple(rng.permutation(names)[:2].tolist())
     if rng.random() < 0.4:
         return None
-    return tuple(rng.permutation(names)[: int(rng.integers(1, len(names) + 1))].tolist())
+    if kind.startswith("tetrahedron"):
+        return tuple(rng.permutation(names)[:4].tolist())
+    fewest = 2 if kind in PAIRS else 1
+    return tuple(rng.permutation(names)[: int(rng.integers(fewest, len(names) + 1))].tolist())
 
 
 def quantities(kind: str) -> list[str]:
@@ -125,6 +144,7 @@ def quantities(kind: str) -> list[str]:
 def statistics(kind: str) -> list[str]:
     return {
         "control": ["mean", "minimum", "maximum"],
+        "tetrahedron_quality": ["mean", "minimum", "maximum"],
         "navigation_error": ["maximum", "rms"],
         "estimation_error": ["maximum", "rms"],
     }.get(kind, ["minimum", "maximum"])
@@ -145,8 +165,10 @@ def blocks(flown: list[Flight], cuts: list[int], needs: frozenset[str]) -> Itera
         yield FlightBlock(flown[0].names, flown[0].step, begin, end - begin, len(flown), last, held)
 
 
-def shape(flight: Flight) -> FlightShape:
-    return FlightShape(flight.names, flight.step, flight.steps)
+def shape(*flown: Flight) -> FlightShape:
+    """Of flights side by side."""
+    first = flown[0]
+    return FlightShape(first.names, first.step, first.steps, tuple(own.setting for own in flown))
 
 
 def reduced(reducer: Reducer | None, flown: list[Flight], cuts: list[int]) -> np.ndarray:

@@ -129,6 +129,11 @@ WRONG = [
         "there is no satellite a",
     ),
     (
+        HEAD + "figures:\n  - {name: dv, measure: {kind: delta_v_per_orbit, before: 50.0}}\n",
+        5,
+        "less than one revolution of 6000 s",
+    ),
+    (
         HEAD + "figures:\n" + "  - {name: dv, measure: {kind: delta_v}}\n" * 2,
         5,
         "another figure has this name",

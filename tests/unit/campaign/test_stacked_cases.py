@@ -95,6 +95,31 @@ def test_ten_cases_of_a_shipped_campaign_flown_as_one_have_the_results_of_each_f
         assert reached == ((name, figure) not in NOT_REACHED)
 
 
+def test_figures_of_orbits_are_those_of_each_case_s_own_chief() -> None:
+    pairs = ("radial_normal_distance", "passive_safety", "collision_probability")
+    fields = {
+        "passive_safety": {"orbits": 0.5},
+        "collision_probability": {"combined_radius": 10.0, "standard_deviation": 100.0},
+    }
+    measures = [{"kind": kind, **fields.get(kind, {})} for kind in (*pairs, "delta_v_per_orbit")]
+    dispersed = campaign(
+        "ei_separation",
+        runs=4,
+        set={"timing.step": 20.0, "timing.duration": 6000.0, "expect": [], "satellite_defaults": PUSHED},
+        dispersions=[of("orbit.period", {"kind": "uniform", "low": 5500.0, "high": 6000.0})],
+        figures=[{"name": measure["kind"], "measure": measure} for measure in measures],
+    )
+    results = fly_chunk(dispersed, range(4))
+    assert all(result.stacked for result in results)
+    assert [content(result) for result in results] == alone(dispersed, range(4))
+    for name in dispersed.figure_names:
+        assert len({result.figures[name] for result in results}) == 4
+        assert all(math.isfinite(result.figures[name]) for result in results)
+
+
+PUSHED = {"controller": {"kind": "lqr", "feedforward": True}, "path_parameter": "angle"}
+
+
 def test_a_case_that_ends_early_is_flown_alone_and_says_why() -> None:
     gains = of(
         "satellites[*].controller.reaching_gain[*]", {"kind": "choice", "values": [0.05, 1.6]}, shared=True

@@ -9,13 +9,24 @@ import numpy as np
 import pytest
 
 from figure_formulas import FORMULAS, total
-from random_flights import bits, blocks, expectation_of, flights, one_flight, reduced, shape
+from random_flights import (
+    bits,
+    blocks,
+    expectation_of,
+    fewest_satellites,
+    flights,
+    one_flight,
+    reduced,
+    shape,
+)
 from satform.common.spec import specs
+from satform.evaluation.evaluate import figures_of
 from satform.evaluation.flight_figures import FlightFigures
 from satform.evaluation.reducers import added_in_order
 
 KINDS = sorted(set(specs("satform.metrics")) - {"spectral_radius"})
 SEEDS = range(20)
+NAMES = ("a", "b", "c", "d")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -23,17 +34,17 @@ def test_a_figure_is_that_of_its_formula_for_any_blocks_and_any_runs_beside(kind
     known = 0
     for seed in SEEDS:
         rng = np.random.default_rng([seed, *kind.encode()])
-        flown = flights(rng, runs=3)
+        flown = flights(rng, 3, fewest_satellites(kind))
         steps = flown[0].steps
         expectation = expectation_of(kind, rng, flown[0])
         expected = [FORMULAS[kind](expectation, flight) for flight in flown]
-        measured = [expectation.measure(flight.record) for flight in flown]
+        measured = [figures_of([expectation], flight.record, None, flight.setting)[0] for flight in flown]
         # A zero has no sign here.
         assert bits(np.array(measured) + 0.0) == bits(np.array(expected) + 0.0), f"seed {seed}"
         known += sum(not math.isnan(figure) for figure in measured)
         some = sorted(set(rng.integers(1, steps, 4).tolist())) if steps > 1 else []
         for cuts in (some, list(range(1, steps))):
-            found = reduced(expectation.reducer(shape(flown[0])), flown, cuts)
+            found = reduced(expectation.reducer(shape(*flown)), flown, cuts)
             assert bits(found) == bits(measured), f"seed {seed}, blocks from {cuts}"
         alone = [reduced(expectation.reducer(shape(flight)), [flight], some) for flight in flown]
         assert bits(np.concatenate(alone)) == bits(measured), f"seed {seed}, alone"
@@ -61,10 +72,10 @@ def held_bytes(thing: Any, seen: set[int]) -> int:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_memory_of_a_figure_does_not_grow_with_the_flight_nor_with_its_blocks(kind: str) -> None:
     rng = np.random.default_rng([1, *kind.encode()])
-    expectation = expectation_of(kind, rng, one_flight(rng, 10, ("a", "b"), 1.0, turning=True))
+    expectation = expectation_of(kind, rng, one_flight(rng, 10, NAMES, 1.0, turning=True))
     held = []
     for steps, size in ((20, 10), (2000, 10), (2000, 500)):
-        flight = one_flight(np.random.default_rng(7), steps, ("a", "b"), 1.0, turning=True)
+        flight = one_flight(np.random.default_rng(7), steps, NAMES, 1.0, turning=True)
         reducer = expectation.reducer(shape(flight))
         reduced(reducer, [flight], list(range(size, steps, size)))
         held.append(held_bytes(reducer, set()))
@@ -73,13 +84,13 @@ def test_the_memory_of_a_figure_does_not_grow_with_the_flight_nor_with_its_block
 
 def test_several_expectations_are_figured_together() -> None:
     rng = np.random.default_rng(5)
-    flown = flights(rng, runs=4)
+    flown = flights(rng, 4, fewest=4)
     expectations = [expectation_of(kind, rng, flown[0]) for kind in KINDS]
-    figures = FlightFigures(expectations, shape(flown[0]))
+    figures = FlightFigures(expectations, shape(*flown))
     for block in blocks(flown, list(range(1, flown[0].steps)), figures.needs):
         figures.update(block)
-    expected = [[own.measure(flight.record) for flight in flown] for own in expectations]
-    assert bits(figures.figures().ravel()) == bits(np.ravel(expected))
+    expected = [figures_of(expectations, flight.record, None, flight.setting) for flight in flown]
+    assert bits(figures.figures().T.ravel()) == bits(np.ravel(expected))
     assert (figures.whole_records, figures.of_loops) == ((), ())
 
 

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from flights import shortened
 from satform.common.spec import specs
+from satform.control.protocol import FlightSetting
 from satform.evaluation.arc_lengths import (
     ArcLengthMean,
     ArcLengthRate,
@@ -20,8 +21,8 @@ from satform.evaluation.arc_lengths import (
     ArcLengthSpread,
     arc_length_spread,
 )
-from satform.evaluation.control_effort import Control, DeltaV
-from satform.evaluation.evaluate import judge
+from satform.evaluation.control_effort import Control, DeltaV, DeltaVPerOrbit
+from satform.evaluation.evaluate import figures_of, judge
 from satform.evaluation.event_reducers import LastOutside
 from satform.evaluation.tracking import (
     Distance,
@@ -40,6 +41,7 @@ from satform.scenario.expectation import Expectation
 STEP = 0.5
 TIMING = Timing(step=STEP, duration=2.0)
 NAMES = {"sat1", "sat2"}
+SETTING = FlightSetting(math.tau / 1.6, STEP)
 
 
 def along(*lengths: list[float], direction: tuple[float, float, float] = (0.6, 0.0, 0.8)) -> np.ndarray:
@@ -109,6 +111,11 @@ CASES: list[tuple[Expectation, float]] = [
     (DeltaV(below=0, satellites=("sat1",)), 5.0),
     (DeltaV(below=0, after=1.0, satellites=("sat1",)), 1.5),
     (DeltaV(below=0, after=1.6), math.nan),
+    # A revolution lasts 1.6 s here.
+    (DeltaVPerOrbit(below=0), 6.0 / 1.25),
+    (DeltaVPerOrbit(below=0, satellites=("sat1",)), 5.0 / 1.25),
+    (DeltaVPerOrbit(below=0, after=1.0), 4.5 / 0.625),
+    (DeltaVPerOrbit(below=0, after=1.6), math.nan),
     (SettlingTime(below=0, level=2.5), 1.0),
     (SettlingTime(below=0, level=4.5, satellites=("sat1",)), 0.5),
     (SettlingTime(below=0, level=8.5), 0.0),
@@ -132,7 +139,8 @@ CASES: list[tuple[Expectation, float]] = [
     ("expectation", "figure"), CASES, ids=[f"{case.describe()}-{i}" for i, (case, _) in enumerate(CASES)]
 )
 def test_a_figure_is_the_one_worked_out_by_hand(expectation: Expectation, figure: float) -> None:
-    assert expectation.measure(flight()) == pytest.approx(figure, rel=1e-14, nan_ok=True)
+    (found,) = figures_of([expectation], flight(), None, SETTING)
+    assert found == pytest.approx(figure, rel=1e-14, nan_ok=True)
 
 
 def test_every_figure_of_these_modules_is_worked_out_by_hand() -> None:
@@ -290,15 +298,15 @@ def test_an_expectation_needs_a_flight_that_has_its_figure(expectation: Expectat
 def test_what_the_whole_flight_meets_is_not_missed_by_a_shorter_one_that_is_judged(
     expectation: Expectation, bound: str
 ) -> None:
-    figure = expectation.measure(flight())
+    (figure,) = figures_of([expectation], flight(), None, SETTING)
     if math.isnan(figure):
         return
     exact: dict[str, float | None] = {"below": None, "above": None, "value": None, bound: figure}
     met = expectation.model_copy(update={**exact, "absolute": 0.0 if bound == "value" else None})
-    assert judge([met], flight())[0].met
+    assert judge([met], flight(), setting=SETTING)[0].met
     for steps in range(1, flight().steps):
         if met.needs(TIMING.duration, STEP) <= steps * STEP:
-            assert judge([met], cut(steps))[0].met, f"missed after {steps} steps"
+            assert judge([met], cut(steps), setting=SETTING)[0].met, f"missed after {steps} steps"
 
 
 @pytest.mark.parametrize("figure", [math.nan, math.inf, -math.inf])

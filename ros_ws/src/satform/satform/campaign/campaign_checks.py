@@ -20,6 +20,7 @@ from satform.campaign.sampling import MOST_CASES, Axis, Sampling
 from satform.common.name_list import listed
 from satform.common.spec import Complaint
 from satform.consensus.arc_length import Announces
+from satform.control.protocol import FlightSetting
 from satform.scenario import ScenarioError
 from satform.scenario.field_errors import nearest
 from satform.scenario.parts import SatelliteSpec, Timing
@@ -175,6 +176,7 @@ def figure_complaints(
     satellites: Mapping[str, SatelliteSpec],
     timing: Timing,
     announces: Announces,
+    setting: FlightSetting,
 ) -> list[Complaint]:
     """What is wrong with the figures of a campaign.
 
@@ -183,6 +185,7 @@ def figure_complaints(
         satellites: by their names, each with what it has from the defaults.
         timing: of the flight.
         announces: what satellites send each other.
+        setting: chief of the flight.
     """
     complaints: list[Complaint] = []
     names = Counter(figure.name for figure in figures)
@@ -191,6 +194,7 @@ def figure_complaints(
             complaints.append((("figures", index, "name"), "another figure has this name too"))
         found = figure.measure.complaints(set(satellites), timing)
         found = found or figure.measure.complaints_about_satellites(satellites, announces)
+        found = found or figure.measure.orbit_complaints(setting, timing)
         complaints += [(("figures", index, "measure"), sentence) for sentence in found]
     return complaints
 

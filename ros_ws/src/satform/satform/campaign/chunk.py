@@ -150,7 +150,8 @@ def result_of(campaign: Campaign, number: int, scenario: Scenario, record: Fligh
         scenario: of the case.
         record: of its flight.
     """
-    verdicts = judge(campaign.measured(scenario), record, lambda: sampled_loops(scenario))
+    expectations = campaign.measured(scenario)
+    verdicts = judge(expectations, record, lambda: sampled_loops(scenario), scenario.setting)
     return replace(
         _judged(campaign, number, verdicts, record.early_end.sentence if record.early_end else ""),
         state_hash=record.digest() if record.steps else None,

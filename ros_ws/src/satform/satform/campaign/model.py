@@ -96,7 +96,7 @@ class Campaign(Spec):
             *path_complaints(dispersions, fields),
             *sampling_complaints(sampling, self.runs, dispersions, axes),
             *correlation_complaints(self.correlated, dispersions, axes),
-            *figure_complaints(self.figures, satellites, base.timing, base.consensus.announces),
+            *figure_complaints(self.figures, satellites, base.timing, base.consensus.announces, base.setting),
             *expectation_complaints(self.expect, self.figure_names),
             *series_complaints(self.keep, dispersions, fields, base.timing, len(satellites)),
             *interval_complaints(sampling, self.expect),

@@ -65,7 +65,7 @@ def stacks(campaign: Campaign, numbers: Sequence[int]) -> list[list[Case]]:
     found = []
     for group in group_runs([case.plan for case in cases]):
         first = cases[group[0]].scenario
-        figures = FlightFigures(campaign.measured(first), _shape(cases[group[0]].plan))
+        figures = FlightFigures(campaign.measured(first), _shape([cases[index] for index in group]))
         if figures.whole_records:
             continue
         alike = [cases[index] for index in group if cases[index].scenario.expect == first.expect]
@@ -89,7 +89,7 @@ def fly_stack(
     """
     first = cases[0]
     expectations = campaign.measured(first.scenario)
-    figures = FlightFigures(expectations, _shape(first.plan))
+    figures = FlightFigures(expectations, _shape(cases))
     series = campaign.keep.decimated(first.plan.timing.step)
 
     def observe(block: FlightBlock) -> None:
@@ -140,5 +140,8 @@ def _case(campaign: Campaign, number: int) -> Case | None:
     return Case(number, scenario, plan)
 
 
-def _shape(plan: FormationPlan) -> FlightShape:
-    return FlightShape(plan.names, plan.timing.step, plan.timing.steps)
+def _shape(cases: Sequence[Case]) -> FlightShape:
+    """Of the flight of cases as one formation; each may have an orbit of its own."""
+    plan = cases[0].plan
+    settings = tuple(case.scenario.setting for case in cases)
+    return FlightShape(plan.names, plan.timing.step, plan.timing.steps, settings)

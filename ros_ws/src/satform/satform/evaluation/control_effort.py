@@ -2,18 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of control effort: commanded acceleration and delta-v."""
 
+import math
 from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
 
 from satform.control.coast import CoastSpec
+from satform.control.protocol import FlightSetting
 from satform.evaluation.reducers import ExtremeOf, LargestSum, MeanOf
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock, StepEnds
 from satform.record.reducer import FlightShape, Reducer
-from satform.record.stretch import Stretch
-from satform.scenario.parts import SatelliteSpec
+from satform.record.stretch import TIME_SLACK, Stretch
+from satform.scenario.parts import SatelliteSpec, Timing
 from satform.scenario.windowed_expectation import OverWindow
 
 
@@ -70,6 +72,32 @@ class DeltaV(_OfCommands):
         return self.label or f"delta-v{self.when()}{self.whose()}"
 
 
+class DeltaVPerOrbit(_OfCommands):
+    """Delta-v per revolution of the chief, the mean of the stretch; the largest of the satellites, in m/s."""
+
+    unit = "m/s"
+    kind: Literal["delta_v_per_orbit"] = "delta_v_per_orbit"
+
+    def holds_in_part(self) -> bool:
+        return self.largest_allowed <= 0.0
+
+    def orbit_complaints(self, setting: FlightSetting, timing: Timing) -> list[str]:
+        end, period = timing.duration if self.before is None else self.before, math.tau / setting.mean_motion
+        if end - self.after >= period * (1 - TIME_SLACK):
+            return []
+        return [
+            f"the stretch lasts {end - self.after:g} s, less than one revolution of {period:g} s; "
+            "kind delta_v is for parts of a revolution"
+        ]
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        stretch = self.stretch(flight, flight.steps, held=True)
+        return _EffortPerOrbit(stretch, flight.step * flight.mean_motions / math.tau)
+
+    def describe(self) -> str:
+        return self.label or f"delta-v per orbit{self.when()}{self.whose()}"
+
+
 class _SumOfEffort(LargestSum):
     """The largest of the satellites' delta-v; a step of a block may end in the next one."""
 
@@ -80,6 +108,17 @@ class _SumOfEffort(LargestSum):
     def update(self, block: FlightBlock) -> None:
         for ended in self._ends.take(block):
             super().update(ended)
+
+
+class _EffortPerOrbit(_SumOfEffort):
+    """The largest of the satellites' delta-v, over the orbits of the stretch."""
+
+    def __init__(self, stretch: Stretch, orbits_per_step: Array) -> None:
+        super().__init__(stretch, "effort")
+        self._orbits_per_step = orbits_per_step
+
+    def found(self) -> Array:
+        return super().found() / (self._reader.rows * self._orbits_per_step)
 
 
 def _commanded(block: FlightBlock) -> Array:

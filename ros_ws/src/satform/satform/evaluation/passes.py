@@ -12,13 +12,11 @@ from pydantic import Field
 
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Number
-from satform.evaluation.reducers import quantity
+from satform.evaluation.pairs import ClosestApproaches
 from satform.numeric.elementwise import Array, dot, norm
 from satform.orbits.chief import as_utc
 from satform.orbits.sun import days_at, sun_in_lvlh
-from satform.record.flight_block import FlightBlock
 from satform.record.reducer import FlightShape, Reducer
-from satform.record.stretch import Stretch, StretchReader
 from satform.scenario.environment import SAME_DIRECTION, Environment
 from satform.scenario.parts import Timing
 from satform.scenario.windowed_expectation import OverWindow
@@ -41,7 +39,9 @@ class _OfPair(OverWindow):
     def pass_reducer(self, flight: FlightShape, figure: PassFigure) -> Reducer:
         """What makes a figure of the closest pass within the stretch."""
         stretch = self.stretch(flight, flight.states, of_bodies=True)
-        return _ClosestPass(stretch, flight.step, figure)
+        return ClosestApproaches(
+            stretch, flight.step, lambda found: figure(found.time[:, 0], found.separation[:, 0])
+        )
 
 
 class PassDistance(_OfPair):
@@ -125,48 +125,3 @@ class PassLightAngle(_OfPair):
 
     def describe(self) -> str:
         return self.label or f"light angle at the closest pass{self.when()}{self.whose()}"
-
-
-class _ClosestPass:
-    """A figure of the closest pass of two satellites, of each run.
-
-    Memory: time, separation and its square of the closest pass so far.
-    """
-
-    needs = frozenset({"position", "velocity"})
-
-    def __init__(self, stretch: Stretch, step: float, figure: PassFigure) -> None:
-        self._positions, self._velocities = StretchReader(stretch), StretchReader(stretch)
-        self._step, self._figure = step, figure
-        self._begins, self._ends = stretch.first * step, (stretch.end - 1) * step
-        self._squared = self._time = self._separation = self._gap = np.zeros(0)
-
-    def update(self, block: FlightBlock) -> None:
-        if not block.first_step:
-            self._squared, self._time = np.full((2, block.runs), np.inf)
-            self._separation = np.full((block.runs, 3), np.nan)
-            self._gap = np.zeros(block.runs)
-        positions = self._positions.read(block, quantity("position"))
-        velocities = self._velocities.read(block, quantity("velocity"))
-        if positions is None or velocities is None:
-            return
-        self._gap += positions.gaps()
-        self._gap += velocities.gaps()
-        time = (np.arange(positions.first, positions.first + len(positions.values)) * self._step)[:, None]
-        apart, closing = (part.values[:, :, 0] - part.values[:, :, 1] for part in (positions, velocities))
-        speed_squared = dot(closing, closing)
-        ahead = -dot(apart, closing) / np.where(speed_squared > 0.0, speed_squared, 1.0)
-        ahead = np.clip(ahead, -0.5 * self._step, 0.5 * self._step)
-        ahead = np.clip(time + ahead, self._begins, self._ends) - time
-        nearest = apart + ahead[..., None] * closing
-        squared, runs = dot(nearest, nearest), np.arange(block.runs)
-        best = np.argmin(squared, axis=0)
-        nearer = squared[best, runs] < self._squared
-        self._squared = np.where(nearer, squared[best, runs], self._squared)
-        self._time = np.where(nearer, (time + ahead)[best, runs], self._time)
-        self._separation = np.where(nearer[:, None], nearest[best, runs], self._separation)
-
-    def figures(self) -> Array:
-        known = self._positions.rows > 0
-        found = self._figure(self._time, self._separation) if known else np.full(len(self._gap), np.nan)
-        return np.where(self._gap > 0.0, np.nan, found)

@@ -128,21 +128,24 @@ class MeanOf(OverStretch):
         needs: Iterable[str] = (),
         *,
         root_of_squares: bool = False,
+        transform: Transform | None = None,
     ) -> None:
         """What is read, as `OverStretch`.
 
         Args:
             stretch: rows and satellites.
-            series: what is read of them, shape (rows, R, N).
+            series: what is read of them, shape (rows, R, N) where nothing is made of it.
             needs: quantities that it reads.
             root_of_squares: whether the root of the mean square is meant.
+            transform: makes the numbers, shape (rows, R, n), from values of shape (rows, R, columns, ...).
         """
         super().__init__(stretch, series, needs)
-        self._squares = root_of_squares
+        self._squares, self._transform = root_of_squares, transform
         self._sums = MeanBySatellite()
 
     def take(self, part: Part) -> None:
-        self._sums.add(part.values * part.values if self._squares else part.values)
+        values = part.values if self._transform is None else self._transform(part.values)
+        self._sums.add(values * values if self._squares else values)
 
     def found(self) -> Array:
         total = np.add.accumulate(self._sums.total, axis=1)[:, -1]

@@ -5,6 +5,9 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
+from satform.control.protocol import FlightSetting
 from satform.numeric.elementwise import Array
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
@@ -18,16 +21,30 @@ class FlightShape:
         satellites: N names, in the order of the columns.
         step: control period, s.
         steps: K, of the whole flight.
+        settings: chief and control period of each of the runs that are flown side by side; none where they
+            are not known.
     """
 
     satellites: tuple[str, ...]
     step: float
     steps: int
+    settings: tuple[FlightSetting, ...] = ()
 
     @classmethod
-    def of(cls, record: FlightRecord) -> "FlightShape":
-        """Of a flight that has been flown."""
-        return cls(record.satellites, record.step, record.steps)
+    def of(cls, record: FlightRecord, setting: FlightSetting | None = None) -> "FlightShape":
+        """Of a flight that has been flown.
+
+        Args:
+            record: of the flight.
+            setting: its chief; None where it is not known.
+        """
+        settings = () if setting is None else (setting,)
+        return cls(record.satellites, record.step, record.steps, settings)
+
+    @property
+    def mean_motions(self) -> Array:
+        """Of the chief of each run, rad/s, shape (R,); one NaN for all where the chief is not known."""
+        return np.array([own.mean_motion for own in self.settings] or [np.nan])
 
     @property
     def states(self) -> int:

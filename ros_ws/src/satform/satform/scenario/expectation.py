@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, TypeAlias
 from pydantic import ConfigDict, Field, model_validator
 
 from satform.common.spec import NonNegative, Number, Spec
+from satform.control.protocol import FlightSetting
 from satform.control.sampled_stability import SampledLoop
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
@@ -187,6 +188,15 @@ class Expectation(Spec):
         """
         if self.of_phases and announces != "arc_length":
             return ["satellites share their motion here; they have no arc lengths to be judged"]
+        return []
+
+    def orbit_complaints(self, setting: FlightSetting, timing: Timing) -> list[str]:
+        """Why its figure cannot be made of a flight about this chief.
+
+        Args:
+            setting: chief of the scenario.
+            timing: control period and duration.
+        """
         return []
 
     def environment_complaints(self, environment: Environment) -> list[tuple[str, str]]:

@@ -168,7 +168,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         return complaints
 
     def _controller_complaints(self) -> list[Complaint]:
-        setting = FlightSetting(mean_motion=self.orbit.rate, step=self.timing.step, chief=self.chief)
+        setting = self.setting
         complaints: list[Complaint] = []
         tried: set[str] = set()
         for index, own in enumerate(self.satellites):
@@ -195,6 +195,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         for index, expectation in enumerate(self.expect):
             found = expectation.complaints(set(whole), self.timing)
             found = found or expectation.complaints_about_satellites(whole, self.consensus.announces)
+            found = found or expectation.orbit_complaints(self.setting, self.timing)
             if not expectation.has_criterion:
                 found.append("give a value with its tolerance, or below, or above")
             elif not (expectation.origin or recorded):
@@ -314,6 +315,11 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     def chief(self) -> KeplerianChief | None:
         """The chief's orbit at time zero; None for a circular one in an unknown plane."""
         return self.dynamics.keplerian_chief(self.orbit.rate)
+
+    @property
+    def setting(self) -> FlightSetting:
+        """What all satellites know of the flight: the chief's orbit and the control period."""
+        return FlightSetting(mean_motion=self.orbit.rate, step=self.timing.step, chief=self.chief)
 
     @property
     def checkpoint_steps(self) -> int | None:
