@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from flights import satellite_of, shipped, shortened
-from satform.attitude.ground_pointing import CircularOrbit
-from satform.attitude.guidance import Attitude
+from satform.attitude.ground_pointing import AttitudeReference, CircularOrbit
+from satform.attitude.guidance import Attitude, PointingReference
 from satform.attitude.gyrostat import direction_cosines
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointingSpec, inertial_line, to_inertial
 from satform.attitude.wheels import Turning, Wheels
 from satform.common.spec import specs
 from satform.communication.neighbour_buffer import Received
+from satform.consensus.arc_length import NeighbourPhases
 from satform.control.protocol import Motion
 from satform.dynamics.linear import multiply
 from satform.evaluation.attitude import AttitudeSettling, PointingError, WheelMomentum, WheelSaturation
@@ -222,3 +223,127 @@ def test_gains_of_the_attitude_change_in_flight_from_the_next_step_on() -> None:
     assert stronger is not None
     # Twice the gain adds 14 N m times an error of 0.67.
     assert np.linalg.norm(stronger - first) == pytest.approx(14.0 * 0.66968, rel=1e-3)
+
+
+CAPE = ("satellites[0].attitude.mrp=null", "satellites[0].attitude.angular_velocity=null")
+"""Changes with which the satellite of the Cape Canaveral scenario starts on its target."""
+
+
+def test_an_attitude_can_start_as_pointed_at_another_place_on_the_ground() -> None:
+    place = ("initial_target_latitude=0.3", "initial_target_longitude=-1.3")
+    changes = [f"satellites[0].attitude.pointing.{field}" for field in place]
+    orientation = flight_plan(shipped("attitude_cape_canaveral", *CAPE, *changes), 0).orientation
+    assert orientation is not None
+    pointing, start = orientation.pointing, orientation.start
+    elsewhere = replace(pointing, latitude=0.3, longitude=-1.3)
+    body = direction_cosines(start.mrp)
+    sight = body @ elsewhere.line_of_sight(np.zeros(())).value
+    assert sight / np.linalg.norm(sight) == pytest.approx([1.0, 0.0, 0.0], abs=1e-9)
+    assert (body @ pointing.sun)[1] == pytest.approx(0.0, abs=1e-9)
+    # The boresight stays on the place: the line of sight does not turn in the body.
+    line = elsewhere.line_of_sight(np.zeros(()))
+    turning = body @ line.rate - np.cross(orientation.law.body.angular_velocity(start), body @ line.value)
+    assert turning[1:] == pytest.approx([0.0, 0.0], abs=1e-6)
+    # In flight the target is the one of the pointing.
+    assert (pointing.latitude, pointing.longitude) == (0.49741883681838395, -1.4049900478554354)
+
+
+def test_an_attitude_that_starts_at_another_satellite_turns_to_its_target() -> None:
+    changes = [
+        "satellites[0].attitude.pointing.initial_target=sat3",
+        "satellites[0].attitude.wheel_torque_limit=2.0",
+    ]
+    record = simulate(shortened("formation_pointing", 90.0, *changes))
+    body = direction_cosines(record.mrp[0, 0])
+    apart = record.reference_position[0, 2] - record.reference_position[0, 0]
+    sight = body @ (apart / np.linalg.norm(apart))
+    assert sight == pytest.approx([1.0, 0.0, 0.0], abs=1e-9)
+    toward = record.reference_position[0, 1] - record.reference_position[0, 0]
+    angle = np.arccos(float(apart @ toward / np.linalg.norm(apart) / np.linalg.norm(toward)))
+    assert angle > 0.3
+    # What is recorded is taken with the satellites' true positions, which are off by some hundred metres.
+    assert record.pointing_error[0, 0] == pytest.approx(angle, abs=0.02)
+    assert record.pointing_error[-1, 0] < 0.02
+    # The others start on their targets.
+    assert record.pointing_error[0, 1:] == pytest.approx([0.0, 0.0], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "said"),
+    [
+        (
+            "attitude_cape_canaveral",
+            ["satellites[0].attitude.pointing.initial_target_latitude=0.3"],
+            "give both initial_target_latitude and initial_target_longitude",
+        ),
+        (
+            "attitude_cape_canaveral",
+            [
+                "satellites[0].attitude.pointing.initial_target_latitude=0.3",
+                "satellites[0].attitude.pointing.initial_target_longitude=0.3",
+            ],
+            "mrp and an initial target of the pointing both give the attitude at the start",
+        ),
+        (
+            "formation_pointing",
+            ["satellites[0].attitude.pointing.initial_target=sat1"],
+            "sat1 is not another satellite; there are sat2, sat3",
+        ),
+        (
+            "formation_pointing",
+            ["satellites[0].attitude.pointing.initial_target=sat9"],
+            "sat9 is not another satellite",
+        ),
+    ],
+)
+def test_a_start_of_an_attitude_that_is_not_clear_is_refused(
+    scenario: str, changes: list[str], said: str
+) -> None:
+    with pytest.raises(ScenarioError, match=said):
+        shipped(scenario, *changes)
+
+
+def left_by_the_hold(sample: str, step: float) -> float:
+    """Largest attitude error of the Cape Canaveral satellite that starts on its target, over 60 s."""
+    changes = [*CAPE, f"timing.step={step}", f"satellites[0].feedforward_sample={sample}"]
+    record = simulate(shortened("attitude_cape_canaveral", 60.0, *changes))
+    return float(np.max(record.attitude_error))
+
+
+def test_torque_taken_at_the_middle_of_the_hold_leaves_an_error_of_second_order() -> None:
+    first = [left_by_the_hold("start", step) for step in (0.8, 0.4)]
+    second = [left_by_the_hold("midpoint", step) for step in (0.8, 0.4)]
+    assert first[0] / first[1] == pytest.approx(2.0, rel=0.05)
+    assert second[0] / second[1] == pytest.approx(4.0, rel=0.15)
+    assert second[0] < 0.1 * first[0]
+
+
+def test_the_angular_acceleration_towards_a_satellite_is_that_of_the_middle_of_the_hold() -> None:
+    scenario = shipped("formation_pointing")
+    plans = [
+        flight_plan(scenario, index, [other for other in range(3) if other != index]) for index in range(3)
+    ]
+    own, other, orientation = plans[0], plans[1], plans[0].orientation
+    assert orientation is not None
+    step, rate, shape = 30.0, own.nominal_rate, np.zeros(2)
+    phase = other.arc_length - other.phase_offset
+    states = NeighbourPhases(shape + phase, shape + rate, shape, shape + 1.0)
+    still = np.zeros_like(rate)
+
+    def at(time: float) -> AttitudeReference:
+        return orientation.pointing.reference(
+            own.path.reference(own.arc_length + time * rate, rate, still),
+            other.path.reference(other.arc_length + time * rate, rate, still),
+            np.asarray(time),
+        )
+
+    desired = own.path.at_step(own.arc_length, rate, still, step)
+    held = PointingReference(orientation, step, 60.0, "midpoint").at(0, desired, states)
+    begin, middle = at(0.0), at(0.5 * step)
+    assert held.mrp == pytest.approx(begin.mrp, abs=1e-12)
+    assert held.angular_velocity == pytest.approx(begin.angular_velocity, abs=1e-12)
+    change = np.linalg.norm(middle.angular_acceleration - begin.angular_acceleration)
+    assert np.linalg.norm(held.angular_acceleration - middle.angular_acceleration) < 0.03 * change
+    undelayed = own.path.reference(own.arc_length, rate, still)
+    start = PointingReference(orientation, step, 60.0, "start").at(0, undelayed, states)
+    assert start.angular_acceleration == pytest.approx(begin.angular_acceleration, abs=1e-15)

@@ -53,7 +53,15 @@ def pointing_warnings(scenario: Scenario) -> list[str]:
             continue
         where, now = f"attitude of {own.name}", _sight(scenario, index, time)
         found += _sentences(where, now.target, now.line, (time, orientation.pointing.sun))
-        found += _hurried(where, now.wanted, _sight(scenario, index, time + step).wanted, (time, step))
+        held = now.wanted
+        if scenario.satellite(index).feedforward_sample == "midpoint":
+            held = _sight(scenario, index, time + 0.5 * step).wanted
+        change = (
+            _sight(scenario, index, time + step).wanted.angular_velocity
+            - now.wanted.angular_velocity
+            - step * held.angular_acceleration
+        )
+        found += _hurried(where, change, time, step)
     return found
 
 
@@ -73,12 +81,15 @@ def _sight(scenario: Scenario, index: int, time: Array) -> _Sight:
     return _Sight(target, line, pointing.reference(here, there, time))
 
 
-def _hurried(
-    where: str, now: AttitudeReference, later: AttitudeReference, of: tuple[Array, float]
-) -> list[str]:
-    """A sentence about a desired attitude that a torque held over a step cannot follow."""
-    time, step = of
-    left = later.angular_velocity - now.angular_velocity - step * now.angular_acceleration
+def _hurried(where: str, left: Array, time: Array, step: float) -> list[str]:
+    """A sentence about a desired attitude that a torque held over a step cannot follow.
+
+    Args:
+        where: whose attitude it is.
+        left: rate that is left over at the end of the steps, rad/s, shape (m, 3).
+        time: of the begin of the steps, s, shape (m,).
+        step: control period, s.
+    """
     rate = np.linalg.norm(left, axis=-1)
     worst = int(np.argmax(rate))
     if not rate[worst] > _RATE_LEFT:

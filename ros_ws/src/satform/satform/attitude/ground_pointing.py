@@ -6,11 +6,11 @@ Equations: docs/controllers/attitude.md.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from satform.attitude.gyrostat import mrp_from_direction_cosines
 from satform.attitude.yaw_steering import Mask, sight_triad, square_direction, yaw
@@ -337,6 +337,10 @@ class GroundPointingSpec(Spec):
     """Of the target, geocentric, rad."""
     target_longitude: Longitude
     """Of the target, east of Greenwich, rad."""
+    initial_target_latitude: Latitude | None = None
+    """Of the place that the satellite points at at the start, geocentric, rad; the target when left out."""
+    initial_target_longitude: Longitude | None = None
+    """Of the place that the satellite points at at the start, east of Greenwich, rad."""
     sun: Vector | None = None
     """Direction to the sun, inertial equatorial components, any length; when left out that of the truth
     model's epoch, and along x where it has none."""
@@ -344,6 +348,17 @@ class GroundPointingSpec(Spec):
     """Direction of the sensor, body components, any length."""
     panel_axis: Vector = (0.0, 1.0, 0.0)
     """Direction that has to be perpendicular to the sun, body components, any length."""
+
+    @model_validator(mode="after")
+    def _both_coordinates(self) -> "GroundPointingSpec":
+        if (self.initial_target_latitude is None) != (self.initial_target_longitude is None):
+            raise ValueError("give both initial_target_latitude and initial_target_longitude, or neither")
+        return self
+
+    @property
+    def has_initial_target(self) -> bool:
+        """Whether the satellite points at another place than its target at the start."""
+        return self.initial_target_latitude is not None
 
     def build(self) -> GroundPointing:
         """The pointing task.
@@ -359,3 +374,14 @@ class GroundPointingSpec(Spec):
             sun=direction_of("sun", np.array(self.sun or (1.0, 0.0, 0.0))),
             axes=sensor_axes(np.array(self.boresight), np.array(self.panel_axis)),
         )
+
+    def build_initial(self) -> GroundPointing:
+        """The pointing that the attitude at the start is taken from; raises as `build`."""
+        pointing, latitude, longitude = (
+            self.build(),
+            self.initial_target_latitude,
+            self.initial_target_longitude,
+        )
+        if latitude is None or longitude is None:
+            return pointing
+        return replace(pointing, latitude=latitude, longitude=longitude)

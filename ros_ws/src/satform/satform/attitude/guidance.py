@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from satform.attitude.ground_pointing import (
     AttitudeReference,
@@ -26,7 +26,7 @@ from satform.consensus.arc_length import NeighbourPhases
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, Indices
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
-from satform.orbits.path_reference import Path, Reference
+from satform.orbits.path_reference import FeedForward, Path, Reference
 
 _BLOCK = 256
 """Steps whose references are worked out at once, where they depend on time alone."""
@@ -146,13 +146,16 @@ class Orientation:
         down = multiply(direction_cosines(mrp), -self.orbit.position(time).value / radius[..., None])
         return gravity_gradient_torque(self.law.body.inertia, down, radius, GRAVITATIONAL_PARAMETER)
 
-    def wheel_torque(self, measured: Attitude, reference: AttitudeReference, time: Array) -> Array:
+    def wheel_torque(
+        self, measured: Attitude, reference: AttitudeReference, time: Array, ahead: float = 0.0
+    ) -> Array:
         """Torque that the motors on the wheels are to give.
 
         Args:
             measured: the own attitude.
-            reference: desired attitude.
+            reference: desired attitude, with the angular acceleration `ahead` s later.
             time: s, shape (...).
+            ahead: as in `AttitudeTracking.wheel_torque`, s.
 
         Returns:
             N m, shape (..., 3).
@@ -161,7 +164,7 @@ class Orientation:
             multiply(self.law.body.platform_inertia, measured.angular_velocity) + measured.wheel_momentum
         )
         state = AttitudeState(measured.mrp, momentum, measured.wheel_momentum)
-        return self.law.wheel_torque(state, reference, self.external(measured.mrp, time))
+        return self.law.wheel_torque(state, reference, self.external(measured.mrp, time), ahead)
 
 
 def reference_at_start(orientation: Orientation, own: Reference) -> AttitudeReference:
@@ -181,28 +184,41 @@ def reference_at_start(orientation: Orientation, own: Reference) -> AttitudeRefe
 
 
 class PointingReference:
-    """The desired attitude of each step, worked out ahead where it depends on time alone."""
+    """The desired attitude of each step, worked out ahead where it depends on time alone.
 
-    def __init__(self, orientation: Orientation, step: float, neighbour_timeout: Array | float) -> None:
+    Attributes:
+        ahead: time from the start of a step to where its angular acceleration is taken, s.
+    """
+
+    def __init__(
+        self,
+        orientation: Orientation,
+        step: float,
+        neighbour_timeout: Array | float,
+        feedforward_sample: FeedForward = "midpoint",
+    ) -> None:
         """A guidance before its first step.
 
         Args:
             orientation: where to point, and the other satellite that is pointed at.
             step: control period, s.
             neighbour_timeout: age of a neighbour's message from which on it no longer counts, s.
+            feedforward_sample: where in the control period the angular acceleration is taken; as `Path` has
+                it for the acceleration.
         """
         self._orientation = orientation
         self._step = step
         self._neighbour_timeout = neighbour_timeout
+        self.ahead = 0.5 * step if feedforward_sample == "midpoint" else 0.0
         self._number = -1
         self._block: AttitudeReference | None = None
 
     def at(self, step: int, own: Reference, neighbour_states: NeighbourStates) -> AttitudeReference:
-        """The desired attitude at a step.
+        """The desired attitude at a step, with the angular acceleration to hold over it.
 
         Args:
             step: number of the step.
-            own: desired motion of the satellite at the step, LVLH.
+            own: desired motion of the satellite at the step, LVLH; its acceleration is that to hold.
             neighbour_states: from its neighbours.
         """
         pointing, target = self._orientation.pointing, self._orientation.target
@@ -212,17 +228,32 @@ class PointingReference:
             moment = step * self._step
             wanted, known = target.reference(neighbour_states, moment, self._neighbour_timeout)
             aimed = pointing.reference(own, wanted, np.full(own.position.shape[:-1], moment))
+            if self.ahead:
+                middle, _ = target.reference(neighbour_states, moment + self.ahead, self._neighbour_timeout)
+                time = np.full(own.position.shape[:-1], moment + self.ahead)
+                later = pointing.reference(_after(own, self.ahead), middle, time)
+                aimed = replace(aimed, angular_acceleration=later.angular_acceleration)
             return aimed if np.all(known) else _either(known, aimed, pointing.safe_reference())
         number, row = divmod(step, _BLOCK)
         if self._block is None or number != self._number:
             times: Array = (number * _BLOCK + np.arange(_BLOCK, dtype=np.float64)) * self._step
             axes = (1,) * (own.position.ndim - 1)
             self._block = pointing.reference(times.reshape(_BLOCK, *axes))
+            if self.ahead:
+                later = pointing.reference((times + self.ahead).reshape(_BLOCK, *axes))
+                self._block = replace(self._block, angular_acceleration=later.angular_acceleration)
             self._number = number
         block = self._block
         return AttitudeReference(
             block.mrp[row], block.angular_velocity[row], block.angular_acceleration[row], block.feasible[row]
         )
+
+
+def _after(motion: Reference, time: float) -> Reference:
+    """A desired motion some time (s) later, under the acceleration that it has."""
+    velocity = motion.velocity + time * motion.acceleration
+    position = motion.position + time * motion.velocity + (0.5 * time * time) * motion.acceleration
+    return Reference(position, velocity, motion.acceleration)
 
 
 def _either(known: Mask, first: AttitudeReference, second: AttitudeReference) -> AttitudeReference:
@@ -250,13 +281,20 @@ class AttitudeSpec(Spec):
     gravity_gradient: bool = True
     """Whether the Earth's gravity turns the satellite."""
     mrp: Vector | None = None
-    """Attitude at the start, inertial to body; that of the pointing when left out."""
+    """Attitude at the start, inertial to body; that of the pointing at its initial target when left out."""
     angular_velocity: Vector | None = None
-    """Of the body at the start, body components, rad/s; that of the pointing when left out."""
+    """Of the body at the start, body components, rad/s; that of the pointing at its initial target when left
+    out."""
     wheel_speed: Vector = (0.0, 0.0, 0.0)
     """Of the wheels at the start, relative to the body, rad/s."""
     maximum_step: Positive = 0.05
     """Longest sub-step of the integration of the true attitude, s."""
+
+    @model_validator(mode="after")
+    def _one_start(self) -> "AttitudeSpec":
+        if self.mrp is not None and self.pointing.has_initial_target:
+            raise ValueError("mrp and an initial target of the pointing both give the attitude at the start")
+        return self
 
     def complaints(self, mean_motion: float) -> list[str]:
         """What of this cannot be flown about a chief of a mean motion in rad/s."""
@@ -288,7 +326,8 @@ def orientation(
         spec: from the scenario.
         orbit: mean motion (rad/s) and radius (m) of the chief.
         own: desired motion at the start, LVLH, shape (3,).
-        target: the other satellite, and its desired motion at the start; None for a place on the ground.
+        target: the other satellite, and the desired motion at the start of the one that is pointed at then;
+            None for a place on the ground.
 
     Returns:
         What flies.
@@ -300,7 +339,7 @@ def orientation(
     pointing: GroundPointing | SatellitePointing
     if isinstance(spec.pointing, GroundPointingSpec):
         pointing = spec.pointing.build()
-        wanted = pointing.reference(np.zeros(()))
+        wanted = spec.pointing.build_initial().reference(np.zeros(()))
     else:
         assert target is not None  # noqa: S101 - the scenario's validator has seen to it
         pointing = spec.pointing.build(*orbit)

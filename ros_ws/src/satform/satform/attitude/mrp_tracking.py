@@ -72,13 +72,17 @@ class AttitudeTracking:
     attitude_gain: Array
     rate_gain: Array
 
-    def wheel_torque(self, state: AttitudeState, reference: AttitudeReference, external: Array) -> Array:
+    def wheel_torque(
+        self, state: AttitudeState, reference: AttitudeReference, external: Array, ahead: float = 0.0
+    ) -> Array:
         """Torque of the motors on the wheels.
 
         Args:
             state: measured attitude and momenta.
-            reference: desired attitude and its motion.
+            reference: desired attitude and its motion; its angular acceleration is that `ahead` s later.
             external: known external torque, body components, N m, shape (..., 3).
+            ahead: time from the measurement to the middle of the hold, s; the torque that follows the
+                reference is taken there. 0 for a torque that is not held.
 
         Returns:
             N m, shape (..., 3); the body feels its opposite.
@@ -87,9 +91,14 @@ class AttitudeTracking:
         """
         angular_velocity = self.body.angular_velocity(state)
         error = attitude_error(state.mrp, angular_velocity, reference)
-        turning = cross(angular_velocity, error.reference_rate) - error.reference_acceleration
+        momentum, body_rate, reference_rate = state.momentum, angular_velocity, error.reference_rate
+        if ahead:
+            faster = ahead * error.reference_acceleration
+            momentum = momentum + ahead * (cross(momentum, body_rate) + external)
+            body_rate, reference_rate = body_rate + faster, reference_rate + faster
+        turning = cross(body_rate, reference_rate) - error.reference_acceleration
         torque: Array = (
-            cross(state.momentum, angular_velocity)
+            cross(momentum, body_rate)
             + external
             + multiply(self.body.platform_inertia, turning)
             + self.rate_gain[..., None] * error.angular_velocity

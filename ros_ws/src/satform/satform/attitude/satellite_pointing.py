@@ -102,6 +102,9 @@ class SatellitePointingSpec(Spec):
     kind: Literal["satellite_pointing"] = "satellite_pointing"
     target: str
     """Name of the satellite pointed at."""
+    initial_target: str | None = None
+    """Name of the satellite that it points at at the start; the target when left out. No message of it is
+    needed."""
     sun: Vector | None = None
     """Direction to the sun, inertial components, any length; when left out that of the truth model's
     epoch, and along the orbit normal where it has none."""
@@ -109,6 +112,11 @@ class SatellitePointingSpec(Spec):
     """Direction of the sensor, body components, any length."""
     panel_axis: Vector = (0.0, 1.0, 0.0)
     """Direction that has to be perpendicular to the sun, body components, any length."""
+
+    @property
+    def has_initial_target(self) -> bool:
+        """Whether the satellite points at another one than its target at the start."""
+        return self.initial_target is not None
 
     def build(self, mean_motion: float, radius: float) -> SatellitePointing:
         """The pointing task.

@@ -353,6 +353,9 @@ def _orientation(
             planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
             planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
         )
+        if spec.pointing.initial_target is not None:
+            first = scenario.satellite(names.index(spec.pointing.initial_target))
+            _, _, begin = _departure(scenario, first)
         target = (known, begin)
     return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)
 

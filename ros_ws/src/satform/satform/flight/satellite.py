@@ -97,7 +97,9 @@ class Satellite:
         self._aim = (
             None
             if plan.orientation is None
-            else PointingReference(plan.orientation, plan.step, neighbour_timeout)
+            else PointingReference(
+                plan.orientation, plan.step, neighbour_timeout, plan.path.feedforward_sample
+            )
         )
         self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
         inbox = NeighbourBuffer.empty((*np.shape(plan.arc_length), neighbours), WIDTH[self._announces])
@@ -188,7 +190,7 @@ class Satellite:
         if self._aim is not None and plan.orientation is not None and attitude is not None:
             aim = self._aim.at(state.step, reference, neighbour_states)
             time = np.full_like(state.arc_length, state.step * plan.step)
-            torque = plan.orientation.wheel_torque(attitude, aim, time)
+            torque = plan.orientation.wheel_torque(attitude, aim, time, self._aim.ahead)
         return Decision(action.acceleration, reference, action.sliding_variable, motion, torque, estimate)
 
     def _neighbour_states(self, inbox: NeighbourBuffer, received: Received) -> NeighbourStates:
@@ -247,7 +249,10 @@ class Satellite:
             return
         orientation = replace(orientation, target=orientation.target.among(neighbours))
         self.plan = replace(self.plan, orientation=orientation)
-        self._aim = PointingReference(orientation, self.plan.step, self.plan.consensus.neighbour_timeout)
+        plan = self.plan
+        self._aim = PointingReference(
+            orientation, plan.step, plan.consensus.neighbour_timeout, plan.path.feedforward_sample
+        )
 
     def use_controller(self, spec: ControllerSpec, setting: FlightSetting) -> None:
         """Change the gains from the next step on, keeping the control law's memory.

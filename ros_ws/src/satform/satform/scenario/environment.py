@@ -76,8 +76,9 @@ def pointing_in(dynamics: DynamicsSpec, pointing: Pointing) -> Pointing:
         return pointing
     update: dict[str, object] = {"sun": tuple(_sun_for(environment, pointing).tolist())}
     if isinstance(pointing, GroundPointingSpec):
-        for name in ("start_longitude", "target_longitude"):
-            update[name] = getattr(pointing, name) + environment.earth_angle
+        for name in ("start_longitude", "target_longitude", "initial_target_longitude"):
+            if getattr(pointing, name) is not None:
+                update[name] = getattr(pointing, name) + environment.earth_angle
     return pointing.model_copy(update=update)
 
 

@@ -56,6 +56,13 @@ class _RefusedInSentences(type(Spec)):  # type: ignore[misc]
             raise refusal(cls, fields, error.errors(include_url=False)) from None
 
 
+def _initial_target_complaints(own: str, target: str | None, names: list[str]) -> list[str]:
+    if target is None or (target in names and target != own):
+        return []
+    others = ", ".join(sorted(set(names) - {own})) or "no others"
+    return [f"pointing.initial_target: {target} is not another satellite; there are {others}"]
+
+
 class Scenario(Spec, metaclass=_RefusedInSentences):
     """A formation, its flight and what is expected of it. A run is a pure function of this."""
 
@@ -261,6 +268,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             if isinstance(spec.pointing, SatellitePointingSpec):
                 graph = graph or self._graph_or_none()
                 found += self._target_complaints(index, spec.pointing.target, names, graph)
+                found += _initial_target_complaints(names[index], spec.pointing.initial_target, names)
             complaints += [(("satellites", index), f"attitude of {names[index]}: {fault}") for fault in found]
         return complaints
 

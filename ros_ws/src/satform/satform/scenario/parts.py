@@ -145,7 +145,8 @@ class SatelliteFields(Spec):
     path_parameter: Literal["arc_length", "angle"] = "arc_length"
     """What advances evenly along the curve: its arc length, or its angle (natural motion)."""
     feedforward_sample: Literal["midpoint", "start"] = "midpoint"
-    """Where in the hold the reference acceleration is taken."""
+    """Where in the hold the acceleration of the reference is taken, and the torque that follows the desired
+    attitude."""
     arc_length: Number = 0.0
     """Generalised arc length at the start, m."""
     rate: Number | None = None
