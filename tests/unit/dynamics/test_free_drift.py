@@ -3,16 +3,20 @@
 """Least distance of free motion against closed forms and an integration of the equations."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from satform.control.protocol import Motion
 from satform.control.relative_elements import RelativeElements, elements_from_motion, motion_from_elements
-from satform.dynamics.free_drift import least_free_distance
+from satform.dynamics.free_drift import least_free_distance, least_free_distances
+from satform.orbits.chief import KeplerianChief
+from satform.orbits.frames import lvlh_frame
 from satform.orbits.radial_normal import least_radial_normal_distance
 
 MEAN_MOTION = 2.0 * math.pi / 5700.0
@@ -96,3 +100,52 @@ def test_many_at_once_have_the_bits_of_each():
     for row, run, pair in np.ndindex(found.shape):
         alone, _ = least_free_distance(position[row, run, pair], velocity[row, run, pair], rates[run, 0], 0.3)
         assert float(alone) == found[row, run, pair]
+
+
+def inertial(orbit: KeplerianChief, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities by the eccentric anomaly, which Newton's method finds."""
+    mean, e = orbit.mean_anomaly + orbit.mean_motion * times, orbit.eccentricity
+    anomaly = mean
+    for _ in range(50):
+        anomaly = anomaly - (anomaly - e * np.sin(anomaly) - mean) / (1.0 - e * np.cos(anomaly))
+    cosine, sine, minor = np.cos(anomaly), np.sin(anomaly), math.sqrt(1.0 - e * e)
+    turn = Rotation.from_euler("ZXZ", [orbit.right_ascension, orbit.inclination, orbit.argument_of_perigee])
+    position = np.stack((cosine - e, minor * sine, 0.0 * sine), axis=-1)
+    rate = orbit.mean_motion / (1.0 - e * cosine)[:, None]
+    velocity = rate * np.stack((-sine, minor * cosine, 0.0 * sine), axis=-1)
+    return tuple(orbit.semi_major_axis * turn.apply(own) for own in (position, velocity))
+
+
+def chief_of(eccentricity: float) -> KeplerianChief:
+    return KeplerianChief(9.0e6 / (1.0 - eccentricity), eccentricity, 1.0, 0.3, 0.4, 2.0)
+
+
+def test_an_eccentric_chief_that_is_circular_gives_the_distances_of_the_circular_one():
+    rng = np.random.default_rng(5)
+    position, velocity = 100.0 * rng.standard_normal((3, 2, 3)), 0.1 * rng.standard_normal((3, 2, 3))
+    chief = chief_of(0.0)
+    found = least_free_distances(chief, np.array([0.0, 700.0, 900.0]), position, velocity, 1.3)
+    expected, _ = least_free_distance(position, velocity, chief.mean_motion, 1.3)
+    assert found == pytest.approx(expected, rel=2e-6)
+
+
+@pytest.mark.parametrize("eccentricity", [0.1, 0.7])
+def test_distances_about_an_eccentric_chief_are_those_of_two_keplerian_orbits(eccentricity):
+    chief = chief_of(eccentricity)
+    times = np.array([0.0, 0.3 * chief.period])
+    # One deputy has the chief's period and stays, the other one drifts.
+    deputies = [
+        replace(chief, eccentricity=eccentricity + 3e-6, inclination=1.0 + 4e-6, mean_anomaly=2.0 + 2e-6),
+        replace(chief, semi_major_axis=chief.semi_major_axis + 5.0, mean_anomaly=2.0 - 5e-6),
+    ]
+
+    frame = lvlh_frame(*inertial(chief, times))
+    motions = [frame.to_lvlh(*inertial(deputy, times)) for deputy in deputies]
+    position, velocity = (np.stack(own, axis=1) for own in zip(*motions, strict=True))
+    found = least_free_distances(chief, times, position, velocity, 1.4)
+    for row, time in enumerate(times.tolist()):
+        instants = np.linspace(time, time + 1.4 * chief.period, 6001)
+        for column, deputy in enumerate(deputies):
+            apart = inertial(chief, instants)[0] - inertial(deputy, instants)[0]
+            # The linear motion leaves out terms of the second order in the distance.
+            assert found[row, column] == pytest.approx(np.linalg.norm(apart, axis=1).min(), rel=1e-4)

@@ -12,14 +12,17 @@ from scipy.stats import ncx2
 
 from flight_arrays import Flight
 from flights import SCENARIOS
-from random_flights import one_flight
+from random_flights import one_flight, reduced
 from satform.control.protocol import FlightSetting
 from satform.control.relative_elements import RelativeElements, motion_from_elements
+from satform.dynamics.free_drift import least_free_distances
 from satform.evaluation.collision import CollisionProbability, PassiveSafety, RadialNormalDistance
 from satform.evaluation.control_effort import DeltaVPerOrbit
 from satform.evaluation.evaluate import figures_of
 from satform.evaluation.formation_shape import TetrahedronQuality, TetrahedronQualityAt
 from satform.evaluation.passes import PassTime
+from satform.orbits.chief import KeplerianChief
+from satform.record.reducer import FlightShape
 from satform.scenario import Timing, parse_scenario
 from satform.scenario.expectation import Expectation
 from scenario_problems import broken, problems
@@ -153,6 +156,24 @@ def test_passive_safety_sees_what_a_controlled_flight_does_not_show() -> None:
     assert figure(later, flight) == pytest.approx(30.0, rel=1e-9)
 
 
+def test_passive_safety_about_an_eccentric_chief_is_that_of_its_motion_however_the_flight_is_cut() -> None:
+    flight = flight_of(a=at_rest(0.0, 0.0, 0.0), b=PASSING, c=free(-30.0, -2000.0, 0.0, 200.0, 0.0, 90.0))
+    chief = KeplerianChief(2.0e7, 0.6, 1.0, 0.0, 0.0, 3.0)
+    setting = FlightSetting(chief.mean_motion, STEP, chief=chief)
+    expectation = PassiveSafety(orbits=0.7, every=9, **BOUND)
+    position, velocity = (flight.arrays[name][::9] for name in ("position", "velocity"))
+    pairs = [(0, 1), (0, 2), (1, 2)]
+    apart, moving = (
+        np.stack([own[:, one] - own[:, other] for one, other in pairs], axis=1)
+        for own in (position, velocity)
+    )
+    expected = least_free_distances(chief, TIMES[::9], apart, moving, 0.7).min()
+    assert figure(expectation, flight, setting) == expected
+    reducer = expectation.reducer(FlightShape(flight.names, STEP, STEPS, (setting,)))
+    assert reduced(reducer, [flight], [1, 7, 30, 31]).tolist() == [expected]
+    assert figure(expectation, flight) != expected
+
+
 def test_figures_of_an_orbit_need_the_chief() -> None:
     flight = flight_of(a=at_rest(0.0, 0.0, 0.0), b=PASSING)
     expectations = [
@@ -263,8 +284,14 @@ def test_delta_v_per_orbit_is_not_made_of_a_part_of_a_revolution() -> None:
     )
 
 
-@pytest.mark.parametrize("kind", ["radial_normal_distance", "passive_safety, orbits: 1.0"])
-@pytest.mark.parametrize(("eccentricity", "refused"), [(0.02, True), (0.01, False)])
+@pytest.mark.parametrize(
+    ("kind", "eccentricity", "refused"),
+    [
+        ("radial_normal_distance", 0.02, True),
+        ("radial_normal_distance", 0.01, False),
+        ("passive_safety, orbits: 1.0", 0.02, False),
+    ],
+)
 def test_an_eccentric_chief_is_refused_where_its_motion_is_not_that_of_the_figure(
     kind: str, eccentricity: float, *, refused: bool
 ) -> None:

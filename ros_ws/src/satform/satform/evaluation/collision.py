@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 from satform.common.spec import Positive, PositivePerAxis, Vector
 from satform.control.protocol import FlightSetting, Motion
 from satform.control.relative_elements import elements_from_motion
-from satform.dynamics.free_drift import least_free_distance
+from satform.dynamics.free_drift import least_free_distance, least_free_distances
 from satform.evaluation.pairs import Approaches, ClosestApproaches, OfPairs, between, pairs_of
 from satform.evaluation.reducers import ExtremeOf, OverStretch
 from satform.numeric.elementwise import Array, dot
@@ -130,7 +130,8 @@ class RadialNormalDistance(OfPairs):
 class PassiveSafety(OfPairs):
     """Least distance of two satellites over some orbits if all thrust stopped, in m.
 
-    Free Clohessy-Wiltshire motion from every k-th state of the stretch; the least of all states and pairs.
+    Free motion without perturbations from every k-th state of the stretch, by the Clohessy-Wiltshire
+    equations, about an eccentric chief by those of Yamanaka and Ankersen; the least of all states and pairs.
     """
 
     unit = "m"
@@ -143,12 +144,9 @@ class PassiveSafety(OfPairs):
     def holds_in_part(self) -> bool:
         return self.extreme_holds_in_part("minimum")
 
-    def orbit_complaints(self, setting: FlightSetting, timing: Timing) -> list[str]:
-        return _of_circular_chief(setting)
-
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.states, of_bodies=True)
-        return _LeastFreeDistance(stretch, flight.mean_motions[:, None], self.orbits, self.every)
+        return _LeastFreeDistance(stretch, flight, self.orbits, self.every)
 
     def describe(self) -> str:
         orbits = "1 orbit" if self.orbits == 1.0 else f"{self.orbits:g} orbits"
@@ -158,18 +156,29 @@ class PassiveSafety(OfPairs):
 class _LeastFreeDistance(OverStretch):
     """The least distance of free motion from every k-th state of a stretch on."""
 
-    def __init__(self, stretch: Stretch, rates: Array, orbits: float, every: int) -> None:
+    def __init__(self, stretch: Stretch, flight: FlightShape, orbits: float, every: int) -> None:
         super().__init__(stretch, _motion, _MOTION)
-        self._pairs, self._first = pairs_of(stretch), stretch.first
-        self._rates, self._orbits, self._every = rates, orbits, every
+        self._pairs, self._first, self._step = pairs_of(stretch), stretch.first, flight.step
+        self._rates, self._chiefs = flight.mean_motions[:, None], [own.chief for own in flight.settings]
+        self._orbits, self._every = orbits, every
         self._least: Array = np.full((), np.inf)
 
     def take(self, part: Part) -> None:
-        values = part.values[(self._first - part.first) % self._every :: self._every]
-        if len(values):
-            apart = between(values, self._pairs)
-            distance, _ = least_free_distance(apart[..., :3], apart[..., 3:], self._rates, self._orbits)
-            self._least = np.minimum(self._least, distance.min(axis=(0, 2)))
+        skipped = (self._first - part.first) % self._every
+        values = part.values[skipped :: self._every]
+        if not len(values):
+            return
+        apart = between(values, self._pairs)
+        distance, _ = least_free_distance(apart[..., :3], apart[..., 3:], self._rates, self._orbits)
+        steps = part.first + skipped + self._every * np.arange(len(values))
+        times = np.asarray(self._step * steps, dtype=np.float64)
+        for run, chief in enumerate(self._chiefs):
+            if chief is not None and chief.eccentricity > 0.0:
+                own = apart[:, run]
+                distance[:, run] = least_free_distances(
+                    chief, times, own[..., :3], own[..., 3:], self._orbits
+                )
+        self._least = np.minimum(self._least, distance.min(axis=(0, 2)))
 
     def found(self) -> Array:
         return self._least
