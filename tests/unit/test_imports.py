@@ -56,6 +56,7 @@ TAKE_A_SCENARIO = {
     "satform.evaluation.evaluate",
     "satform.evaluation.sampled_loops",
     "satform.evaluation.stability_borders",
+    "satform.flight.chief_motion",
     "satform.flight.compile",
     "satform.flight.simulate",
     "satform.plot.formation",

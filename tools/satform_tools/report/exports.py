@@ -49,12 +49,18 @@ def export(stored: StoredRun, folder: Path, formats: Sequence[Format]) -> list[P
 
 def _write_csv(record: FlightRecord, file: Path) -> Path:
     """Every number with all its digits; an empty cell where there is none."""
-    table = columns(record.satellites, record.time, record.quantities())
+    table = _table(record)
     with file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["step", "satellite", *table])
         writer.writerows(_rows(record, table))
     return file
+
+
+def _table(record: FlightRecord) -> dict[str, Array]:
+    """All quantities, with inertial states and relative elements where the chief's motion is known."""
+    quantities = {**record.quantities(), **record.orbital_quantities()}
+    return columns(record.satellites, record.time, quantities)
 
 
 def _rows(record: FlightRecord, table: dict[str, Array]) -> Iterator[list[object]]:
@@ -79,7 +85,7 @@ def _write_parquet(stored: StoredRun, file: Path) -> Path:
     from arro3.io import write_parquet  # noqa: PLC0415
 
     record = stored.record
-    table = columns(record.satellites, record.time, record.quantities())
+    table = _table(record)
     steps = np.repeat(np.arange(record.steps + 1, dtype=np.int64), len(record.satellites))
     names = list(record.satellites) * (record.steps + 1)
     data: dict[str, Any] = {

@@ -8,6 +8,7 @@ from pathlib import Path
 from satform.bag.events import Events
 from satform.evaluation.evaluate import evaluate
 from satform.files.bounded_file import read_json
+from satform.flight.chief_motion import with_chief
 from satform.record.archive import RECORD, RecordError, load_record
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario
@@ -122,6 +123,7 @@ def _from_record(folder: Path) -> StoredRun:
             f"{folder}: the record is of {', '.join(record.satellites)}, the scenario has {', '.join(names)}"
         )
     complete = record.steps == scenario.timing.steps or record.early_end is not None
+    record = with_chief(record, scenario)
     return StoredRun(folder / RECORD, scenario, record, complete, _noted_versions(folder), None)
 
 

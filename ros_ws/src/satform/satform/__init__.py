@@ -98,6 +98,7 @@ _MODULES = {
     "read_bag": "satform.bag.reader",
     "save_scenario": "satform.scenario.loader",
     "simulate": "satform.flight.simulate",
+    "with_chief": "satform.flight.chief_motion",
 }
 """Module of each public name; imported when the name is used, so that `import satform` stays quick."""
 

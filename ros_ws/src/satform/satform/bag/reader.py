@@ -9,6 +9,7 @@ import struct
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ from satform.bag.tables import Gaps, Table, read_table
 from satform.communication.topic_table import CLOCK, STATUS, topic_name
 from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
+from satform.flight.chief_motion import chief_motion
 from satform.flight.command_timeout import held_steps
 from satform.flight.compile import orientations
 from satform.membership.formation import Plan
@@ -331,6 +333,7 @@ def _record(
         **_estimates(estimate, satellites, steps),
         **without("pointing", len(names), None),
         early_end=early_end,
+        chief_source=partial(chief_motion, scenario),
     )
     if not any(satellite.attitude for satellite in satellites):
         return record

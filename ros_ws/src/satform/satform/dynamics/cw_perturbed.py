@@ -14,7 +14,7 @@ Two models, by what the chief does:
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from satform.dynamics.protocol import Dynamics, DynamicsSetting, total_perturbat
 from satform.numeric.elementwise import Array, cross, dot
 from satform.orbits.chief import ChiefOrbitSpec, CircularChief, semi_major_axis_of
 from satform.orbits.frames import LvlhFrame, chief_frame
+from satform.orbits.inertial_motion import frames_of
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,10 @@ class CwPerturbedDynamics(Dynamics):
     def lvlh(self, state: PerturbedState) -> tuple[Array, Array]:
         """Relative position in m and velocity in m/s, shape (N, 3) each."""
         return state.motion[:, :3].copy(), state.motion[:, 3:].copy()
+
+    def chief_frames(self, steps: int) -> LvlhFrame:
+        """The ideal chief's LVLH frames; as in `Dynamics.chief_frames`."""
+        return frames_of([self.chief.frame(step * self.period) for step in range(steps + 1)])
 
     def advance(self, state: PerturbedState, acceleration_lvlh: Array, step: int) -> PerturbedState:
         """The state one control period later; arguments as in `Dynamics.advance`."""
@@ -166,6 +171,16 @@ class PropagatedChiefDynamics(Dynamics):
         position, velocity = state.motion
         frame, _ = self._frame(state.time, position[0], velocity[0])
         return position[1:].copy(), velocity[1:] - cross(frame.rate, position[1:])
+
+    def chief_frames(self, steps: int) -> LvlhFrame:
+        """The chief's LVLH frames, propagated without the satellites; as in `Dynamics.chief_frames`."""
+        alone, none = replace(self, perturbations=()), np.zeros((0, 3))
+        state = alone.start(none, none)
+        frames = [alone._frame(state.time, *state.motion[:, 0])[0]]
+        for step in range(steps):
+            state = alone.advance(state, none, step)
+            frames.append(alone._frame(state.time, *state.motion[:, 0])[0])
+        return frames_of(frames)
 
     def advance(self, state: RelativeState, acceleration_lvlh: Array, step: int) -> RelativeState:
         """The state one control period later; arguments as in `Dynamics.advance`."""

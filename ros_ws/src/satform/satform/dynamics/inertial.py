@@ -13,6 +13,7 @@ from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import Dynamics, total_perturbation
 from satform.numeric.elementwise import Array, norm
 from satform.orbits.frames import LvlhFrame, chief_axes, chief_frame
+from satform.orbits.inertial_motion import frames_of
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,17 @@ class InertialDynamics(Dynamics):
             derivative, begin, state.motion, state.remainder, self.period
         )
         return InertialState(end, motion, remainder)
+
+    def chief_frames(self, steps: int) -> LvlhFrame:
+        """The chief's LVLH frames, propagated without the satellites; as in `Dynamics.chief_frames`."""
+        alone = replace(self, bodies=self.bodies[:1], perturbations=())
+        none = np.zeros((0, 3))
+        state = alone.start(none, none)
+        frames = [alone._frame(state.time, *state.motion[:, 0])]
+        for step in range(steps):
+            state = alone.advance(state, none, step)
+            frames.append(alone._frame(state.time, *state.motion[:, 0]))
+        return frames_of(frames)
 
     def _frame(self, time: float, position: Array, velocity: Array) -> LvlhFrame:
         if not self.exact_rate or self.keplerian_chief:

@@ -10,6 +10,7 @@ from satform.common.spec import Complaint, Spec
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
+from satform.orbits.frames import LvlhFrame
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,17 @@ class Dynamics(Protocol):
 
         Returns:
             None for a model whose state does not hold it: the chief is then on the circle of `orbit`.
+        """
+        return None
+
+    def chief_frames(self, steps: int) -> LvlhFrame | None:
+        """The chief's LVLH frame at time zero and after each step, inertial; no command acts on a chief.
+
+        Args:
+            steps: K.
+
+        Returns:
+            A frame with arrays of shape (K + 1, 3); None for a model that does not know where its chief is.
         """
         return None
 

@@ -21,7 +21,7 @@ from satform.communication.receiver import LinkPlan
 from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
-from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.protocol import Dynamics, DynamicsSetting
 from satform.dynamics.specs import OF_SATELLITES
 from satform.equipment.navigation_filter import Estimator
 from satform.flight.plans import (
@@ -194,6 +194,14 @@ def limit_plan(scenario: Scenario) -> LimitPlan:
     return LimitPlan(names, scenario.timing.step, scenario.limits, scenario.orbit.radius)
 
 
+def truth_model(scenario: Scenario) -> Dynamics:
+    """The model that moves the satellites of a flight."""
+    setting = DynamicsSetting(
+        scenario.orbit.rate, scenario.timing.step, len(scenario.satellites), scenario.seed
+    )
+    return scenario.dynamics.build(setting)
+
+
 def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None) -> PlantPlan:
     """What the plant of a flight moves, and with what.
 
@@ -202,11 +210,10 @@ def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None)
         compiled: plans of its satellites; they are compiled when left out.
     """
     step, count = scenario.timing.step, len(scenario.satellites)
-    setting = DynamicsSetting(scenario.orbit.rate, step, count, scenario.seed)
     specs = [scenario.satellite(index) for index in range(count)]
     plans = [flight_plan(scenario, index) for index in range(count)] if compiled is None else compiled
     return PlantPlan(
-        dynamics=scenario.dynamics.build(setting),
+        dynamics=truth_model(scenario),
         step=step,
         seed=scenario.seed,
         start=stacking.stack([plan.start for plan in plans]),

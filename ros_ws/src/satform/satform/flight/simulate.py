@@ -16,6 +16,7 @@ from satform.communication.neighbour_buffer import Received
 from satform.communication.receiver import ReceiverModel
 from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
+from satform.flight.chief_motion import with_chief
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.online_parameters import OnlineParameters
@@ -106,7 +107,7 @@ def simulate(
                 break
             if progress:
                 progress(step + 1)
-        return flight.finished()
+        return with_chief(flight.finished(), scenario)
 
 
 class _Flight:

@@ -63,6 +63,12 @@ def load_record(path: Path) -> FlightRecord:
         }
         end = head.get("early_end")
         early_end = None if end is None else EarlyEnd.of(end)
-        return FlightRecord(tuple(head["satellites"]), float(head["step"]), **arrays, early_end=early_end)
+        return FlightRecord(
+            tuple(head["satellites"]),
+            float(head["step"]),
+            **arrays,
+            early_end=early_end,
+            chief_source=None,
+        )
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RecordError(f"{path}: is not the record of a run: {error}") from None

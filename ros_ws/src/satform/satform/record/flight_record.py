@@ -3,16 +3,19 @@
 """Record of a flight: plain arrays, the same from an in-process run and from a bag."""
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from satform.common.name_list import listed
 from satform.numeric.elementwise import Array
+from satform.orbits.inertial_motion import ChiefMotion
 from satform.record.derived import COLUMNS, DerivedQuantities
 from satform.record.early_end import EarlyEnd
-from satform.record.quantities import QUANTITIES
+from satform.record.quantities import ORBITAL, QUANTITIES
 from satform.record.tables import dataset, frame
 
 
@@ -35,13 +38,14 @@ class SatelliteRecord:
 
     def __getattr__(self, quantity: str) -> Array:
         """The satellite's column of a quantity of the record."""
-        if quantity not in COLUMNS:
-            raise AttributeError(f"a satellite's record has no {quantity}; it has time, {', '.join(COLUMNS)}")
+        if quantity not in COLUMNS and quantity not in ORBITAL:
+            known = ", ".join((*COLUMNS, *ORBITAL))
+            raise AttributeError(f"a satellite's record has no {quantity}; it has time, {known}")
         values: Array = getattr(self.record, quantity)[:, self.column]
         return values
 
     def __dir__(self) -> list[str]:
-        return ["name", "record", "column", "time", *COLUMNS]
+        return ["name", "record", "column", "time", *COLUMNS, *ORBITAL]
 
     def __repr__(self) -> str:
         return f"<SatelliteRecord {self.name}: {self.record.steps} steps of {self.record.step:g} s>"
@@ -104,6 +108,8 @@ class FlightRecord(DerivedQuantities):
         rejected_measurements: so far, by the innovation gate, shape (K, N).
         early_end: why the flight ended before its last step; None when it did not. The record then ends
             with the last state within the limits, and holds no number beyond them.
+        chief_source: computes the chief's motion up to a number of steps, or gives None where it is not
+            known; None where the record has no scenario. It is used when an inertial quantity is asked for.
     """
 
     satellites: tuple[str, ...]
@@ -141,6 +147,7 @@ class FlightRecord(DerivedQuantities):
     innovation: Array
     rejected_measurements: Array
     early_end: EarlyEnd | None = None
+    chief_source: Callable[[int], ChiefMotion | None] | None = None
 
     def __getitem__(self, satellite: str) -> SatelliteRecord:
         """The flight of one satellite.
@@ -164,25 +171,98 @@ class FlightRecord(DerivedQuantities):
         """All arrays by name."""
         return {name: getattr(self, name) for name in QUANTITIES}
 
-    def to_xarray(self) -> Any:
+    @cached_property
+    def chief(self) -> ChiefMotion | None:
+        """The chief in inertial space at every state; None where the record does not give it."""
+        return None if self.chief_source is None else self.chief_source(self.steps)
+
+    @property
+    def inertial_position(self) -> Array:
+        """True, GCRF, m, shape (K + 1, N, 3).
+
+        Raises:
+            ValueError: the chief's motion is not known.
+        """
+        return self._inertial[0]
+
+    @property
+    def inertial_velocity(self) -> Array:
+        """True, GCRF, m/s, shape (K + 1, N, 3); fails as `inertial_position` does."""
+        return self._inertial[1]
+
+    @property
+    def chief_position(self) -> Array:
+        """Of the chief, for every satellite the same, GCRF, m, shape (K + 1, N, 3)."""
+        return np.broadcast_to(self._known_chief().position[:, None], self.position.shape)
+
+    @property
+    def chief_velocity(self) -> Array:
+        """Of the chief, for every satellite the same, GCRF, m/s, shape (K + 1, N, 3)."""
+        return np.broadcast_to(self._known_chief().velocity[:, None], self.position.shape)
+
+    @cached_property
+    def relative_elements(self) -> Array:
+        """Osculating a da, a dlambda, a dex, a dey, a dix, a diy, m, shape (K + 1, N, 6).
+
+        Quasi-nonsingular relative orbital elements times the chief's semi-major axis; NaN where the chief's
+        orbit lies in the equator.
+
+        Raises:
+            ValueError: the chief's motion is not known.
+
+        Source: D'Amico 2010.
+        """
+        return self._known_chief().relative_elements(*self._inertial)
+
+    def orbital_quantities(self) -> dict[str, Array]:
+        """Inertial states and relative elements by name; empty where the chief's motion is not known."""
+        return {} if self.chief is None else {name: getattr(self, name) for name in ORBITAL}
+
+    @cached_property
+    def _inertial(self) -> tuple[Array, Array]:
+        return self._known_chief().of_satellites(self.position, self.velocity)
+
+    def _known_chief(self) -> ChiefMotion:
+        if self.chief is not None:
+            return self.chief
+        if self.chief_source is None:
+            raise ValueError(
+                "inertial quantities need the flight's scenario, which this record does not have: see "
+                "satform.with_chief"
+            )
+        raise ValueError(
+            "this flight has no inertial quantities: its truth model has no date or no plane of the chief's "
+            "orbit; cw_perturbed and inertial have both"
+        )
+
+    def to_xarray(self, *, orbital: bool = False) -> Any:
         """The flight as an `xarray.Dataset` over `time`, `satellite` and `axis`; units in `attrs`.
 
         Quantities decided in a step are NaN at the last time.
 
+        Args:
+            orbital: whether to add `orbital_quantities`.
+
         Raises:
             ImportError: xarray is not installed.
         """
-        return dataset(self.satellites, self.time, self.quantities())
+        return dataset(self.satellites, self.time, self._tabulated(orbital=orbital))
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self, *, orbital: bool = False) -> Any:
         """The flight as a `pandas.DataFrame` with a row for each time and satellite; units in `attrs`.
 
         Quantities decided in a step are NaN at the last time.
 
+        Args:
+            orbital: whether to add `orbital_quantities`.
+
         Raises:
             ImportError: pandas is not installed.
         """
-        return frame(self.satellites, self.time, self.quantities())
+        return frame(self.satellites, self.time, self._tabulated(orbital=orbital))
+
+    def _tabulated(self, *, orbital: bool) -> dict[str, Array]:
+        return {**self.quantities(), **(self.orbital_quantities() if orbital else {})}
 
     @property
     def steps(self) -> int:

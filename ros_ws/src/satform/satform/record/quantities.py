@@ -84,6 +84,17 @@ QUANTITIES: Mapping[str, Quantity] = {
 """The arrays of a `FlightRecord` by their names, in its order; derived ones are in `derived.DERIVED`."""
 
 
+ORBITAL: Mapping[str, Quantity] = {
+    "inertial_position": Quantity("m", _VECTOR, of_states=True),
+    "inertial_velocity": Quantity("m/s", _VECTOR, of_states=True),
+    "chief_position": Quantity("m", _VECTOR, of_states=True),
+    "chief_velocity": Quantity("m/s", _VECTOR, of_states=True),
+    "relative_elements": Quantity("m", (6,), of_states=True),
+}
+"""Quantities that follow from those of a record and the chief's motion, which its scenario gives: inertial
+ones in GCRF, and relative orbital elements times the chief's semi-major axis."""
+
+
 def _names(equipment: Equipment) -> tuple[str, ...]:
     return tuple(name for name, quantity in QUANTITIES.items() if quantity.equipment == equipment)
 

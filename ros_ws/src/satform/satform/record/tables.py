@@ -9,13 +9,19 @@ from typing import Any
 import numpy as np
 
 from satform.numeric.elementwise import Array
-from satform.record.quantities import QUANTITIES
+from satform.orbits.inertial_motion import RELATIVE_ELEMENTS
+from satform.record.quantities import ORBITAL, QUANTITIES
 
 _STATE = ("x", "y", "z", "vx", "vy", "vz")
 """Components of an estimated motion, by which those of its covariance are named."""
 
 _COVARIANCE = re.compile(r"estimate_covariance_(v?[xyz])_(v?[xyz])")
 """A column with an element of a covariance."""
+
+_KNOWN = {**QUANTITIES, **ORBITAL}
+
+_COMPONENTS = {3: tuple("xyz"), 6: RELATIVE_ELEMENTS}
+"""Names of a vector's components by their number."""
 
 
 def known(quantities: Mapping[str, Array]) -> dict[str, Array]:
@@ -69,8 +75,8 @@ def columns(satellites: Sequence[str], time: Array, quantities: Mapping[str, Arr
                 }
             )
         else:
-            parts = {f"{name}_{axis}": whole[..., place].ravel() for place, axis in enumerate("xyz")}
-            found.update(parts)
+            components = enumerate(_COMPONENTS[whole.shape[-1]])
+            found.update({f"{name}_{part}": whole[..., place].ravel() for place, part in components})
     return found
 
 
@@ -82,7 +88,7 @@ def unit_of(column: str) -> str:
     if covariance:
         rates = sum(part.startswith("v") for part in covariance.groups())
         return ("m²", "m²/s", "m²/s²")[rates]
-    return QUANTITIES[column if column in QUANTITIES else column[:-2]].unit
+    return _KNOWN[column if column in _KNOWN else column.rpartition("_")[0]].unit
 
 
 def dataset(satellites: Sequence[str], time: Array, quantities: Mapping[str, Array]) -> Any:
@@ -95,7 +101,8 @@ def dataset(satellites: Sequence[str], time: Array, quantities: Mapping[str, Arr
 
     Returns:
         `xarray.Dataset` with a variable for each quantity, its unit in `attrs["units"]`, over the dimensions
-        `time`, `satellite` and, for vectors, `axis`; a covariance is over `component` and `other_component`.
+        `time`, `satellite` and, for vectors, `axis`; a covariance is over `component` and `other_component`,
+        relative elements over `element`.
         Quantities decided in a step are NaN at the last time.
 
     Raises:
@@ -105,16 +112,21 @@ def dataset(satellites: Sequence[str], time: Array, quantities: Mapping[str, Arr
         import xarray  # noqa: PLC0415 - an optional dependency
     except ImportError:
         raise ImportError("to_xarray needs xarray: pip install 'satform[xarray]'") from None
-    inner = {2: (), 3: ("axis",), 4: ("component", "other_component")}
+    inner = {(): (), (3,): ("axis",), (6,): ("element",), (6, 6): ("component", "other_component")}
     variables = {
         name: (
-            ("time", "satellite", *inner[values.ndim]),
+            ("time", "satellite", *inner[values.shape[2:]]),
             at_states(values, len(time)),
-            {"units": QUANTITIES[name].unit},
+            {"units": _KNOWN[name].unit},
         )
         for name, values in known(quantities).items()
     }
-    names = {"axis": list("xyz"), "component": list(_STATE), "other_component": list(_STATE)}
+    names = {
+        "axis": list("xyz"),
+        "element": list(RELATIVE_ELEMENTS),
+        "component": list(_STATE),
+        "other_component": list(_STATE),
+    }
     used = {dimension for dimensions, _, _ in variables.values() for dimension in dimensions}
     coordinates = {
         "time": ("time", time, {"units": "s"}),
