@@ -31,6 +31,7 @@ MORE = {
     "directed_triangle_crossing": 4.0,
     "directed_triangle_crossing_no_barrier": 4.0,
     "directed_triangle_no_adaptation": 4.0,
+    "element_reconfiguration": 2000.0,
     "geo_along_track": 400.0,
     "geo_parallel": 800.0,
     "geo_parallel_lqi": 800.0,

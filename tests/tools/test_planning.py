@@ -202,6 +202,38 @@ def test_hohmann_pairs_drift_rates_and_passing_rates_are_those_of_closed_forms(
     assert data(capsys, *passing, "--rate", "0.20429")["distance"] == pytest.approx(30.1e3, rel=1e-4)
 
 
+CHANGE = ("elements", "--start", "0,0,300,0,100,300", "--wanted", "0,400,0,500,0,400")
+
+
+def test_impulses_between_elements_cost_the_bound_of_closed_form(capsys: pytest.CaptureFixture[str]) -> None:
+    plan = data(capsys, *CHANGE, "--argument", "20", "--orbits", "2")
+    motion = math.tau / 6000.0
+    along, normal = 0.5 * motion * math.hypot(300.0, 500.0), motion * math.hypot(100.0, 100.0)
+    assert plan["delta_v_bound"] == pytest.approx(along + normal, rel=1e-12)
+    assert plan["delta_v"] == pytest.approx(along + normal, rel=1e-9)
+    assert plan["end_elements"] == pytest.approx([0.0, 400.0, 0.0, 500.0, 0.0, 400.0], abs=1e-6)
+    times = [impulse["time"] for impulse in plan["impulses"] if impulse["velocity_change"][1]]
+    first = (math.degrees(math.atan2(500.0, -300.0)) - 20.0) / 360.0 * 6000.0
+    assert times == pytest.approx([first, first + 3000.0, first + 6000.0])
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--start", "0,0,300"), "--start 0,0,300: takes six numbers"),
+        (("--wanted", "0,0,x,0,0,0"), "--wanted 0,0,x,0,0,0: takes six numbers"),
+        (("--orbits", "1"), "--orbits 1: a plan of elements takes 2 to 50 orbits"),
+        (("--period", "0"), "--period 0: an orbit takes a positive time"),
+        (("--argument", "inf"), "--argument inf: takes a finite angle"),
+    ],
+)
+def test_bad_elements_are_refused_in_a_sentence(
+    words: tuple[str, str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["plan", *CHANGE, *words]) == 2
+    assert sentence in capsys.readouterr().err
+
+
 def test_the_plans_are_printed_as_tables(capsys: pytest.CaptureFixture[str]) -> None:
     said = {}
     for words in (
@@ -209,6 +241,7 @@ def test_the_plans_are_printed_as_tables(capsys: pytest.CaptureFixture[str]) -> 
         ("hohmann", "--start", "42114169.6", "--end", "42164169.6"),
         ("drift", "--rate", "2.36"),
         ("passing", "--inclination", "10", "--rate", "1"),
+        CHANGE,
     ):
         assert cli.main(["plan", *words]) == 0
         said[words[0]] = capsys.readouterr().out
@@ -217,6 +250,7 @@ def test_the_plans_are_printed_as_tables(capsys: pytest.CaptureFixture[str]) -> 
     assert "1.824652 m/s" in said["hohmann"]
     assert "-182774" in said["drift"]
     assert "30707." in said["passing"]
+    assert "delta-v together: 0.453404 m/s, lower bound 0.453404 m/s" in said["elements"]
 
 
 def test_the_closest_distance_of_a_tour_is_found_on_its_way() -> None:

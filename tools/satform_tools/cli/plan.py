@@ -66,6 +66,36 @@ def approach(
 
 
 @app.command()
+def elements(
+    start: Annotated[
+        str,
+        typer.Option(
+            metavar="DA,DLAMBDA,DEX,DEY,DIX,DIY",
+            help="Relative orbital elements at the start, times the chief's semi-major axis, m.",
+        ),
+    ],
+    wanted: Annotated[
+        str, typer.Option(metavar="DA,DLAMBDA,DEX,DEY,DIX,DIY", help="The same at the end, m.")
+    ],
+    argument: Annotated[
+        float, typer.Option(help="Mean argument of latitude of the chief at the start, deg.")
+    ] = 0.0,
+    orbits: Annotated[float, typer.Option(help="Time of the change, 2 to 50 orbits.")] = 3.0,
+    period: Annotated[float, typer.Option(help="Period of the chief's orbit, s.")] = 6000.0,
+    json: Json = False,
+) -> None:
+    """Compute the impulses between two sets of relative orbital elements about a near-circular orbit.
+
+    Three impulses along the track and one along the normal. Prints times, delta-v, its lower bound, and the
+    elements that are reached.
+    """
+    from satform_tools.run import element_plans
+
+    task = element_plans.ElementsTask(start, wanted, argument, orbits, period)
+    element_plans.elements(task, as_json=json)
+
+
+@app.command()
 def hohmann(
     start: Annotated[float, typer.Option(help="Radius of the circular orbit at the start, m.")],
     end: Annotated[float, typer.Option(help="Radius of the circular orbit at the end, m.")],
