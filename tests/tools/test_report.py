@@ -4,6 +4,7 @@
 
 import csv
 import json
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,9 @@ import pytest
 from arro3.io import read_parquet
 
 from flights import shipped, shortened
+from satform.control.protocol import FlightSetting
 from satform.flight.simulate import simulate
+from satform.orbits.chief import KeplerianChief
 from satform.plot import prediction
 from satform.plot import style as plot_style
 from satform.plot.style import Unit
@@ -357,7 +360,8 @@ def test_the_figures_of_a_flight_are_those_of_its_arrays() -> None:
     arrays["sliding_variable"] = -arrays["acceleration"]
     arrays["arc_length"][:, 1] = 7.0
     arrays["delta_v"][:] = np.nan
-    summary = summarise(FlightRecord(("a", "b"), 2.0, **arrays))
+    record = FlightRecord(("a", "b"), 2.0, **arrays)
+    summary = summarise(record, FlightSetting(math.tau / 8.0, 2.0))
     assert (summary.duration, summary.final_from) == (20.0, 16.0)
     assert summary.smallest_distance == pytest.approx(50.0)
     assert summary.spread_at_start == summary.spread_at_end == 7.0
@@ -367,3 +371,24 @@ def test_the_figures_of_a_flight_are_those_of_its_arrays() -> None:
     assert first.mean_control == pytest.approx(0.85)
     assert first.largest_control == pytest.approx(0.9)
     assert first.delta_v == pytest.approx(9.0)
+    # Two and a half revolutions of 8 s.
+    assert first.delta_v_per_orbit == pytest.approx(3.6)
+    (pair,) = summary.pairs
+    assert (pair.first, pair.second, pair.closest_at) == ("a", "b", 0.0)
+    assert pair.smallest_distance == pytest.approx(50.0)
+    # At rest 30 m higher, on an ellipse about 120 m with a half axis of 90 m across the flight direction.
+    assert pair.radial_normal_distance == pytest.approx(30.0)
+    assert math.isnan(summary.tetrahedron_quality)
+
+
+def test_the_figures_of_four_satellites_about_an_eccentric_chief_and_of_many() -> None:
+    flight = simulate(shortened("tetrahedron", 100.0, "expect=[]"))
+    chief = KeplerianChief(2.0e7, 0.5, 0.1, 0.0, 0.0, 0.0)
+    summary = summarise(flight, FlightSetting(chief.mean_motion, 10.0, chief=chief))
+    assert summary.tetrahedron_quality == pytest.approx(3.0)
+    assert len(summary.pairs) == 6
+    assert all(math.isnan(pair.radial_normal_distance) for pair in summary.pairs)
+    assert math.isnan(summary.satellites[0].delta_v_per_orbit)
+    arrays = {name: np.repeat(getattr(flight, name), 3, axis=1) for name in QUANTITIES}
+    many = summarise(FlightRecord(tuple("abcdefghijkl"), 10.0, **arrays))
+    assert (many.pairs, math.isnan(many.tetrahedron_quality)) == ((), True)

@@ -67,7 +67,7 @@ def _report_one(stored: StoredRun, folder: Path, formats: Sequence[Format], *, a
         console.line(f"NOT COMPLETE, {stored.cut_short}: no expectation is evaluated", "bold red")
     if stored.ended_early:
         console.line(f"ENDED EARLY after {stored.ended_early}", "bold red")
-    tables.print_summary(summarise(stored.record))
+    tables.print_summary(summarise(stored.record, stored.scenario.setting))
     if verdicts:
         console.line()
         tables.print_verdicts(verdicts)
@@ -148,7 +148,7 @@ def _data(stored: StoredRun, verdicts: list[Verdict], written: list[Path]) -> di
         "complete": stored.complete,
         "cut_short": stored.cut_short,
         "early_end": None if stored.record.early_end is None else stored.record.early_end.data(),
-        "summary": summarise(stored.record).data(),
+        "summary": summarise(stored.record, stored.scenario.setting).data(),
         "judged": bool(verdicts),
         "expectations": [asdict(verdict) for verdict in verdicts],
         "omitted_expectations": list(stored.scenario.omitted_expectations),

@@ -93,6 +93,7 @@ def print_summary(summary: Summary) -> None:
         "mean control [m/s²]",
         "largest control [m/s²]",
         "delta-v [m/s]",
+        "delta-v per orbit [m/s]",
     )
     rows = [
         (
@@ -102,12 +103,14 @@ def print_summary(summary: Summary) -> None:
             number(entry.mean_control),
             number(entry.largest_control),
             number(entry.delta_v),
+            number(entry.delta_v_per_orbit),
         )
         for entry in summary.satellites
     ]
     console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
     _print_thrusters(summary)
     _print_filters(summary)
+    _print_pairs(summary)
     for finding in summary.findings:
         console.line(finding, _NOTE)
     for entry in summary.satellites:
@@ -156,6 +159,23 @@ def _print_filters(summary: Summary) -> None:
     ]
     if rows:
         console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+
+
+def _print_pairs(summary: Summary) -> None:
+    headings = ("pair", "smallest distance [m]", "at [s]", "radial/normal distance [m]")
+    rows = [
+        (
+            f"{entry.first}, {entry.second}",
+            number(entry.smallest_distance),
+            number(entry.closest_at),
+            number(entry.radial_normal_distance),
+        )
+        for entry in summary.pairs
+    ]
+    if rows:
+        console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+    if not math.isnan(summary.tetrahedron_quality):
+        console.line(f"least tetrahedron quality {number(summary.tetrahedron_quality)} (3 is regular)")
 
 
 def _print_punctuality(clock: dict[str, Any]) -> None:

@@ -290,7 +290,7 @@ def _read(scenario: Scenario, path: Path) -> FlightRecord:
 
 def _judged(scenario: Scenario, flight: FlightRecord) -> tuple[tuple[Verdict, ...], Summary | None]:
     """Verdicts and summary of a flight; no summary of a flight without a step."""
-    return tuple(evaluate(scenario, flight)), summarise(flight) if flight.steps else None
+    return tuple(evaluate(scenario, flight)), summarise(flight, scenario.setting) if flight.steps else None
 
 
 def _round_trip() -> float | None:

@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from satform.control.protocol import FlightSetting
 from satform.evaluation.arc_lengths import arc_length_spread
 from satform.evaluation.findings import findings, mean_after_settling
 from satform.evaluation.reducers import ExtremeOf
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
-from satform.record.stretch import Stretch
+from satform.record.stretch import TIME_SLACK, Stretch
+from satform_tools.run.pair_figures import PairSummary, least_tetrahedron_quality, pair_summaries
 
 FINAL_FRACTION = 0.2
 """Fraction of the flight at its end over which final errors are taken."""
@@ -34,6 +36,7 @@ class SatelliteSummary:
         mean_control: mean magnitude of the commanded acceleration in the last part of the flight, m/s^2.
         largest_control: largest magnitude in the whole flight, m/s^2.
         delta_v: spent over the whole flight, m/s.
+        delta_v_per_orbit: m/s; NaN of a flight that is shorter than a revolution of the chief.
         propellant_used: kg; NaN without a thruster.
         saturated_steps: steps with a command above the thrust limit.
         below_minimum_impulse_steps: steps with a command below the minimum impulse.
@@ -51,6 +54,7 @@ class SatelliteSummary:
     mean_control: float
     largest_control: float
     delta_v: float
+    delta_v_per_orbit: float
     propellant_used: float
     saturated_steps: int
     below_minimum_impulse_steps: int
@@ -72,6 +76,8 @@ class Summary:
         spread_at_start: largest minus smallest generalised arc length, m; NaN for a lone satellite.
         spread_at_end: the same at the end, m.
         smallest_distance: between any two satellites, m; NaN for a lone satellite.
+        pairs: of a formation of few satellites.
+        tetrahedron_quality: Glassmeier's factor, the least of the flight; NaN unless of four satellites.
         findings: sentences about what a user should know although nothing was expected of it.
     """
 
@@ -81,6 +87,8 @@ class Summary:
     spread_at_start: float
     spread_at_end: float
     smallest_distance: float
+    pairs: tuple[PairSummary, ...] = ()
+    tetrahedron_quality: float = math.nan
     findings: tuple[str, ...] = ()
 
     def data(self) -> dict[str, Any]:
@@ -88,11 +96,12 @@ class Summary:
         return asdict(self)
 
 
-def summarise(record: FlightRecord) -> Summary:
+def summarise(record: FlightRecord, setting: FlightSetting | None = None) -> Summary:
     """A flight in figures.
 
     Args:
         record: of at least one step.
+        setting: chief of the flight; None where it is not known.
 
     Returns:
         The figures, NaN where the flight has none.
@@ -105,16 +114,28 @@ def summarise(record: FlightRecord) -> Summary:
         duration=record.steps * record.step,
         final_from=final * record.step,
         satellites=tuple(
-            _satellite(record, block, column, final) for column in range(len(record.satellites))
+            _satellite(record, block, column, final, _orbits(record, setting))
+            for column in range(len(record.satellites))
         ),
         spread_at_start=float(spread[0]) if several else math.nan,
         spread_at_end=float(spread[-1]) if several else math.nan,
         smallest_distance=_smallest_distance(record),
+        pairs=pair_summaries(record, setting),
+        tetrahedron_quality=least_tetrahedron_quality(record),
         findings=findings(record),
     )
 
 
-def _satellite(record: FlightRecord, block: FlightBlock, column: int, final: int) -> SatelliteSummary:
+def _orbits(record: FlightRecord, setting: FlightSetting | None) -> float:
+    """Revolutions of the chief; NaN of less than one."""
+    flown = math.nan if setting is None else record.steps * record.step * setting.mean_motion / math.tau
+    return flown if flown >= 1.0 - TIME_SLACK else math.nan
+
+
+def _satellite(
+    record: FlightRecord, block: FlightBlock, column: int, final: int, orbits: float
+) -> SatelliteSummary:
+    delta_v = float(np.sum(record.effort[:, column]))
     control = record.control[:, column]
     rejected = record.rejected_measurements[:, column]
     return SatelliteSummary(
@@ -123,7 +144,8 @@ def _satellite(record: FlightRecord, block: FlightBlock, column: int, final: int
         final_sliding_variable=_largest(block, "sliding_variable", column, final),
         mean_control=float(np.mean(control[final:])) if record.steps else math.nan,
         largest_control=_largest(block, "control", column, 0),
-        delta_v=float(np.sum(record.effort[:, column])),
+        delta_v=delta_v,
+        delta_v_per_orbit=delta_v / orbits,
         propellant_used=float(record.propellant[0, column] - record.propellant[-1, column]),
         saturated_steps=int(record.saturated_steps[-1, column]),
         below_minimum_impulse_steps=int(record.below_minimum_impulse_steps[-1, column]),

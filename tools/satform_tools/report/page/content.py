@@ -187,6 +187,7 @@ def figures(summary: Summary, title: str) -> PageTable:
         f"control [m/s²], mean {start}",
         "control [m/s²], largest",
         "delta-v [m/s]",
+        "delta-v per orbit [m/s]",
         "propellant [kg]",
         "steps saturated / below minimum impulse / propellant depleted",
     )
@@ -198,6 +199,7 @@ def figures(summary: Summary, title: str) -> PageTable:
             number(entry.mean_control),
             number(entry.largest_control),
             number(entry.delta_v),
+            number(entry.delta_v_per_orbit),
             number(entry.propellant_used),
             " / ".join(
                 str(count)
@@ -210,9 +212,29 @@ def figures(summary: Summary, title: str) -> PageTable:
         )
         for entry in summary.satellites
     ]
-    if all(row[6] == "-" for row in rows):
-        headings, rows = headings[:6], [row[:6] for row in rows]
+    if all(row[7] == "-" for row in rows):
+        headings, rows = headings[:7], [row[:7] for row in rows]
     return PageTable(title, headings, rows, frozenset(range(1, len(headings))))
+
+
+def pairs(summary: Summary, title: str) -> list[PageTable]:
+    """Pairs of satellites in figures, as a list of one table; none of a lone satellite or of many."""
+    headings = (
+        "satellites",
+        "smallest distance [m]",
+        "at [s]",
+        "radial/normal distance [m], least of a revolution",
+    )
+    rows = [
+        (
+            f"{entry.first}, {entry.second}",
+            number(entry.smallest_distance),
+            number(entry.closest_at),
+            number(entry.radial_normal_distance),
+        )
+        for entry in summary.pairs
+    ]
+    return [PageTable(title, headings, rows, frozenset({1, 2, 3}))] if rows else []
 
 
 def events(found: list[Event]) -> PageTable:

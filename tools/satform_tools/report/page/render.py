@@ -33,6 +33,7 @@ def page_of(stored: StoredRun) -> str:
     """
     clock = time_unit(_duration([stored]))
     verdicts, found = stored.verdicts(), flight_events(stored)
+    summary = summarise(stored.record, stored.scenario.setting)
     seen = _spaces([stored], clock)
     page = {
         "heading": stored.scenario.title,
@@ -45,7 +46,10 @@ def page_of(stored: StoredRun) -> str:
         "tables_first": [],
         "events": content.events(found),
         "no_events": content.no_events(stored),
-        "tables_last": [content.figures(summarise(stored.record), "Flight in figures")],
+        "tables_last": [
+            content.figures(summary, "Flight in figures"),
+            *content.pairs(summary, "Pairs of satellites"),
+        ],
         "scenarios": [content.scenario_text(stored.scenario, "Scenario")],
         "provenance": content.provenance([stored]),
     }
@@ -80,7 +84,7 @@ def page_of_both(first: StoredRun, second: StoredRun, comparison: Comparison) ->
         else [(first, "Scenario of A"), (second, "Scenario of B")]
     )
     figures = [
-        content.figures(summarise(stored.record), f"Flight {side} in figures")
+        content.figures(summarise(stored.record, stored.scenario.setting), f"Flight {side} in figures")
         for side, stored in zip(_SIDES, both, strict=True)
     ]
     page = {

@@ -120,7 +120,7 @@ class RadialNormalDistance(OfPairs):
 
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.states, of_bodies=True)
-        figure = partial(_across_flight, pairs=pairs_of(stretch), rates=flight.mean_motions[:, None])
+        figure = partial(radial_normal_distances, pairs=pairs_of(stretch), rates=flight.mean_motions[:, None])
         return ExtremeOf(stretch, _motion, _MOTION, which="minimum", transform=figure)
 
     def describe(self) -> str:
@@ -189,8 +189,14 @@ def _motion(block: FlightBlock) -> Array:
     return np.concatenate((block.position, block.velocity), axis=-1)
 
 
-def _across_flight(values: Array, pairs: tuple[tuple[int, int], ...], rates: Array) -> Array:
-    """Least distance in the radial/normal plane of each pair, m, shape (rows, R, P)."""
+def radial_normal_distances(values: Array, pairs: tuple[tuple[int, int], ...], rates: Array) -> Array:
+    """Least distance in the radial/normal plane of each pair over a revolution, m, shape (..., P).
+
+    Args:
+        values: position and velocity, LVLH, m and m/s, shape (..., columns, 6).
+        pairs: P of them, by positions among the columns.
+        rates: mean motion of the chief, rad/s, broadcast against (..., P).
+    """
     apart = between(values, pairs)
     # Where the chief is on its orbit turns both vectors alike, which leaves the distance as it is.
     elements = elements_from_motion(Motion(apart[..., :3], apart[..., 3:]), rates, np.zeros(()))

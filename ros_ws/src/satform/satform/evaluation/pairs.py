@@ -146,7 +146,11 @@ class ClosestApproaches:
         """The figure of each run, shape (R,); NaN for a run that does not give it."""
         if not self._positions.rows:
             return np.full(len(self._gap), np.nan)
-        return np.where(self._gap > 0.0, np.nan, self._figure(Approaches(**self._best)))
+        return np.where(self._gap > 0.0, np.nan, self._figure(self.approaches()))
+
+    def approaches(self) -> Approaches:
+        """The closest approaches after the last block."""
+        return Approaches(**self._best)
 
     def _keep(self, nearer: Array, found: Mapping[str, Array]) -> None:
         self._best = {

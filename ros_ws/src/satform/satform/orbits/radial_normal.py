@@ -79,7 +79,11 @@ def distance_to_ellipse(along: Array, across: Array, larger: Array, smaller: Arr
             first, second = x / (w + excess), y / w
             value = first * first + second * second - 1.0
             slope = 2.0 * (first * first / (w + excess) + second * second / w)
-            w = np.where(value > 0.0, w + value / slope, w)
+            further = np.where(value > 0.0, w + value / slope, w)
+            # What does not change any more gives the same again.
+            if np.array_equal(further, w):
+                break
+            w = further
         foot_along, foot_across = one * (x / (w + excess)), other * (y / w)
     general = np.hypot(foot_along - along, foot_across - across)
     on_axis = np.where(across > 0.0, general, _from_larger_axis(along, larger, smaller))
