@@ -20,6 +20,7 @@ QUICK = {
     "geo_in_plane_circle": 800.0,
     "attitude_cape_canaveral": 10.0,
     "directed_triangle": 4.0,
+    "eccentric_rigid": 900.0,
     "geo_sphere_lqr": 100.0,
     "integral_action": 50.0,
 }

@@ -78,6 +78,7 @@ setup(
             "impulsive_guidance = satform.planning.impulsive_guidance:ImpulsiveGuidanceSpec",
             "integral = satform.control.integral_action:IntegralSpec",
             "lqi = satform.control.lqi:LqiSpec",
+            "periodic_lqr = satform.control.periodic_lqr:PeriodicLqrSpec",
             "lqr = satform.control.lqr:LqrSpec",
             "observer = satform.control.observer:ObserverSpec",
             "relative_elements = satform.control.relative_elements:ElementControlSpec",

@@ -16,6 +16,7 @@ from satform.dynamics.protocol import DynamicsSetting
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform_tools import check
 from satform_tools.check.linearisation import expected_errors
+from satform_tools.describe import orbit
 from satform_tools.describe import scenario as describe_scenario
 
 TEXT = """\
@@ -76,6 +77,37 @@ def test_check_warns_of_an_eccentric_chief() -> None:
     assert not said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 1.0e-4}}")
     (warning,) = said("eccentricity", *changes, "dynamics={kind: inertial, chief: {eccentricity: 0.05}}")
     assert "with this eccentricity of 0.05" in warning
+    assert "are the model of controller kind sliding_mode; " in warning
+    # What is left of the error with the eccentricity known is of second order: 15/4 pi d^2/a about a circle.
+    (entry,) = expected_errors(scenario(*changes, "dynamics={kind: inertial, chief: {eccentricity: 0.05}}"))
+    assert entry.fitting_model() == "yamanaka_ankersen"
+    second_order = 15.0 / 4.0 * math.pi * 400.0**2 / 8.0e6
+    assert entry.eccentric_error == pytest.approx(second_order, rel=0.4)
+    assert entry.error > 100.0 * entry.eccentric_error
+    assert f"periodic_lqr, errs by up to {entry.eccentric_error:.3g} m" in warning
+
+
+def test_check_does_not_warn_of_an_eccentric_chief_with_a_law_that_knows_it() -> None:
+    changes = ("orbit.semi_major_axis=8.0e6", "dynamics={kind: inertial, chief: {eccentricity: 0.05}}")
+    changes += ("nominal_motion.period=7121.08", "satellite_defaults.controller={kind: periodic_lqr}")
+    assert not said("eccentric", *changes, sized(400.0))
+    assert not said("yamanaka_ankersen", *changes, sized(400.0))
+    (warning,) = said("yamanaka_ankersen is of first order", *changes, sized(1e5))
+    assert "km" not in warning
+    circular = "satellite_defaults.controller={kind: periodic_lqr, model: cw}"
+    assert said("the model of controller kind periodic_lqr", *changes, sized(400.0), circular)
+    assert not said("circular chief", *changes, sized(400.0), "satellite_defaults.controller={kind: coast}")
+
+
+def test_show_says_which_model_fits(capsys: pytest.CaptureFixture[str]) -> None:
+    eccentric = ("orbit.semi_major_axis=8.0e6", "dynamics={kind: inertial, chief: {eccentricity: 0.1}}")
+    for changes, fitting in (
+        ((), "cw"),
+        (eccentric, "yamanaka_ankersen"),
+        ((sized(2e5),), "none that is linear"),
+    ):
+        orbit.print_cw_errors(orbit.cw_errors(scenario(*changes)))
+        assert f"model that fits to 1 % of the distance: {fitting}\n" in capsys.readouterr().out
 
 
 def test_a_test_stand_without_an_orbit_has_no_error_of_cw() -> None:

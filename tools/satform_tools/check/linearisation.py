@@ -1,13 +1,14 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Warnings about the CW equations far from two-body motion: wide formations, eccentric chiefs."""
+"""Warnings about models of relative motion far from two-body motion: wide formations, eccentric chiefs."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from satform.dynamics.cw_error import ChiefOrbit, cw_error, free_motion
+from satform.control.periodic_lqr import PeriodicLqrSpec
+from satform.dynamics.cw_error import ChiefOrbit, cw_error, eccentric_error, free_motion
 from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
 from satform.flight.compile import flight_plan
@@ -19,21 +20,29 @@ _NOTEWORTHY = 0.01
 
 @dataclass(frozen=True)
 class ExpectedError:
-    """What CW is expected to err by for one satellite without control.
+    """What models of relative motion are expected to err by for one satellite without control.
 
     Attributes:
         name: of the satellite.
         distance: from the chief, where its planned motion begins, m.
-        error: largest within one revolution of the chief, m; infinite where it is on no ellipse.
+        error: of CW, largest within one revolution of the chief, m; infinite where it is on no ellipse.
+        eccentric_error: likewise of Yamanaka and Ankersen's model, which knows the eccentricity.
     """
 
     name: str
     distance: float
     error: float
+    eccentric_error: float
+
+    def fitting_model(self) -> str | None:
+        """Simplest model whose error is small: cw or yamanaka_ankersen; None where neither's is."""
+        small = max(1e-3, _NOTEWORTHY * self.distance)
+        errors = {"cw": self.error, "yamanaka_ankersen": self.eccentric_error}
+        return next((name for name, error in errors.items() if error <= small), None)
 
 
 def expected_errors(scenario: Scenario) -> list[ExpectedError]:
-    """Expected error of CW for each satellite; empty where the truth is about no orbit.
+    """Expected error of each model for each satellite; empty where the truth is about no orbit.
 
     Each begins where its plan begins, at the planned velocity where that is free motion and else on the
     closed ellipse through that place.
@@ -41,7 +50,7 @@ def expected_errors(scenario: Scenario) -> list[ExpectedError]:
     if isinstance(scenario.dynamics, VelocityDependentDynamicsSpec):
         return []
     chief = chief_orbit(scenario)
-    known: dict[bytes, float] = {}
+    known: dict[bytes, tuple[float, float]] = {}
     found = []
     for index, satellite in enumerate(scenario.satellites):
         spec, start = scenario.satellite(index), flight_plan(scenario, index).start
@@ -50,8 +59,12 @@ def expected_errors(scenario: Scenario) -> list[ExpectedError]:
         velocity = free_motion(position, planned, chief.mean_motion)
         key = position.tobytes() + velocity.tobytes()
         if key not in known:
-            known[key] = cw_error(position, velocity, chief, math.tau / chief.mean_motion)
-        found.append(ExpectedError(satellite.name, float(np.linalg.norm(position)), known[key]))
+            period = math.tau / chief.mean_motion
+            of_cw = of_eccentric = cw_error(position, velocity, chief, period)
+            if chief.eccentricity > 0.0:
+                of_eccentric = eccentric_error(position, velocity, chief, period)
+            known[key] = (of_cw, of_eccentric)
+        found.append(ExpectedError(satellite.name, float(np.linalg.norm(position)), *known[key]))
     return found
 
 
@@ -65,31 +78,84 @@ def chief_orbit(scenario: Scenario) -> ChiefOrbit:
 
 
 def linearisation_warnings(scenario: Scenario) -> list[str]:
-    """Sentences about satellites for which CW errs by much of their distance from the chief."""
-    far = [
-        entry for entry in expected_errors(scenario) if entry.error > max(1e-3, _NOTEWORTHY * entry.distance)
-    ]
-    if not far:
-        return []
-    worst = max(far, key=lambda entry: entry.error / max(entry.distance, 1.0))
-    orbit = chief_orbit(scenario)
-    size = f"{worst.error:.3g} m in one revolution" if math.isfinite(worst.error) else "more than any bound"
-    who = (
-        f"{worst.name}, {worst.distance:.6g} m from the chief, has, without control, an error of up to {size}"
-    )
-    more = f" ({len(far) - 1} more likewise)" if len(far) > 1 else ""
-    if orbit.eccentricity > 0.0:
-        return [
-            "dynamics.chief.eccentricity: control laws and plans use the CW equations about a circular chief "
-            f"orbit; with this eccentricity of {orbit.eccentricity:g} the CW motion of {who}{more}"
-        ]
-    if not _linear(scenario):
+    """Sentences about satellites for which the model in use errs by much of their distance from the chief."""
+    entries = expected_errors(scenario)
+    if chief_orbit(scenario).eccentricity > 0.0:
+        return [*_circular_model_warnings(scenario, entries), *_eccentric_model_warnings(scenario, entries)]
+    far = [entry for entry in entries if entry.fitting_model() != "cw"]
+    if not far or not _linear(scenario):
         return []
     kind = getattr(scenario.dynamics, "kind", "")
     return [
-        f"dynamics: {kind} is of first order in the distance; its motion of {who}{more}; cw_perturbed and "
-        "inertial contain the higher orders"
+        f"dynamics: {kind} is of first order in the distance; its motion of {_worst(far, circular=True)}; "
+        "cw_perturbed and inertial contain the higher orders"
     ]
+
+
+def _circular_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -> list[str]:
+    """Laws and filters whose model is about a circular chief, where the chief's orbit is eccentric."""
+    far = [
+        entry
+        for index, entry in enumerate(entries)
+        if entry.fitting_model() != "cw" and _circular_users(scenario, index)
+    ]
+    if not far:
+        return []
+    users = sorted({user for index in range(len(entries)) for user in _circular_users(scenario, index)})
+    fitting = {entry.fitting_model() for entry in far}
+    if fitting == {"yamanaka_ankersen"}:
+        best = max(entry.eccentric_error for entry in far)
+        advice = f"the model yamanaka_ankersen, of controller kind periodic_lqr, errs by up to {best:.3g} m"
+    else:
+        advice = "no linear model fits at this distance"
+    return [
+        "dynamics.chief.eccentricity: the CW equations about a circular chief orbit are the model of "
+        f"{' and '.join(users)}; with this eccentricity of {chief_orbit(scenario).eccentricity:g} the CW "
+        f"motion of {_worst(far, circular=True)}; {advice}"
+    ]
+
+
+def _eccentric_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -> list[str]:
+    """Laws that know the eccentricity, too far from the chief for a model of first order."""
+    far = [
+        entry
+        for index, entry in enumerate(entries)
+        if entry.fitting_model() is None and not _circular_users(scenario, index)
+        if isinstance(scenario.satellite(index).controller, PeriodicLqrSpec)
+    ]
+    if not far:
+        return []
+    return [
+        "satellites: the model yamanaka_ankersen is of first order in the distance; its motion of "
+        f"{_worst(far, circular=False)}; fly closer to the chief or with less drift"
+    ]
+
+
+def _circular_users(scenario: Scenario, index: int) -> list[str]:
+    """What of a satellite has a model about a circular chief: kind of its law, and its filter."""
+    spec = scenario.satellite(index)
+    users = []
+    if spec.controller is not None and spec.controller.assumes_circular_chief():
+        users.append(f"controller kind {getattr(spec.controller, 'kind', '')}")
+    if spec.filter is not None:
+        users.append("the filter")
+    return users
+
+
+def _worst(far: list[ExpectedError], *, circular: bool) -> str:
+    """The satellite with the largest error for its distance, in words."""
+
+    def error(entry: ExpectedError) -> float:
+        return entry.error if circular else entry.eccentric_error
+
+    worst = max(far, key=lambda entry: error(entry) / max(entry.distance, 1.0))
+    finite = math.isfinite(error(worst))
+    size = f"{error(worst):.3g} m in one revolution" if finite else "more than any bound"
+    more = f" ({len(far) - 1} more likewise)" if len(far) > 1 else ""
+    return (
+        f"{worst.name}, {worst.distance:.6g} m from the chief, has, without control, an error of up to "
+        f"{size}{more}"
+    )
 
 
 def _linear(scenario: Scenario) -> bool:

@@ -33,12 +33,18 @@ def orbit(scenario: Scenario) -> dict[str, float]:
 
 
 def cw_errors(scenario: Scenario) -> list[dict[str, Any]]:
-    """Distance from the chief and expected error of CW in one revolution, m; None beyond any bound."""
+    """Distance from the chief and expected error of models in one revolution, m; None beyond any bound.
+
+    `error` is that of CW, `eccentric_error` that of Yamanaka and Ankersen's model; `fitting_model` is the
+    simplest of them whose error is small, or None.
+    """
     return [
         {
             "satellite": entry.name,
             "distance": entry.distance,
             "error": entry.error if math.isfinite(entry.error) else None,
+            "eccentric_error": entry.eccentric_error if math.isfinite(entry.eccentric_error) else None,
+            "fitting_model": entry.fitting_model(),
         }
         for entry in expected_errors(scenario)
     ]
@@ -78,10 +84,25 @@ def print_cw_errors(errors: list[dict[str, Any]]) -> None:
     found = [entry for entry in errors if entry["distance"] > 0.0]
     if not found:
         return
-    worst = max(found, key=lambda entry: math.inf if entry["error"] is None else entry["error"])
-    error = "more than any bound" if worst["error"] is None else f"up to {worst['error']:.3g} m"
+    worst = max(found, key=lambda entry: _or_infinite(entry["error"]))
     console.line(
         f"CW against two-body motion, without control: {worst['satellite']}, {worst['distance']:.6g} m from "
-        f"the chief, errs by {error} in one revolution"
+        f"the chief, errs by {_size(worst['error'])} in one revolution"
     )
+    if any(entry["eccentric_error"] != entry["error"] for entry in found):
+        known = max(found, key=lambda entry: _or_infinite(entry["eccentric_error"]))
+        console.line(
+            f"yamanaka_ankersen, which knows the eccentricity: {known['satellite']} errs by "
+            f"{_size(known['eccentric_error'])}"
+        )
+    models = sorted({entry["fitting_model"] or "none that is linear" for entry in found})
+    console.line(f"model that fits to 1 % of the distance: {', '.join(models)}")
     console.line()
+
+
+def _or_infinite(error: float | None) -> float:
+    return math.inf if error is None else error
+
+
+def _size(error: float | None) -> str:
+    return "more than any bound" if error is None else f"up to {error:.3g} m"

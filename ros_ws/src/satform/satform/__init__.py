@@ -66,6 +66,7 @@ _MODULES = {
     "Nrlmsise00Spec": "satform.dynamics.atmosphere_specs",
     "ObserverSpec": "satform.control.observer",
     "Orbit": "satform.scenario.parts",
+    "PeriodicLqrSpec": "satform.control.periodic_lqr",
     "Problem": "satform.scenario.errors",
     "RandomRegularSpec": "satform.consensus.random_graphs",
     "ResilientArcLengthConsensusSpec": "satform.consensus.resilient",

@@ -33,6 +33,7 @@ from satform.control.integral_action import IntegralSpec as IntegralSpec
 from satform.control.lqi import LqiSpec as LqiSpec
 from satform.control.lqr import LqrSpec as LqrSpec
 from satform.control.observer import ObserverSpec as ObserverSpec
+from satform.control.periodic_lqr import PeriodicLqrSpec as PeriodicLqrSpec
 from satform.control.relative_elements import ElementControlSpec as ElementControlSpec
 from satform.control.sliding_mode import SlidingModeSpec as SlidingModeSpec
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec as HarrisPriesterSpec

@@ -66,6 +66,10 @@ class FeedbackLinearisationSpec(ControllerSpec):
     damping_ratio: PositivePerAxis = (1.0, 1.0, 1.0)
     """Damping of the error as a fraction of critical, per axis."""
 
+    def assumes_circular_chief(self) -> bool:
+        """Its model is that of Clohessy and Wiltshire."""
+        return True
+
     def build(self, setting: FlightSetting) -> FeedbackLinearisation:
         """The law with its spring and damper.
 

@@ -144,6 +144,10 @@ class IntegralSpec(ControllerSpec):
     """conditional_integration: on each axis the integral does not grow in the direction in which saturated
     thrusters apply less than commanded; none: it grows."""
 
+    def assumes_circular_chief(self) -> bool:
+        """It does if the law beside it does."""
+        return self.law.assumes_circular_chief()
+
     def build(self, setting: FlightSetting) -> IntegralAction:
         """The law with integral action.
 

@@ -190,6 +190,10 @@ class LqiSpec(ControllerSpec):
     """back_calculation: the integral is corrected by what saturated thrusters did not apply of a command;
     none: it is not."""
 
+    def assumes_circular_chief(self) -> bool:
+        """Its model is that of Clohessy and Wiltshire."""
+        return True
+
     def build(self, setting: FlightSetting) -> Lqi:
         """The regulator with its gain solved for.
 

@@ -187,6 +187,10 @@ class LqrSpec(ControllerSpec):
     """Whether the command that holds the reference is added. Without it, as in the source, a reference that
     is not free motion is followed with a steady offset."""
 
+    def assumes_circular_chief(self) -> bool:
+        """Its model is that of Clohessy and Wiltshire."""
+        return True
+
     def build(self, setting: FlightSetting) -> Lqr:
         """The regulator with its gain solved for.
 

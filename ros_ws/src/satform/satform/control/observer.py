@@ -206,6 +206,10 @@ class ObserverSpec(ControllerSpec):
     initial_velocity_error: Vector = (0.0, 0.0, 0.0)
     """Error of the first estimated velocity, LVLH, m/s."""
 
+    def assumes_circular_chief(self) -> bool:
+        """Its model is that of Clohessy and Wiltshire."""
+        return True
+
     def build(self, setting: FlightSetting) -> Observed:
         """The law and its observer.
 

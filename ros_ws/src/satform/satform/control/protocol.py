@@ -184,6 +184,14 @@ class ControllerSpec(Spec):
         """
         raise NotImplementedError
 
+    def assumes_circular_chief(self) -> bool:
+        """Whether the law's model of relative motion is about a circular orbit, whatever the chief's is.
+
+        Returns:
+            False, as here, for a law without such a model, or with one for any eccentricity.
+        """
+        return False
+
     def linearisation(self, setting: FlightSetting) -> Array | str | None:
         """The closed loop of one satellite over one step close to what the law wants, for `check` and `show`.
 

@@ -211,6 +211,10 @@ class ElementControlSpec(ControllerSpec):
     feedforward: bool = False
     """Whether the command that holds the reference is added; needed where it is not free motion."""
 
+    def assumes_circular_chief(self) -> bool:
+        """Its model is that of Clohessy and Wiltshire."""
+        return True
+
     def build(self, setting: FlightSetting) -> ElementControl:
         """The law.
 

@@ -88,6 +88,10 @@ class SlidingModeSpec(ControllerSpec):
     disturbance_centre: PerAxis = (0.0, 0.0, 0.0)
     """Middle of the disturbance's lower and upper bound, cancelled outright, m/s^2."""
 
+    def assumes_circular_chief(self) -> bool:
+        """Its model is that of Clohessy and Wiltshire."""
+        return True
+
     def build(self, setting: FlightSetting) -> SlidingMode:
         """The law for a chief of the setting's mean motion."""
         return SlidingMode(

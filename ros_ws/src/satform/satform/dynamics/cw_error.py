@@ -1,11 +1,12 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Error of the Clohessy-Wiltshire equations: what they leave out of two-body motion.
+"""Error of linear models of relative motion: what they leave out of two-body motion.
 
-They are of first order in the distance from the chief and know a circular chief only. What that costs a
-satellite without control is computed here from the solution of the two-body problem, so that it holds
-for any distance and eccentricity. On the ellipse of 2 by 1 with the long half-axis d, at its end on the
-track at the start, about a circular chief of radius a, it is 15/4 pi d^2/a along-track each revolution.
+The Clohessy-Wiltshire equations are of first order in the distance from the chief and know a circular chief
+only. What that costs a satellite without control is computed here from the solution of the two-body problem,
+so that it holds for any distance and eccentricity. On the ellipse of 2 by 1 with the long half-axis d, at its
+end on the track at the start, about a circular chief of radius a, it is 15/4 pi d^2/a along-track each
+revolution.
 """
 
 import math
@@ -14,7 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.dynamics.cw import propagate
+from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.numeric.elementwise import Array
+from satform.orbits.chief import KeplerianChief, mean_anomaly
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import chief_frame, lvlh_frame
 
@@ -66,18 +69,43 @@ def cw_error(position_lvlh: Array, velocity_lvlh: Array, chief: ChiefOrbit, dura
 
     Source: Battin, An Introduction to the Mathematics and Methods of Astrodynamics, section 4.3.
     """
-    times = np.linspace(0.0, duration, 1 + _SAMPLES)[1:]
+    times = _sampled(duration)
+    found = _relative_two_body(position_lvlh, velocity_lvlh, chief, times)
+    if found is None:
+        return math.inf
+    expected = np.array([propagate(position_lvlh, velocity_lvlh, chief.mean_motion, t)[0] for t in times])
+    return float(np.max(np.linalg.norm(found - expected, axis=-1)))
+
+
+def eccentric_error(position_lvlh: Array, velocity_lvlh: Array, chief: ChiefOrbit, duration: float) -> float:
+    """The same of the model of Yamanaka and Ankersen, which knows the eccentricity; as `cw_error`."""
+    times = _sampled(duration)
+    found = _relative_two_body(position_lvlh, velocity_lvlh, chief, times)
+    if found is None:
+        return math.inf
+    mean = mean_anomaly(chief.true_anomaly, chief.eccentricity)
+    orbit = KeplerianChief(chief.semi_major_axis, chief.eccentricity, 0.0, 0.0, 0.0, mean)
+    transitions = YamanakaAnkersenModel(orbit).transition(np.zeros_like(times), times)
+    expected = transitions[:, :3] @ np.concatenate((position_lvlh, velocity_lvlh))
+    return float(np.max(np.linalg.norm(found - expected, axis=-1)))
+
+
+def _sampled(duration: float) -> Array:
+    return np.linspace(0.0, duration, 1 + _SAMPLES)[1:]
+
+
+def _relative_two_body(
+    position_lvlh: Array, velocity_lvlh: Array, chief: ChiefOrbit, times: Array
+) -> Array | None:
+    """Position in LVLH at times, m, shape (n, 3); None where a body is on no ellipse."""
     chief_position, chief_velocity = chief.state()
     frame = chief_frame(chief_position, chief_velocity)
     start = frame.to_inertial(position_lvlh, velocity_lvlh)
     of_chief = two_body(chief_position, chief_velocity, times)
     of_satellite = two_body(*start, times)
     if of_chief is None or of_satellite is None:
-        return math.inf
-    moved = lvlh_frame(*of_chief)
-    found = moved.vector_to_lvlh(of_satellite[0] - of_chief[0])
-    expected = np.array([propagate(position_lvlh, velocity_lvlh, chief.mean_motion, t)[0] for t in times])
-    return float(np.max(np.linalg.norm(found - expected, axis=-1)))
+        return None
+    return lvlh_frame(*of_chief).vector_to_lvlh(of_satellite[0] - of_chief[0])
 
 
 def two_body(position: Array, velocity: Array, times: Array) -> tuple[Array, Array] | None:

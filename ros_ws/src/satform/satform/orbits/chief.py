@@ -64,15 +64,14 @@ class ChiefOrbitSpec(Spec):
 
     def keplerian(self, mean_motion: float) -> "KeplerianChief":
         """The same orbit by its elements, with the mean anomaly at time zero, for a mean motion in rad/s."""
-        e, true_anomaly = self.eccentricity, self.argument_of_latitude - self.argument_of_perigee
-        eccentric = true_anomaly + _true_minus_eccentric(true_anomaly, -e)
+        anomaly = mean_anomaly(self.argument_of_latitude - self.argument_of_perigee, self.eccentricity)
         return KeplerianChief(
             semi_major_axis=semi_major_axis_of(mean_motion, GRAVITATIONAL_PARAMETER),
-            eccentricity=e,
+            eccentricity=self.eccentricity,
             inclination=self.inclination,
             right_ascension=self.right_ascension,
             argument_of_perigee=self.argument_of_perigee,
-            mean_anomaly=eccentric - e * math.sin(eccentric),
+            mean_anomaly=anomaly,
         )
 
     def complaints(self, mean_motion: float) -> list[Complaint]:
@@ -93,6 +92,48 @@ class ChiefOrbitSpec(Spec):
 def semi_major_axis_of(mean_motion: float, gravitational_parameter: float) -> float:
     """Semi-major axis in m from the mean motion in rad/s, by Kepler's third law."""
     return math.cbrt(gravitational_parameter / (mean_motion * mean_motion))
+
+
+def true_anomaly(mean_anomaly: float, eccentricity: float) -> float:
+    """True anomaly from the mean one, rad, of the same revolution.
+
+    Args:
+        mean_anomaly: rad, of any size.
+        eccentricity: below 1.
+
+    Raises:
+        ValueError: Kepler's equation has no solution in double precision, as for eccentricities near 1.
+
+    Source: Kepler's equation, as solved by brahe.
+    """
+    if eccentricity == 0.0:
+        return mean_anomaly
+    import brahe  # noqa: PLC0415  slow to import, and few scenarios have an eccentric chief
+
+    revolutions = round(mean_anomaly / math.tau)
+    within = mean_anomaly - math.tau * revolutions
+    radians: Any = brahe.AngleFormat.RADIANS
+    try:
+        solved = float(brahe.anomaly_mean_to_eccentric(abs(within), eccentricity, angle_format=radians))
+    except RuntimeError as error:
+        raise ValueError(
+            f"no true anomaly for eccentricity {eccentricity:g} and mean anomaly {within:g} rad: {error}"
+        ) from error
+    eccentric = math.copysign(solved, within)
+    return math.tau * revolutions + eccentric + _true_minus_eccentric(eccentric, eccentricity)
+
+
+def mean_anomaly(true_anomaly: float, eccentricity: float) -> float:
+    """Mean anomaly from the true one, rad, of the same revolution.
+
+    Args:
+        true_anomaly: rad, of any size.
+        eccentricity: below 1.
+
+    Source: Kepler's equation.
+    """
+    eccentric = true_anomaly + _true_minus_eccentric(true_anomaly, -eccentricity)
+    return eccentric - eccentricity * math.sin(eccentric)
 
 
 def _true_minus_eccentric(anomaly: float, eccentricity: float) -> float:
@@ -147,29 +188,8 @@ class KeplerianChief:
         return self.argument_of_perigee + self.mean_anomaly_at(time)
 
     def true_anomaly(self, time: float) -> float:
-        """True anomaly `time` s after the start, rad, growing without end.
-
-        Raises:
-            ValueError: Kepler's equation has no solution in double precision, as for eccentricities near 1.
-
-        Source: Kepler's equation, as solved by brahe.
-        """
-        mean = self.mean_anomaly_at(time)
-        if self.eccentricity == 0.0:
-            return mean
-        import brahe  # noqa: PLC0415  slow to import, and few scenarios have an eccentric chief
-
-        e, revolutions = self.eccentricity, round(mean / math.tau)
-        within = mean - math.tau * revolutions
-        radians: Any = brahe.AngleFormat.RADIANS
-        try:
-            solved = float(brahe.anomaly_mean_to_eccentric(abs(within), e, angle_format=radians))
-        except RuntimeError as error:
-            raise ValueError(
-                f"no true anomaly for eccentricity {e:g} and mean anomaly {within:g} rad: {error}"
-            ) from error
-        eccentric = math.copysign(solved, within)
-        return math.tau * revolutions + eccentric + _true_minus_eccentric(eccentric, e)
+        """True anomaly `time` s after the start, rad, growing without end; raises as `true_anomaly` does."""
+        return true_anomaly(self.mean_anomaly_at(time), self.eccentricity)
 
     def radius(self, time: float) -> float:
         """Distance from the Earth's centre `time` s after the start, m."""

@@ -130,6 +130,10 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
         """No loop is closed."""
         return "whose burns are solved for once each"
 
+    def assumes_circular_chief(self) -> bool:
+        """Its model is that of Clohessy and Wiltshire."""
+        return True
+
     def build(self, setting: FlightSetting) -> ImpulseTour:
         """The tour with its burns placed on steps and solved for.
 
