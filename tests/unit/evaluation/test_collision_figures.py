@@ -206,6 +206,15 @@ def test_tetrahedron_that_flattens_into_a_square() -> None:
     ratios = 8.0 / 3.0 * heights / (sides**3 / (6.0 * math.sqrt(2.0)))
     assert mean == pytest.approx(ratios.mean(), rel=1e-12)
     assert figure(TetrahedronQualityAt(quality="robert_roux", **BOUND), flight) == 0.0
+    # The mean side shrinks from 2.83 m to 2.28 m, and only the larger sizes count.
+    larger = TetrahedronQuality(mean_sides=(2.5, 2.8, 3.0, 4.0), statistic="maximum", **BOUND)
+    assert figure(larger, flight) == pytest.approx(3.0)
+    assert figure(larger.model_copy(update={"statistic": "minimum"}), flight) == 0.0
+
+
+def test_mean_sides_have_to_ascend() -> None:
+    with pytest.raises(ValueError, match="mean_sides have to ascend"):
+        TetrahedronQuality(mean_sides=(1.0, 3.0, 2.0, 4.0), **BOUND)
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,9 @@ from satform.orbits.collision_probability import (
 )
 
 PUBLISHED = (
-    # Mean and standard deviations in the encounter plane, combined radius, probability. Chan 2008, cases 1 to
-    # 12, conjunction summary messages 1 to 3, conjunction data messages 1 and 2, and Alfano 2009, case 3, as
-    # Serra et al. 2016 compute them (J. Guidance 39(5), Tables 1 to 3).
+    # Mean and standard deviations in the encounter plane, combined radius, probability. Chan 2008, cases 1
+    # to 12, conjunction summary messages 1 to 3, conjunction data messages 1 and 2, and Alfano 2009, case 3,
+    # with the values of Serra et al. 2016, as the tests of their method in Orekit have them.
     ((0.0, 10.0), (25.0, 50.0), 5.0, 9.742e-3),
     ((10.0, 0.0), (25.0, 50.0), 5.0, 9.181e-3),
     ((0.0, 10.0), (25.0, 75.0), 5.0, 6.571e-3),

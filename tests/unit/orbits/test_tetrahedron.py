@@ -49,6 +49,25 @@ def test_corner_of_a_cube_by_hand():
     assert factors(CORNER) == pytest.approx((ratio + surface + 1.0, robert, ratio))
 
 
+def test_size_factor_by_its_polynomials():
+    # Fuselier et al. 2016, for tetrahedra of 10 km: sides of 4, 6, 18 and 24 km.
+    first, second, third, fourth = sides = (4e3, 6e3, 18e3, 24e3)
+    regular = REGULAR / (2.0 * math.sqrt(2.0))
+    expected = {
+        3e3: 0.0,
+        first: 0.0,
+        4.7e3: (4.7e3 - first) ** 2 * (4.7e3 + first - 2.0 * second) ** 2 / (second - first) ** 4,
+        second: 1.0,
+        10e3: 1.0,
+        third: 1.0,
+        19e3: (19e3 - fourth) ** 2 * (19e3 - 2.0 * third + fourth) ** 2 / (fourth - third) ** 4,
+        fourth: 0.0,
+        30e3: 0.0,
+    }
+    found = [float(tetrahedron.size_factor(side * regular, sides)) for side in expected]
+    assert found == pytest.approx(list(expected.values()), abs=1e-12)
+
+
 def test_all_at_one_place_have_no_shape():
     glassmeier, robert_roux, volume = factors(np.ones((4, 3)))
     assert math.isnan(glassmeier)

@@ -5,11 +5,12 @@
 from collections.abc import Callable
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from satform.common.spec import Positive
 from satform.evaluation.reducers import ExtremeOf, MeanOf
 from satform.numeric.elementwise import Array
-from satform.orbits.tetrahedron import QUALITIES
+from satform.orbits.tetrahedron import QUALITIES, size_factor
 from satform.record.reducer import FlightShape, Reducer
 from satform.scenario.parts import Timing
 from satform.scenario.windowed_expectation import AtTime, OfSatellites, OverWindow
@@ -28,6 +29,18 @@ class _OfFour(OfSatellites):
     the circumscribed sphere, 0 in a plane and 1 for a regular one; volume: volume relative to that of a
     regular one of equal mean side, 0 in a plane and 1 for a regular one."""
 
+    mean_sides: tuple[Positive, Positive, Positive, Positive] | None = None
+    """Ascending, m: the quality is multiplied by a factor that is 1 for a mean side between the second and
+    the third, and falls smoothly to 0 at the first and at the fourth; with quality volume this is the quality
+    factor of the Magnetospheric Multiscale mission. Left out, the size does not matter."""
+
+    @model_validator(mode="after")
+    def _ascending(self) -> "_OfFour":
+        sides = self.mean_sides
+        if sides is not None and not sides[0] < sides[1] <= sides[2] < sides[3]:
+            raise ValueError("mean_sides have to ascend; the second and the third may be equal")
+        return self
+
     def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
         own = super().complaints(satellites, timing)
         if self.satellites is None and len(satellites) != 4:
@@ -38,12 +51,15 @@ class _OfFour(OfSatellites):
 
     def factor(self) -> str:
         """What is meant, in words."""
-        return f"tetrahedron quality ({self.quality.replace('_', ' and ')})"
+        size = "" if self.mean_sides is None else " and size"
+        return f"tetrahedron quality ({self.quality.replace('_', ' and ')}{size})"
 
     def qualities(self) -> Callable[[Array], Array]:
         """Gives the quality, shape (rows, R, 1), from positions of shape (rows, R, 4, 3)."""
-        quality = QUALITIES[self.quality]
-        return lambda positions: quality(positions)[..., None]
+        quality, sides = QUALITIES[self.quality], self.mean_sides
+        if sides is None:
+            return lambda positions: quality(positions)[..., None]
+        return lambda positions: (quality(positions) * size_factor(positions, sides))[..., None]
 
 
 class TetrahedronQuality(_OfFour, OverWindow):

@@ -104,6 +104,28 @@ def volume_ratio(positions: Array) -> Array:
     return ratio
 
 
+def size_factor(positions: Array, sides: tuple[float, float, float, float]) -> Array:
+    """How well the size of a tetrahedron fits the one that is asked for.
+
+    Args:
+        positions: of the satellites, m, shape (..., 4, 3).
+        sides: mean sides, ascending, m: the factor is 1 between the second and the third, and falls to 0 at
+            the first and at the fourth.
+
+    Returns:
+        Shape (...), within [0, 1], with a continuous derivative.
+
+    Source: Roscoe et al. 2011; Fuselier et al. 2016, for the Magnetospheric Multiscale mission.
+    """
+    smallest, small, large, largest = sides
+    side = mean_side(positions)
+    up = np.clip((side - smallest) / (small - smallest), 0.0, 1.0)
+    down = np.clip((largest - side) / (largest - large), 0.0, 1.0)
+    rise, fall = up * (2.0 - up), down * (2.0 - down)
+    factor: Array = rise * rise * fall * fall
+    return factor
+
+
 QUALITIES: Mapping[str, Callable[[Array], Array]] = {
     "glassmeier": glassmeier_quality,
     "robert_roux": robert_roux_quality,
