@@ -23,8 +23,9 @@ QUICK = {
     "eccentric_rigid": 900.0,
     "geo_sphere_lqr": 100.0,
     "integral_action": 50.0,
+    "own_truth_model": 200.0,
 }
-"""Flown in every test run, with the duration in s: between them they have every control law of their kind."""
+"""Flown in every test run, with the duration in s: they have every control law, and formulas as truth."""
 
 MORE = {
     "attitude_limited_wheels": 20.0,

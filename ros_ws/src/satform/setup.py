@@ -95,6 +95,7 @@ setup(
             "linear_j2 = satform.dynamics.models:LinearJ2DynamicsSpec",
             "cw_perturbed = satform.dynamics.models:CwPerturbedDynamicsSpec",
             "inertial = satform.dynamics.models:InertialDynamicsSpec",
+            "formula = satform.dynamics.formula_model:FormulaDynamicsSpec",
             "velocity_dependent = satform.dynamics.velocity_dependent:VelocityDependentDynamicsSpec",
         ],
         "satform.metrics": [

@@ -9,6 +9,7 @@ import numpy as np
 
 from satform.control.periodic_lqr import PeriodicLqrSpec
 from satform.dynamics.cw_error import ChiefOrbit, cw_error, eccentric_error, free_motion
+from satform.dynamics.formula_model import FormulaDynamicsSpec
 from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
 from satform.flight.compile import flight_plan
@@ -47,7 +48,7 @@ def expected_errors(scenario: Scenario) -> list[ExpectedError]:
     Each begins where its plan begins, at the planned velocity where that is free motion and else on the
     closed ellipse through that place.
     """
-    if isinstance(scenario.dynamics, VelocityDependentDynamicsSpec):
+    if _gravity(scenario) == "none":
         return []
     chief = chief_orbit(scenario)
     known: dict[bytes, tuple[float, float]] = {}
@@ -162,4 +163,12 @@ def _linear(scenario: Scenario) -> bool:
     """Whether the truth itself is linear in the distance."""
     truth = scenario.dynamics
     ideal = isinstance(truth, CwPerturbedDynamicsSpec) and truth.chief_motion == "circular"
-    return ideal or isinstance(truth, CwDynamicsSpec | LinearJ2DynamicsSpec)
+    return ideal or isinstance(truth, CwDynamicsSpec | LinearJ2DynamicsSpec) or _gravity(scenario) == "cw"
+
+
+def _gravity(scenario: Scenario) -> str | None:
+    """The gravity of a truth model that is about no orbit but with it; None for the others."""
+    truth = scenario.dynamics
+    if not isinstance(truth, VelocityDependentDynamicsSpec | FormulaDynamicsSpec):
+        return None
+    return truth.gravity

@@ -43,6 +43,8 @@ _MODULES = {
     "FlightRecord": "satform.record.flight_record",
     "FrozenSensorSpec": "satform.membership.faults",
     "GraphChangeSpec": "satform.membership.formation",
+    "FormulaConstantSpec": "satform.dynamics.formula_model",
+    "FormulaDynamicsSpec": "satform.dynamics.formula_model",
     "GravitySpec": "satform.dynamics.specs",
     "GroundPointingSpec": "satform.attitude.ground_pointing",
     "HarmonicSpec": "satform.dynamics.prescribed_disturbances",

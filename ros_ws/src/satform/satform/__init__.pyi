@@ -38,6 +38,8 @@ from satform.control.relative_elements import ElementControlSpec as ElementContr
 from satform.control.sliding_mode import SlidingModeSpec as SlidingModeSpec
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec as HarrisPriesterSpec
 from satform.dynamics.atmosphere_specs import Nrlmsise00Spec as Nrlmsise00Spec
+from satform.dynamics.formula_model import FormulaConstantSpec as FormulaConstantSpec
+from satform.dynamics.formula_model import FormulaDynamicsSpec as FormulaDynamicsSpec
 from satform.dynamics.models import CwDynamicsSpec as CwDynamicsSpec
 from satform.dynamics.models import CwPerturbedDynamicsSpec as CwPerturbedDynamicsSpec
 from satform.dynamics.models import InertialDynamicsSpec as InertialDynamicsSpec

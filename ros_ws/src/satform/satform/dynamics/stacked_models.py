@@ -15,6 +15,7 @@ import numpy as np
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.cw_model import CwDynamics, CwState
 from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
+from satform.dynamics.formula_model import FormulaDynamics
 from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.linear_j2 import LinearJ2Dynamics
 from satform.dynamics.protocol import Dynamics
@@ -110,6 +111,7 @@ def _factors(step: DisturbedStep, name: str) -> Array:
 
 _SharedModel = (
     CwPerturbedDynamics
+    | FormulaDynamics
     | InertialDynamics
     | LinearJ2Dynamics
     | PropagatedChiefDynamics

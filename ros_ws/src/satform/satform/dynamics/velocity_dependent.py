@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Motion far from any orbit under a force that depends on the velocity, for laws that have to learn it."""
+"""Motion under a force that depends on the velocity, for laws that have to learn it; gravity may be added."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,9 +8,11 @@ from typing import Literal
 import numpy as np
 
 from satform.common.spec import NonNegative, Number, Positive
+from satform.dynamics.circular_gravity import CircularGravity, GravityKind, circular_gravity
 from satform.dynamics.cw_model import CwState
+from satform.dynamics.held_runge_kutta import advance_held, parts_of
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import Dynamics, DynamicsSetting, total_perturbation
+from satform.dynamics.protocol import Dynamics, DynamicsSetting
 from satform.dynamics.specs import PerturbedDynamicsSpec
 from satform.numeric.elementwise import Array
 
@@ -27,6 +29,7 @@ class VelocityDependentDynamics(Dynamics):
         perturbations: added to it, functions of time.
         duration: of a control period, s.
         parts: of equal length into which it is divided.
+        gravity: added to it; None for none.
     """
 
     linear: float | Array
@@ -36,6 +39,7 @@ class VelocityDependentDynamics(Dynamics):
     perturbations: tuple[Perturbation, ...]
     duration: float
     parts: int
+    gravity: CircularGravity | None = None
 
     def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
         """The state at time zero; arguments as in `Dynamics.start`."""
@@ -53,33 +57,17 @@ class VelocityDependentDynamics(Dynamics):
 
     def advance(self, state: CwState, acceleration_lvlh: Array, step: int) -> CwState:
         """The state one control period later; arguments as in `Dynamics.advance`."""
-        position, velocity = state.position, state.velocity
-        part = self.duration / self.parts
-        half = 0.5 * part
-        for number in range(self.parts):
-            begin, middle, end = (
-                acceleration_lvlh + self._disturbance(step, (number + share) * part)
-                for share in (0.0, 0.5, 1.0)
-            )
-            first = begin + self.acceleration(velocity)
-            second_velocity = velocity + half * first
-            second = middle + self.acceleration(second_velocity)
-            third_velocity = velocity + half * second
-            third = middle + self.acceleration(third_velocity)
-            fourth_velocity = velocity + part * third
-            fourth = end + self.acceleration(fourth_velocity)
-            position = position + part / 6.0 * (
-                velocity + 2.0 * (second_velocity + third_velocity) + fourth_velocity
-            )
-            velocity = velocity + part / 6.0 * (first + 2.0 * (second + third) + fourth)
-        return CwState(position, velocity)
 
-    def _disturbance(self, step: int, offset: float) -> Array | float:
-        return total_perturbation(self.perturbations, step, offset) if self.perturbations else 0.0
+        def force(_offset: float, position: Array, velocity: Array) -> Array:
+            own = self.acceleration(velocity)
+            return own if self.gravity is None else own + self.gravity.at(position, velocity)
+
+        grid = (step, self.duration, self.parts)
+        return advance_held(state, acceleration_lvlh, force, self.perturbations, grid)
 
 
 class VelocityDependentDynamicsSpec(PerturbedDynamicsSpec):
-    """A force that is the same function of the velocity on each axis; there is no gravity.
+    """A force that is the same function of the velocity on each axis; gravity is added if asked for.
 
     The acceleration is linear v + wave sin(wave_number v) + quadratic v |v|.
     """
@@ -93,6 +81,9 @@ class VelocityDependentDynamicsSpec(PerturbedDynamicsSpec):
     """Angle of that sine per velocity [rad s/m]."""
     quadratic: Number = 0.05
     """Acceleration per velocity times speed [1/m]."""
+    gravity: GravityKind = "none"
+    """Gravity that is added, with the rotation of LVLH: none; cw, linear in the distance; or point_mass,
+    exact about a chief on a circular orbit."""
     maximum_step: Positive = 0.05
     """Longest sub-step of the integration [s]."""
 
@@ -105,5 +96,6 @@ class VelocityDependentDynamicsSpec(PerturbedDynamicsSpec):
             quadratic=self.quadratic,
             perturbations=self.build_perturbations(setting),
             duration=setting.step,
-            parts=max(1, int(np.ceil(setting.step / self.maximum_step * (1.0 - 1e-12)))),
+            parts=parts_of(setting.step, self.maximum_step),
+            gravity=circular_gravity(self.gravity, setting.mean_motion),
         )
