@@ -154,9 +154,13 @@ class PropagatedChiefDynamics(Dynamics):
     integrator: FixedStep
     perturbations: tuple[Perturbation, ...] = ()
 
+    def start_frame(self) -> LvlhFrame:
+        """The chief's frame at time zero."""
+        return self._frame(0.0, self.chief_position, self.chief_velocity)[0]
+
     def start(self, position_lvlh: Array, velocity_lvlh: Array) -> RelativeState:
         """The state at time zero; arguments as in `Dynamics.start`."""
-        frame, _ = self._frame(0.0, self.chief_position, self.chief_velocity)
+        frame = self.start_frame()
         carried = velocity_lvlh + cross(frame.rate, position_lvlh)
         motion = np.stack(
             (

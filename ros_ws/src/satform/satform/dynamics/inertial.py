@@ -61,9 +61,13 @@ class InertialDynamics(Dynamics):
     exact_rate: bool = True
     perturbations: tuple[Perturbation, ...] = ()
 
+    def start_frame(self) -> LvlhFrame:
+        """The chief's frame at time zero."""
+        return self._frame(0.0, self.chief_position, self.chief_velocity)
+
     def start(self, position_lvlh: Array, velocity_lvlh: Array) -> InertialState:
         """The state at time zero; arguments as in `Dynamics.start`."""
-        frame = self._frame(0.0, self.chief_position, self.chief_velocity)
+        frame = self.start_frame()
         position, velocity = frame.to_inertial(position_lvlh, velocity_lvlh)
         motion = np.stack(
             (

@@ -3,7 +3,7 @@
 """The truth models that a scenario chooses under `dynamics:`, from textbook CW to inertial space."""
 
 from datetime import datetime
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -22,6 +22,7 @@ from satform.dynamics.specs import (
     PerturbedDynamicsSpec,
 )
 from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief
+from satform.orbits.frames import LvlhFrame
 
 if TYPE_CHECKING:
     from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
@@ -60,6 +61,10 @@ class LinearJ2DynamicsSpec(PerturbedDynamicsSpec):
     def keplerian_chief(self, mean_motion: float) -> KeplerianChief:
         """The chief's orbit at time zero; as in `DynamicsSpec.keplerian_chief`."""
         return self.chief.keplerian(mean_motion)
+
+    def about(self, chief: ChiefOrbitSpec, epoch: datetime) -> Self:
+        """This model about the circle of a chief's orbit; as in `DynamicsSpec.about`."""
+        return super().about(chief.model_copy(update={"eccentricity": 0.0}), epoch)
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why the chief's orbit cannot be flown; as in `DynamicsSpec.complaints`."""
@@ -106,6 +111,19 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
     def keplerian_chief(self, mean_motion: float) -> KeplerianChief:
         """The chief's orbit at time zero; as in `DynamicsSpec.keplerian_chief`."""
         return self.chief.keplerian(mean_motion)
+
+    def about(self, chief: ChiefOrbitSpec, epoch: datetime) -> Self:
+        """This model about a chief's orbit, or about its circle; as in `DynamicsSpec.about`."""
+        if self.chief_motion == "circular":
+            chief = chief.model_copy(update={"eccentricity": 0.0})
+        return super().about(chief, epoch)
+
+    def start_frame(self, setting: DynamicsSetting) -> LvlhFrame | None:
+        """The chief's frame at time zero, of a propagated chief; as in `DynamicsSpec.start_frame`."""
+        from satform.dynamics.cw_perturbed import PropagatedChiefDynamics  # noqa: PLC0415  imports brahe
+
+        model = self.build(setting)
+        return model.start_frame() if isinstance(model, PropagatedChiefDynamics) else None
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why the chief's orbit cannot be flown; as in `DynamicsSpec.complaints`."""
@@ -160,6 +178,10 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
     def keplerian_chief(self, mean_motion: float) -> KeplerianChief:
         """The chief's orbit at time zero; as in `DynamicsSpec.keplerian_chief`."""
         return self.chief.keplerian(mean_motion)
+
+    def start_frame(self, setting: DynamicsSetting) -> LvlhFrame:
+        """The chief's frame at time zero; as in `DynamicsSpec.start_frame`."""
+        return self.build(setting).start_frame()
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why chief or bodies cannot be flown; as in `DynamicsSpec.complaints`."""

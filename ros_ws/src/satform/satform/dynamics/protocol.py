@@ -4,12 +4,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from datetime import datetime
+from typing import Any, Protocol, Self
 
 from satform.common.spec import Complaint, Spec
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.numeric.elementwise import Array
-from satform.orbits.chief import KeplerianChief
+from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief
 from satform.orbits.frames import LvlhFrame
 
 
@@ -93,6 +94,28 @@ class DynamicsSpec(Spec):
 
         Returns:
             None, as here, for a model about a circular orbit in an unknown plane.
+        """
+        return None
+
+    def about(self, chief: ChiefOrbitSpec, epoch: datetime) -> Self:
+        """This model with the chief's orbit and the date of time zero, where it has any.
+
+        What the scenario says of them stays known by `model_fields_set`, which is not changed.
+
+        Args:
+            chief: its orbit at time zero.
+            epoch: of time zero, UTC.
+        """
+        known = {"chief": chief, "epoch": epoch}
+        about = self.model_copy(update={key: known[key] for key in known if key in type(self).model_fields})
+        about.__pydantic_fields_set__ = set(self.model_fields_set)
+        return about
+
+    def start_frame(self, setting: DynamicsSetting) -> LvlhFrame | None:
+        """The chief's frame at time zero, in which this model takes positions and velocities.
+
+        Returns:
+            None, as here, for a model that is linear about a circular orbit.
         """
         return None
 

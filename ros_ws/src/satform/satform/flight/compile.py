@@ -308,6 +308,10 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
     assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
     path, nominal, desired = _departure(scenario, spec)
     arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
+    on_reference = Motion(
+        desired.position + np.asarray(spec.position_error),
+        desired.velocity + np.asarray(spec.velocity_error),
+    )
     return FlightPlan(
         path=path,
         controller=spec.controller.build(flight_setting(scenario, index)),
@@ -316,10 +320,7 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
         phase_offset=_scalar(spec.phase_offset),
         arc_length=arc_length,
         rate=rate,
-        start=Motion(
-            desired.position + np.asarray(spec.position_error),
-            desired.velocity + np.asarray(spec.velocity_error),
-        ),
+        start=scenario.start_of(index) or on_reference,
         step=scenario.timing.step,
         estimator=_estimator(scenario, spec),
         orientation=_orientation(scenario, index, desired, neighbours),
@@ -375,7 +376,7 @@ def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
 
 
 def motion_at_start(scenario: Scenario) -> Motion:
-    """Where all satellites begin: on their references, off by the scenario's errors.
+    """Where all satellites begin: by their `start`, or on their references, off by the scenario's errors.
 
     Returns:
         Position in m and velocity in m/s in LVLH, shapes (N, 3).

@@ -11,6 +11,8 @@ import functools
 import os
 import tempfile
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,6 +65,13 @@ class EarthOrientation:
             self._hand_over(epoch)
             brahe.set_global_space_weather_provider(weather)
             return float(brahe.density_nrlmsise00(epoch, position_fixed))
+
+    @contextmanager
+    def in_use(self, epoch: Any) -> Iterator[None]:
+        """While it is open brahe computes with the parameters of its epoch."""
+        with _IN_USE:
+            self._hand_over(epoch)
+            yield
 
     def covers(self, epoch: Any) -> bool:
         """Whether the parameters are given for an epoch; beyond their first and last they are held."""

@@ -16,7 +16,7 @@ from satform.common.spec import Complaint, Plugin, Positive, Spec, require_consi
 from satform.communication.channel_model import LinksSpec
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
-from satform.control.protocol import FlightSetting, require_protocol
+from satform.control.protocol import FlightSetting, Motion, require_protocol
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import BY_CONTENT, with_copies
 from satform.membership.faults import FaultSpec
@@ -36,6 +36,14 @@ from satform.scenario.parts import (
     Sentence,
     Source,
     Timing,
+)
+from satform.scenario.satellite_start import (
+    ChiefAtStart,
+    chief_at_start,
+    chief_complaints,
+    known_starts,
+    start_complaints,
+    without_chief,
 )
 from satform.scenario.start import coincident_with_followed, singular_references
 from satform.scenario.variation import refusal, varied
@@ -118,6 +126,15 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     """Which machine runs which part, where the formation is flown on several."""
 
     @model_validator(mode="after")
+    def _about_the_chief(self) -> "Scenario":
+        if self.orbit.chief is not None:
+            require_consistent(chief_complaints(self.dynamics))
+            # All who ask the truth model for chief and date find those of the orbit.
+            about = self.dynamics.about(self.orbit.chief.orbit, self.orbit.chief.time_zero)
+            self.__dict__["dynamics"] = about
+        return self
+
+    @model_validator(mode="after")
     def _consistent(self, info: ValidationInfo) -> "Scenario":
         complaints = [
             *self._satellite_complaints(),
@@ -194,7 +211,11 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
 
     def _dynamics_complaints(self) -> list[Complaint]:
         setting = DynamicsSetting(self.orbit.rate, self.timing.step, len(self.satellites), self.seed)
-        return [(("dynamics", *field), sentence) for field, sentence in self.dynamics.complaints(setting)]
+        found = self.dynamics.complaints(setting)
+        whole: list[Complaint] = [(("dynamics", *field), sentence) for field, sentence in found]
+        # Where a satellite starts is asked of a truth model that can be flown.
+        shared = self.satellite_defaults.model_fields_set
+        return whole or start_complaints(self.satellites, shared, self.start_of)
 
     def _expectation_complaints(self, *, recorded: bool) -> list[Complaint]:
         whole = {own.name: self.satellite(index) for index, own in enumerate(self.satellites)}
@@ -249,7 +270,8 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         if complaints or any(self.satellite(index).curve is None for index in range(len(self.satellites))):
             return complaints
         whole = [self.satellite(index) for index in range(len(self.satellites))]
-        return [(("satellites", index), text) for index, text in coincident_with_followed(whole, graph)]
+        found = coincident_with_followed(whole, graph, known_starts(len(whole), self.start_of))
+        return [(("satellites", index), text) for index, text in found]
 
     def _reference_complaints(self) -> list[Complaint]:
         whole = [self.satellite(index) for index in range(len(self.satellites))]
@@ -322,7 +344,10 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     @property
     def chief(self) -> KeplerianChief | None:
         """The chief's orbit at time zero; None for a circular one in an unknown plane."""
-        return self.dynamics.keplerian_chief(self.orbit.rate)
+        own = self.dynamics.keplerian_chief(self.orbit.rate)
+        if own is None and self.orbit.chief is not None:
+            return self.orbit.chief.orbit.keplerian(self.orbit.rate)
+        return own
 
     @property
     def setting(self) -> FlightSetting:
@@ -370,6 +395,26 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             self.checkpoint_steps,
         )
         return MembershipPlan(names, self._graph, events, self.timing.steps)
+
+    @cached_property
+    def _chief_at_start(self) -> ChiefAtStart:
+        setting = DynamicsSetting(self.orbit.rate, self.timing.step, len(self.satellites), self.seed)
+        return chief_at_start(self.orbit, self.dynamics, setting, self.chief)
+
+    def start_of(self, index: int) -> Motion | None:
+        """Position (m) and velocity (m/s) in LVLH at time zero that a satellite's `start` stands for.
+
+        Args:
+            index: of the satellite.
+
+        Returns:
+            None for a satellite without one, which starts on its reference.
+
+        Raises:
+            ValueError: the start cannot be taken about this chief.
+        """
+        start = self.satellites[index].start
+        return None if start is None else self._chief_at_start.motion(start)
 
     def satellite(self, index: int) -> SatelliteSpec:
         """One satellite with what it left out filled in from `satellite_defaults`."""
@@ -421,12 +466,20 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     def digest(self) -> str:
         """SHA-256 of the scenario's meaning: the same for two files that describe the same run."""
         satellites = tuple(self.satellite(index) for index in range(len(self.satellites)))
-        explicit = self.model_copy(update={"satellites": satellites, "satellite_defaults": SatelliteFields()})
+        parts = {"satellites": satellites, "satellite_defaults": SatelliteFields()}
+        # What follows from the orbit is counted with the orbit: its last digits may differ among processors.
+        explicit = self.model_copy(update={**parts, "dynamics": without_chief(self.dynamics, self.orbit)})
+        without_start = [index for index, satellite in enumerate(satellites) if satellite.start is None]
         # Where the parts run does not change what is flown, nor what is not judged what is judged; nor
-        # does it matter that an orbit was allowed.
+        # does it matter that an orbit was allowed, or that a scenario could say more and does not.
         return hashlib.sha256(
             explicit.model_dump_json(
-                exclude={"hosts": True, "omitted_expectations": True, "orbit": {"allow_below_surface"}},
+                exclude={
+                    "hosts": True,
+                    "omitted_expectations": True,
+                    "orbit": {"allow_below_surface", *(() if self.orbit.chief else ("chief",))},
+                    "satellites": {index: {"start"} for index in without_start},
+                },
                 context=BY_CONTENT,
             ).encode()
         ).hexdigest()

@@ -16,13 +16,15 @@ from satform.equipment.sensor import NavigationSpec
 from satform.equipment.thruster import ThrusterSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
+from satform.orbits.orbit_specs import ChiefSpec
+from satform.orbits.start_specs import StartSpec
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
 Sentence = Annotated[str, Field(min_length=1, max_length=20_000)]
 
 
 class Orbit(Spec):
-    """The chief's circular orbit, by exactly one of its period, mean motion or semi-major axis."""
+    """The chief's orbit: circular by its period, mean motion or semi-major axis, or whole by `chief`."""
 
     period: Annotated[float, Field(ge=1e-3, le=1e12, strict=True)] | None = None
     """Time of one revolution, s."""
@@ -30,17 +32,20 @@ class Orbit(Spec):
     """Angular rate, rad/s."""
     semi_major_axis: Annotated[float, Field(ge=1.0, le=1e12, strict=True)] | None = None
     """Radius of the orbit about the Earth's centre, m."""
+    chief: ChiefSpec | None = None
+    """The whole orbit at time zero, by elements, a state or a file; the mean motion, the truth model's chief
+    and the date of time zero follow from it."""
     allow_below_surface: bool = False
     """Whether the orbit may lie below the Earth's surface, where a source prints such a period."""
 
     @model_validator(mode="after")
     def _one_of_three(self) -> "Orbit":
-        names = ("period", "mean_motion", "semi_major_axis")
+        names = ("period", "mean_motion", "semi_major_axis", "chief")
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
-                "give exactly one of period [s], mean_motion [rad/s, or deg/s as text], semi_major_axis [m]; "
-                f"found {' and '.join(given) if given else 'none'}"
+                "give exactly one of period [s], mean_motion [rad/s, or deg/s as text], semi_major_axis [m], "
+                f"chief; found {' and '.join(given) if given else 'none'}"
             )
         if self.radius < EQUATORIAL_RADIUS and not self.allow_below_surface:
             shortest = 2.0 * math.pi * math.sqrt(EQUATORIAL_RADIUS**3 / GRAVITATIONAL_PARAMETER)
@@ -58,6 +63,8 @@ class Orbit(Spec):
             return 2.0 * math.pi / self.period
         if self.mean_motion is not None:
             return self.mean_motion
+        if self.chief is not None:
+            return self.chief.mean_motion
         assert self.semi_major_axis is not None  # noqa: S101 - the validator has seen to it
         return math.sqrt(GRAVITATIONAL_PARAMETER / self.semi_major_axis**3)
 
@@ -200,3 +207,5 @@ class SatelliteSpec(SatelliteFields):
 
     name: Name
     """Name of the satellite's node and topics: lower case letters, digits and underscores."""
+    start: StartSpec | None = None
+    """Where it starts; on its reference, off by `position_error` and `velocity_error`, when left out."""

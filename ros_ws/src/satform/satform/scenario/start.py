@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from satform.consensus.graph import Graph
+from satform.control.protocol import Motion
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Path
 from satform.scenario.parts import SatelliteSpec
@@ -22,7 +23,7 @@ _LONGEST_PERIOD = 1e15
 
 
 def start_position(satellite: SatelliteSpec) -> Array:
-    """Where a satellite starts, LVLH, m, shape (3,).
+    """Where a satellite without `start` starts, LVLH, m, shape (3,).
 
     Args:
         satellite: with all that it takes from `satellite_defaults`.
@@ -34,17 +35,23 @@ def start_position(satellite: SatelliteSpec) -> Array:
     return start
 
 
-def coincident_with_followed(satellites: Sequence[SatelliteSpec], graph: Graph) -> list[tuple[int, str]]:
+def coincident_with_followed(
+    satellites: Sequence[SatelliteSpec], graph: Graph, starts: Sequence[Motion | None]
+) -> list[tuple[int, str]]:
     """Satellites that start where the one is that they are to keep a distance from.
 
     Args:
         satellites: complete ones, in the order of the graph's rows.
         graph: who follows whom.
+        starts: motion of those that have a `start`; None for the others, which start on their references.
 
     Returns:
         Index of each such satellite, and a sentence.
     """
-    places = [start_position(satellite) for satellite in satellites]
+    places = [
+        start_position(satellite) if start is None else start.position
+        for satellite, start in zip(satellites, starts, strict=True)
+    ]
     found = []
     for index, satellite in enumerate(satellites):
         for other in graph.neighbours(index):
