@@ -113,7 +113,7 @@ class PeriodicLqrSpec(ControllerSpec):
     """Linear-quadratic regulator about a chief of any eccentricity, with a gain that repeats every orbit."""
 
     kind: Literal["periodic_lqr"] = "periodic_lqr"
-    model: ModelName = "yamanaka_ankersen"
+    model: Literal["cw", "yamanaka_ankersen"] = "yamanaka_ankersen"
     """Relative motion that gain and feed-forward are computed from."""
     position_weight: PositivePerAxis = (1.0, 1.0, 0.5)
     """Cost of a position error, per axis, 1/m^2."""

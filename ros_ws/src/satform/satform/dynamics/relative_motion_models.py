@@ -8,11 +8,12 @@ from typing import Literal, Protocol
 import numpy as np
 
 from satform.dynamics import cw
+from satform.dynamics.j2_element_model import J2ElementModel
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
 
-ModelName = Literal["cw", "yamanaka_ankersen"]
+ModelName = Literal["cw", "yamanaka_ankersen", "j2_elements"]
 
 
 class RelativeMotionModel(Protocol):
@@ -63,9 +64,14 @@ def relative_motion_model(name: ModelName, chief: KeplerianChief) -> RelativeMot
     Args:
         name: of the model.
         chief: its orbit, by osculating elements at time zero.
+
+    Raises:
+        ValueError: the model does not know such an orbit.
     """
     if name == "cw":
         return CwModel(chief.mean_motion)
+    if name == "j2_elements":
+        return J2ElementModel(chief)
     return YamanakaAnkersenModel(chief)
 
 

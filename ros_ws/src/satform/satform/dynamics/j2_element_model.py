@@ -1,0 +1,132 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Linear relative motion under J2 about a chief of any eccentricity, by mean relative elements.
+
+Mean relative elements change by `satform.orbits.j2_elements`; they become position and velocity by the
+derivative of the mean-to-osculating map of J2 and of Kepler's equations, taken by central differences.
+
+Equations: docs/controllers/eccentric.md.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from satform.numeric.elementwise import Array
+from satform.orbits.chief import KeplerianChief
+from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
+from satform.orbits.frames import chief_frame
+from satform.orbits.j2_elements import as_array, drifted, element_transition
+from satform.orbits.mean_elements import mean_chief, osculating_elements
+
+_PROBE = 1e-5
+"""Size of a relative element that is tried: its square is far above rounding and its cube below."""
+
+_RATE_PROBE = 2e-5
+"""Part of an orbit over which the rate of the transition is taken."""
+
+LOWEST_INCLINATION = 1e-3
+"""To the equator, rad, from which the node is well defined."""
+
+
+@dataclass(frozen=True)
+class J2ElementModel:
+    """Relative motion under the Earth's oblateness, to first order in the distance and in J2.
+
+    Attributes:
+        osculating: the chief's orbit by osculating elements at time zero.
+    """
+
+    osculating: KeplerianChief
+
+    def __post_init__(self) -> None:
+        """Refuse an orbit in the equator, whose node is undefined.
+
+        Raises:
+            ValueError: the inclination is too near to 0 or pi.
+        """
+        if math.sin(self.osculating.inclination) < LOWEST_INCLINATION:
+            raise ValueError(
+                f"j2_elements: the chief's inclination of {self.osculating.inclination:g} rad leaves the "
+                "node undefined; use yamanaka_ankersen"
+            )
+
+    @cached_property
+    def mean(self) -> KeplerianChief:
+        """The chief's mean elements at time zero."""
+        return mean_chief(self.osculating)
+
+    def transition(self, start: float | Array, end: float | Array) -> Array:
+        """State transition from one time to another.
+
+        Args:
+            start: since time zero, s, shape (...).
+            end: likewise; may be before `start`.
+
+        Returns:
+            Of the state (position, velocity) in m and m/s, LVLH, shape (..., 6, 6). The velocity is taken in
+            the frame as it truly turns.
+
+        Source: Koenig, Guffanti & D'Amico 2017.
+        """
+        first, last = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
+        found = [
+            self._transition(begin, finish)
+            for begin, finish in zip(np.ravel(first).tolist(), np.ravel(last).tolist(), strict=True)
+        ]
+        return np.asarray(found, dtype=np.float64).reshape(*first.shape, 6, 6)
+
+    def system_matrix(self, time: float | Array) -> Array:
+        """Continuous-time matrix A of d(state)/dt = A state at a time in s of shape (...): (..., 6, 6)."""
+        middle = np.asarray(time, dtype=np.float64)
+        half = _RATE_PROBE * self.mean.period
+        rate = (self.transition(middle, middle + half) - self.transition(middle, middle - half)) / (
+            2.0 * half
+        )
+        rate[..., :3, :3], rate[..., :3, 3:] = 0.0, np.eye(3)
+        return rate
+
+    def _transition(self, start: float, end: float) -> Array:
+        chief = drifted(self.mean, start)
+        moved = motion_from_mean_elements(drifted(self.mean, end)) @ element_transition(chief, end - start)
+        return np.asarray(np.linalg.solve(motion_from_mean_elements(chief).T, moved.T).T, dtype=np.float64)
+
+
+def motion_from_mean_elements(chief: KeplerianChief) -> Array:
+    """Map of small mean relative elements to motion, at one instant.
+
+    Args:
+        chief: by mean elements at that instant.
+
+    Returns:
+        Shape (6, 6): of (da, dlambda, dex, dey, dix, diy), dimensionless, to position in m and velocity in
+        m/s, LVLH.
+    """
+    import brahe  # noqa: PLC0415  slow to import, and few scenarios need this model
+
+    radians: Any = brahe.AngleFormat.RADIANS
+    own = as_array(chief)
+    own[3:] = np.remainder(own[3:], math.tau)
+    tried = np.concatenate((_PROBE * np.eye(6), -_PROBE * np.eye(6)))
+    mean = np.concatenate((own[None], brahe.state_roe_to_oe(own, tried, radians)))
+    osculating = osculating_elements(mean)
+    osculating[:, 3:] = np.remainder(osculating[:, 3:], math.tau)
+    states = brahe.state_koe_to_eci(osculating, radians)
+    position, velocity = states[:, :3], states[:, 3:]
+    frame = chief_frame(position[0], velocity[0], oblate_acceleration(position[0]))
+    moved = np.concatenate(frame.to_lvlh(position[1:], velocity[1:]), axis=-1)
+    return np.asarray((moved[:6] - moved[6:]).T / (2.0 * _PROBE), dtype=np.float64)
+
+
+def oblate_acceleration(position: Array) -> Array:
+    """Inertial acceleration by J2 at an inertial position in m, shape (3,), m/s^2.
+
+    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 8.
+    """
+    radius = float(np.linalg.norm(position))
+    strength = 1.5 * OBLATENESS * GRAVITATIONAL_PARAMETER * EQUATORIAL_RADIUS**2 / radius**5
+    lift = 5.0 * (float(position[2]) / radius) ** 2
+    return np.asarray(-strength * position * (np.array([1.0, 1.0, 3.0]) - lift), dtype=np.float64)
