@@ -71,11 +71,10 @@ def expected_errors(scenario: Scenario) -> list[ExpectedError]:
 
 def chief_orbit(scenario: Scenario) -> ChiefOrbit:
     """The chief's two-body orbit; circular where the truth model knows no other."""
-    orbit = getattr(scenario.dynamics, "chief", None)
-    if orbit is None:
+    chief = scenario.chief
+    if chief is None:
         return ChiefOrbit(scenario.orbit.rate)
-    anomaly = orbit.argument_of_latitude - orbit.argument_of_perigee
-    return ChiefOrbit(scenario.orbit.rate, orbit.eccentricity, anomaly)
+    return ChiefOrbit(scenario.orbit.rate, chief.eccentricity, chief.true_anomaly(0.0))
 
 
 def linearisation_warnings(scenario: Scenario) -> list[str]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from satform.control.protocol import Motion
 from satform.dynamics import cw
+from satform.dynamics.relative_motion_models import RelativeMotionModel
 from satform.numeric.elementwise import Array, norm
 
 LARGEST_CONDITION = 1e8
@@ -199,11 +200,47 @@ def two_impulse_transfer(
 
     Source: Clohessy & Wiltshire 1960: rendezvous in two impulses.
     """
-    transition, velocity_to_position = coast_to_point(mean_motion, duration)
+    transition, _ = coast_to_point(mean_motion, duration)
     push = np.zeros(3) if disturbance is None else disturbance
-    pushed = push @ cw.input_matrix(mean_motion, duration).T
+    return _between(start, target, transition, push @ cw.input_matrix(mean_motion, duration).T)
+
+
+def two_impulse_transfer_by_model(
+    start: Motion, target: Motion, model: RelativeMotionModel, departure: float, duration: float
+) -> Transfer:
+    """Impulses as of `two_impulse_transfer`, by any model of relative motion, as about an eccentric chief.
+
+    Args:
+        start: position (m) and velocity (m/s) before the first impulse, LVLH, each (..., 3).
+        target: position (m) and velocity (m/s) after the second impulse, LVLH, each (..., 3).
+        model: of the relative motion, such as `satform.dynamics.relative_motion_models` has by name.
+        departure: time of the first impulse, s.
+        duration: of the coast, s.
+
+    Returns:
+        The two impulses and the velocity before the second.
+
+    Raises:
+        ValueError: the duration is not positive, or the departure velocity cannot be solved for, as for a
+            whole number of orbits.
+
+    Source: Yamanaka & Ankersen 2002 for an eccentric chief.
+    """
+    if not duration > 0.0:
+        raise ValueError(f"a transfer takes a positive time, got {duration:g} s")
+    transition = model.transition(departure, departure + duration)
+    if np.linalg.cond(transition[:3, 3:]) > LARGEST_CONDITION:
+        raise ValueError(
+            f"a transfer of {duration:g} s from {departure:g} s on has no two-impulse solution; choose "
+            "another time, no whole number of half orbits"
+        )
+    return _between(start, target, transition, np.zeros(6))
+
+
+def _between(start: Motion, target: Motion, transition: Array, pushed: Array) -> Transfer:
+    """The impulses at both ends of a coast that ends `pushed` (6,) from where it would."""
     drift = start.position @ transition[:3, :3].T + pushed[..., :3]
-    departure = (target.position - drift) @ np.linalg.inv(velocity_to_position).T
+    departure = (target.position - drift) @ np.linalg.inv(transition[:3, 3:]).T
     arrival = start.position @ transition[3:, :3].T + departure @ transition[3:, 3:].T + pushed[..., 3:]
     return Transfer(departure - start.velocity, target.velocity - arrival, arrival)
 
