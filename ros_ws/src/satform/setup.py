@@ -10,6 +10,7 @@ _FIGURES = ["matplotlib>=3.8,<4"]
 _BAGS = ["lz4>=4.3,<5", "mcap>=1.2,<2", "rosbags>=0.10,<0.12", "zstandard>=0.22,<1"]
 _CAMPAIGNS = ["arro3-core>=0.5,<1", "arro3-io>=0.5,<1"]
 _DASK = [*_CAMPAIGNS, "distributed>=2024.8"]
+_MPC = ["clarabel>=0.11,<0.12"]
 _PANDAS = ["pandas>=2.2,<4"]
 _XARRAY = ["xarray>=2024.7"]
 
@@ -54,9 +55,10 @@ setup(
         "bags": _BAGS,
         "campaigns": _CAMPAIGNS,
         "dask": _DASK,
+        "mpc": _MPC,
         "pandas": _PANDAS,
         "xarray": _XARRAY,
-        "all": [*_FIGURES, *_BAGS, *_DASK, *_PANDAS, *_XARRAY],
+        "all": [*_FIGURES, *_BAGS, *_DASK, *_MPC, *_PANDAS, *_XARRAY],
         "test": ["pytest"],
     },
     zip_safe=False,
@@ -80,6 +82,7 @@ setup(
             "lqi = satform.control.lqi:LqiSpec",
             "periodic_lqr = satform.control.periodic_lqr:PeriodicLqrSpec",
             "lqr = satform.control.lqr:LqrSpec",
+            "model_predictive = satform.control.model_predictive:ModelPredictiveSpec",
             "observer = satform.control.observer:ObserverSpec",
             "relative_elements = satform.control.relative_elements:ElementControlSpec",
             "sliding_mode = satform.control.sliding_mode:SlidingModeSpec",

@@ -30,6 +30,8 @@ MEMORIES = {
     "impulsive_guidance": "{kind: impulsive_guidance, waypoints: ["
     "{position: [0, -8e4, 0], duration: 20.0, arrival: pass},"
     " {position: [0, -5e4, 0], duration: 13.0}]}",
+    "model_predictive": "{kind: model_predictive, horizon: 60.0, interval: 5.0,"
+    " keep_out: [{kind: sphere, radius: 10.0}]}",
     "timed_burns": "{kind: timed_burns, burns: [{time: 10.0, velocity_change: [0, 1, 0]},"
     " {time: 24.0, velocity_change: [1, 0, 0]}]}",
 }

@@ -30,8 +30,12 @@ from satform.control.artificial_potential import ArtificialPotentialSpec as Arti
 from satform.control.coast import CoastSpec as CoastSpec
 from satform.control.feedback_linearisation import FeedbackLinearisationSpec as FeedbackLinearisationSpec
 from satform.control.integral_action import IntegralSpec as IntegralSpec
+from satform.control.keep_out import HalfSpaceSpec as HalfSpaceSpec
+from satform.control.keep_out import RadialNormalSpec as RadialNormalSpec
+from satform.control.keep_out import SphereSpec as SphereSpec
 from satform.control.lqi import LqiSpec as LqiSpec
 from satform.control.lqr import LqrSpec as LqrSpec
+from satform.control.model_predictive import ModelPredictiveSpec as ModelPredictiveSpec
 from satform.control.observer import ObserverSpec as ObserverSpec
 from satform.control.periodic_lqr import PeriodicLqrSpec as PeriodicLqrSpec
 from satform.control.relative_elements import ElementControlSpec as ElementControlSpec
