@@ -17,6 +17,7 @@ from satform_tools.check.filters import filter_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
 from satform_tools.check.pointing import pointing_warnings
+from satform_tools.check.predictive_plans import predictive_plan_warnings
 from satform_tools.check.sampling import sampling_warnings
 from satform_tools.check.start import start_warnings
 from satform_tools.check.thrust import thrust_warnings
@@ -33,6 +34,7 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     earth_orientation_warnings,
     sampling_warnings,
     thrust_warnings,
+    predictive_plan_warnings,
     filter_warnings,
     pointing_warnings,
 )
