@@ -3,6 +3,7 @@
 """What `check` and `show` say of the chief's orbit, of CW's error and of the integrator's."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from satform.dynamics.integration_error import integration_error
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
 from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.flight.simulate import simulate
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform_tools import check
-from satform_tools.check.linearisation import expected_errors
+from satform_tools.check.linearisation import expected_errors, oblateness_effect
 from satform_tools.describe import orbit
 from satform_tools.describe import scenario as describe_scenario
 
@@ -231,3 +233,30 @@ def test_check_warns_of_a_step_that_is_too_long_and_says_which_is_enough() -> No
         assert not said("integrator", *long, truth.format(kind, f"{{kind: rk8, maximum_step: {enough}}}"))
     assert not said("integrator", "dynamics={kind: inertial}")
     assert not said("integrator")
+
+
+def test_what_j2_adds_is_that_of_free_motion_under_it() -> None:
+    """Two satellites without control for an orbit under J2, less the same without it."""
+    changes = [
+        "orbit.semi_major_axis=8.0e6",
+        "timing={step: 60.0, duration: 7080.0}",
+        "satellite_defaults.controller={kind: coast}",
+        "satellite_defaults.curve={kind: fixed_point, position: [0, 200, 0]}",
+        "satellites.0.curve={kind: fixed_point, position: [0, 200, 0]}",
+    ]
+    ends = []
+    for degree in (2, 0):
+        chief = "chief: {eccentricity: 0.05, inclination: 1.1, argument_of_perigee: 0.4}"
+        dynamics = f"dynamics={{kind: inertial, gravity: {{degree: {degree}, order: 0}}, {chief}}}"
+        one = scenario(*changes, dynamics)
+        ends.append(simulate(one).position[:, 0])
+        (entry,) = expected_errors(one)
+        if degree == 2:
+            # The plan is at rest in LVLH, and not on the ellipse that is looked at.
+            assert entry.start[:3] == (0.0, 200.0, 0.0)
+            found = oblateness_effect(one, replace(entry, start=(0.0, 200.0, 0.0, 0.0, 0.0, 0.0)))
+        else:
+            assert oblateness_effect(one, entry) == 0.0
+    expected = float(np.max(np.linalg.norm(ends[0] - ends[1], axis=-1)))
+    assert found == pytest.approx(expected, rel=0.05)
+    assert expected > 0.1

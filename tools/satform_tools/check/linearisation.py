@@ -10,13 +10,21 @@ import numpy as np
 from satform.control.periodic_lqr import PeriodicLqrSpec
 from satform.dynamics.cw_error import ChiefOrbit, cw_error, eccentric_error, free_motion
 from satform.dynamics.formula_model import FormulaDynamicsSpec
+from satform.dynamics.j2_element_model import LOWEST_INCLINATION, J2ElementModel
 from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
+from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.flight.compile import flight_plan
 from satform.scenario import Scenario
 
 _NOTEWORTHY = 0.01
 """Error in one revolution, relative to the distance from the chief, from which on `check` warns."""
+
+MOST_LOOKED_AT = 8
+"""Satellites for which the effect of J2 is computed: the first of those that are meant."""
+
+_SAMPLES = 12
+"""Times of a revolution at which the effect of J2 is looked at."""
 
 
 @dataclass(frozen=True)
@@ -28,17 +36,27 @@ class ExpectedError:
         distance: from the chief, where its planned motion begins, m.
         error: of CW, largest within one revolution of the chief, m; infinite where it is on no ellipse.
         eccentric_error: likewise of Yamanaka and Ankersen's model, which knows the eccentricity.
+        start: position and velocity at which the motion begins, LVLH, m and m/s.
     """
 
     name: str
     distance: float
     error: float
     eccentric_error: float
+    start: tuple[float, ...] = ()
 
-    def fitting_model(self) -> str | None:
-        """Simplest model whose error is small: cw or yamanaka_ankersen; None where neither's is."""
+    def fitting_model(self, oblateness: float = 0.0) -> str | None:
+        """Simplest model whose error is small: cw, yamanaka_ankersen or j2_elements; None where none is.
+
+        Args:
+            oblateness: what J2 adds to the error of the first two, m.
+        """
         small = max(1e-3, _NOTEWORTHY * self.distance)
-        errors = {"cw": self.error, "yamanaka_ankersen": self.eccentric_error}
+        errors = {
+            "cw": self.error + oblateness,
+            "yamanaka_ankersen": self.eccentric_error + oblateness,
+            "j2_elements": self.eccentric_error,
+        }
         return next((name for name, error in errors.items() if error <= small), None)
 
 
@@ -65,8 +83,33 @@ def expected_errors(scenario: Scenario) -> list[ExpectedError]:
             if chief.eccentricity > 0.0:
                 of_eccentric = eccentric_error(position, velocity, chief, period)
             known[key] = (of_cw, of_eccentric)
-        found.append(ExpectedError(satellite.name, float(np.linalg.norm(position)), *known[key]))
+        began = (*position.tolist(), *velocity.tolist())
+        found.append(ExpectedError(satellite.name, float(np.linalg.norm(position)), *known[key], began))
     return found
+
+
+def oblateness_effect(scenario: Scenario, entry: ExpectedError) -> float:
+    """What J2 changes in the free motion of a satellite in one revolution of the chief, m.
+
+    Args:
+        scenario: in which it flies.
+        entry: of the satellite.
+
+    Returns:
+        Largest distance between the models j2_elements and yamanaka_ankersen; 0 where the truth has no J2 or
+        the chief's orbit lies in the equator.
+    """
+    chief, truth = scenario.chief, scenario.dynamics
+    gravity = getattr(truth, "gravity", None)
+    has_oblateness = isinstance(truth, LinearJ2DynamicsSpec) or getattr(gravity, "degree", 0) >= 2
+    if chief is None or not has_oblateness or math.sin(chief.inclination) < LOWEST_INCLINATION:
+        return 0.0
+    times = np.linspace(0.0, chief.period, 1 + _SAMPLES)[1:]
+    start, zero = np.array(entry.start), np.zeros_like(times)
+    apart = J2ElementModel(chief).transition(zero, times) - YamanakaAnkersenModel(chief).transition(
+        zero, times
+    )
+    return float(np.max(np.linalg.norm((apart @ start)[:, :3], axis=-1)))
 
 
 def chief_orbit(scenario: Scenario) -> ChiefOrbit:
@@ -106,6 +149,8 @@ def _circular_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -
     if fitting == {"yamanaka_ankersen"}:
         best = max(entry.eccentric_error for entry in far)
         advice = f"the model yamanaka_ankersen, of controller kind periodic_lqr, errs by up to {best:.3g} m"
+        oblate = max(oblateness_effect(scenario, entry) for entry in far[:MOST_LOOKED_AT])
+        advice += f", and by {oblate:.3g} m more by J2" if oblate > 0.0 else ""
     else:
         advice = "no linear model fits at this distance"
     return [

@@ -4,13 +4,19 @@
 
 import math
 from dataclasses import asdict
+from itertools import zip_longest
 from typing import Any
 
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.scenario import Scenario
 from satform_tools import console
 from satform_tools.check.integration import expected_integration_error
-from satform_tools.check.linearisation import chief_orbit, expected_errors
+from satform_tools.check.linearisation import (
+    MOST_LOOKED_AT,
+    chief_orbit,
+    expected_errors,
+    oblateness_effect,
+)
 
 
 def orbit(scenario: Scenario) -> dict[str, float]:
@@ -35,18 +41,22 @@ def orbit(scenario: Scenario) -> dict[str, float]:
 def cw_errors(scenario: Scenario) -> list[dict[str, Any]]:
     """Distance from the chief and expected error of models in one revolution, m; None beyond any bound.
 
-    `error` is that of CW, `eccentric_error` that of Yamanaka and Ankersen's model; `fitting_model` is the
-    simplest of them whose error is small, or None.
+    `error` is that of CW, `eccentric_error` that of Yamanaka and Ankersen's model, both against two-body
+    motion; `oblateness` is what J2 adds to them, None for satellites that are not looked at; `fitting_model`
+    is the simplest model whose error is small, or None.
     """
+    entries = expected_errors(scenario)
+    added = [oblateness_effect(scenario, entry) for entry in entries[:MOST_LOOKED_AT]]
     return [
         {
             "satellite": entry.name,
             "distance": entry.distance,
             "error": entry.error if math.isfinite(entry.error) else None,
             "eccentric_error": entry.eccentric_error if math.isfinite(entry.eccentric_error) else None,
-            "fitting_model": entry.fitting_model(),
+            "oblateness": oblate,
+            "fitting_model": entry.fitting_model(oblate or 0.0),
         }
-        for entry in expected_errors(scenario)
+        for entry, oblate in zip_longest(entries, added)
     ]
 
 
@@ -95,6 +105,9 @@ def print_cw_errors(errors: list[dict[str, Any]]) -> None:
             f"yamanaka_ankersen, which knows the eccentricity: {known['satellite']} errs by "
             f"{_size(known['eccentric_error'])}"
         )
+    oblate = max((entry["oblateness"] or 0.0 for entry in found), default=0.0)
+    if oblate > 0.0:
+        console.line(f"J2 adds up to {oblate:.3g} m to both; j2_elements contains it")
     models = sorted({entry["fitting_model"] or "none that is linear" for entry in found})
     console.line(f"model that fits to 1 % of the distance: {', '.join(models)}")
     console.line()
