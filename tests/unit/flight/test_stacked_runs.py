@@ -246,6 +246,13 @@ def test_what_cannot_be_flown_with_the_others_is_in_no_group(changes: dict[str, 
     assert grouped([base, base.with_({"seed": 5}), base.with_(changes)]) == [(0, 1)]
 
 
+def test_runs_with_other_formulas_or_constants_are_no_group() -> None:
+    base = short("own_truth_model")
+    longer = base.with_({"dynamics.constants[r].value": 7.0e6})
+    pushed = base.with_({"dynamics.acceleration[2]": "-n**2*z"})
+    assert grouped([base, longer, base.with_({"seed": 3}), pushed]) == [(0, 2)]
+
+
 def test_runs_of_two_kinds_are_two_groups() -> None:
     base = short("triangle")
     other = base.with_({"satellite_defaults.thruster": {"dry_mass": 10.0}})
@@ -279,6 +286,10 @@ def test_the_chief_s_orbit_and_the_masses_may_differ_from_run_to_run() -> None:
     ("name", "changes"),
     [
         ("directed_triangle", {"dynamics.linear": (-0.2, -0.3), "dynamics.wave": (0.4, 0.2)}),
+        (
+            "directed_triangle",
+            {"dynamics.gravity": ("point_mass", "point_mass"), "dynamics.quadratic": (0.05, 0.02)},
+        ),
         (
             "leo_drag_srp",
             {"dynamics.satellite_bodies[0].drag_area": (1.0, 2.0)},

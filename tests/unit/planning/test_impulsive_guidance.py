@@ -227,7 +227,7 @@ def test_inclined_satellites_pass_the_node_at_the_tabled_rate(inclination, dista
 SETTING = FlightSetting(MEAN_MOTION, 10.0)
 
 
-def fly(law, motion, steps, setting=SETTING):
+def fly(law, motion, steps, setting=SETTING, push=REST):
     plant = cw.HeldInputStep.over(setting.mean_motion, setting.step)
     position, velocity, memory = motion.position, motion.velocity, law.start(motion)
     track, spent = [np.concatenate((position, velocity))], 0.0
@@ -236,7 +236,7 @@ def fly(law, motion, steps, setting=SETTING):
         action = law.act(Motion(position, velocity), NOWHERE, memory, moment)
         memory = action.memory
         spent += float(np.linalg.norm(action.acceleration)) * setting.step
-        position, velocity = plant.advance(position, velocity, action.acceleration)
+        position, velocity = plant.advance(position, velocity, action.acceleration + push)
         track.append(np.concatenate((position, velocity)))
     return np.array(track), spent
 
@@ -263,6 +263,29 @@ def test_a_tour_that_stops_on_the_way_is_at_rest_there():
     assert track[371, :3] == pytest.approx(behind(80.0), abs=50.0)
     assert track[731, :3] == pytest.approx(behind(50.0), abs=1e-3)
     assert spent == pytest.approx(28.08, rel=0.02)
+
+
+def test_a_known_acceleration_is_solved_for_and_the_flight_is_the_planned_one():
+    push, start = np.array([2e-5, -1e-5, 3e-5]), Motion(behind(100.0), np.array([0.3, -0.2, 0.1]))
+    points = [waypoint(80, 1, "pass"), waypoint(70, 0.5, "stop"), waypoint(50, 1, "stop")]
+    spec = ImpulsiveGuidanceSpec(waypoints=points, known_acceleration=tuple(push))
+    track, spent = fly(spec.build(SETTING), start, 902, push=push)
+    assert track[360, :3] == pytest.approx(behind(80.0), abs=1e-3)
+    assert track[540, :3] == pytest.approx(behind(70.0), abs=1e-3)
+    assert np.abs(track[541, 3:]).max() < 1e-6
+    assert track[901, :3] == pytest.approx(behind(50.0), abs=1e-3)
+    assert np.abs(track[902, 3:]).max() < 1e-6
+    legs = [
+        Leg(np.array(point["position"]), point["duration"], stop=point["arrival"] == "stop")
+        for point in points
+    ]
+    plan = plan_tour(start, legs, MEAN_MOTION, push, SETTING.step)
+    assert plan.delta_v() == pytest.approx(spent, rel=1e-9)
+    assert plan.end.position == pytest.approx(track[902, :3], abs=1e-3)
+    unknown = ImpulsiveGuidanceSpec(waypoints=points).build(SETTING)
+    missed = fly(unknown, start, 902, push=push)[0][901, :3] - behind(50.0)
+    # Over the last hour alone half the acceleration times the time squared, to first order.
+    assert np.linalg.norm(missed) == pytest.approx(0.5 * np.linalg.norm(push) * HOUR**2, rel=0.1)
 
 
 def test_a_leg_shorter_than_three_steps_is_refused_in_words():

@@ -49,13 +49,15 @@ class ImpulseTour(Memoryless):
     Attributes:
         departure_steps: step at which each leg is departed on, shape (..., legs).
         stop_steps: step at which a stop is burnt at the end of each leg, -1 for none, (..., legs).
-        targets: end of each leg, LVLH, m, shape (..., legs, 3).
+        targets: end of each leg, less what the known acceleration moves the satellite by until then, LVLH, m,
+            shape (..., legs, 3).
         position_to_target: position at departure to position at the leg's end, (..., legs, 3, 3).
         velocity_to_target: velocity at departure to position at the leg's end, s, (..., legs, 3, 3).
         command_for_target: miss at the leg's end to command at departure, 1/s^2, (..., legs, 3, 3).
         position_to_rest: position to the velocity one step later, 1/s, shape (..., 3, 3).
         velocity_to_rest: velocity to the velocity one step later, shape (..., 3, 3).
         command_for_rest: velocity one step later to the command that changes it, 1/s, (..., 3, 3).
+        rest_velocity: velocity one step later that the known acceleration brings to rest, m/s, (..., 3).
     """
 
     departure_steps: Array
@@ -67,6 +69,7 @@ class ImpulseTour(Memoryless):
     position_to_rest: Array
     velocity_to_rest: Array
     command_for_rest: Array
+    rest_velocity: Array
 
     def act(self, motion: Motion, reference: Reference, memory: None, step: ControlStep) -> Action:
         """The burn due at this step, if any.
@@ -103,7 +106,7 @@ class ImpulseTour(Memoryless):
         coasted = multiply(self.position_to_rest, motion.position) + multiply(
             self.velocity_to_rest, motion.velocity
         )
-        return -multiply(self.command_for_rest, coasted)
+        return -multiply(self.command_for_rest, coasted - self.rest_velocity)
 
 
 class WaypointSpec(Spec):
@@ -125,6 +128,8 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
     """Way-points in order."""
     start_time: NonNegative = 0.0
     """Time of the first departure, s."""
+    known_acceleration: Vector = (0.0, 0.0, 0.0)
+    """Constant acceleration that acts besides the burns, for which they are solved, LVLH, m/s^2."""
 
     def linearisation(self, setting: FlightSetting) -> str:
         """No loop is closed."""
@@ -143,7 +148,8 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
         here = cw.transition_matrix(setting.mean_motion, setting.step)
         held = cw.input_matrix(setting.mean_motion, setting.step)
         departure = round(self.start_time / setting.step)
-        departures, stops, transitions, commands = [], [], [], []
+        push = np.array(self.known_acceleration, dtype=np.float64)
+        departures, stops, transitions, commands, targets = [], [], [], [], []
         for number, waypoint in enumerate(self.waypoints):
             steps = round(waypoint.duration / setting.step)
             if steps < 3:
@@ -155,6 +161,8 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
             after_burn = cw.transition_matrix(setting.mean_motion, (steps - 1) * setting.step)
             commands.append(np.linalg.inv((after_burn @ held)[:3]))
             transitions.append(transition)
+            moved = cw.input_matrix(setting.mean_motion, steps * setting.step)[:3] @ push
+            targets.append(np.array(waypoint.position) - moved)
             departures.append(departure)
             departure += steps
             stop = waypoint.arrival == "stop" or number == len(self.waypoints) - 1
@@ -163,13 +171,14 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
         return ImpulseTour(
             departure_steps=np.array(departures, dtype=np.float64),
             stop_steps=np.array(stops, dtype=np.float64),
-            targets=np.array([waypoint.position for waypoint in self.waypoints]),
+            targets=np.array(targets),
             position_to_target=np.array([transition[:3, :3] for transition in transitions]),
             velocity_to_target=np.array([transition[:3, 3:] for transition in transitions]),
             command_for_target=np.array(commands),
             position_to_rest=here[3:, :3].copy(),
             velocity_to_rest=here[3:, 3:].copy(),
             command_for_rest=np.asarray(np.linalg.inv(held[3:]), dtype=np.float64),
+            rest_velocity=np.asarray(0.0 - held[3:] @ push, dtype=np.float64),
         )
 
 
