@@ -89,6 +89,22 @@ def test_check_warns_of_an_eccentric_chief() -> None:
     assert f"periodic_lqr, errs by up to {entry.eccentric_error:.3g} m" in warning
 
 
+def test_check_warns_of_an_eccentric_orbit_under_a_linear_truth() -> None:
+    elements = "kind: keplerian, semi_major_axis: 7.4e+6, inclination: 1, mean_anomaly: 0, epoch: 2024-01-01"
+    start = "satellites.0.start={kind: relative_elements, mean_longitude: 100}"
+    circular = f"orbit={{chief: {{{elements}}}}}"
+    eccentric = f"orbit={{chief: {{{elements}, eccentricity: 0.05}}}}"
+    assert not said("eccentricity", circular, start)
+    (warning,) = said("eccentricity", eccentric, start)
+    assert (
+        "cw is about a circular chief orbit, and that of orbit.chief has an eccentricity of 0.05" in warning
+    )
+    assert "a start up to 0.1 of the distance" in warning
+    # What a law takes for a circle is named where the truth is an ellipse.
+    (warning,) = said("eccentricity", eccentric, start, "dynamics={kind: inertial}")
+    assert warning.startswith("orbit.chief: the CW equations")
+
+
 def test_check_does_not_warn_of_an_eccentric_chief_with_a_law_that_knows_it() -> None:
     changes = ("orbit.semi_major_axis=8.0e6", "dynamics={kind: inertial, chief: {eccentricity: 0.05}}")
     changes += ("nominal_motion.period=7121.08", "satellite_defaults.controller={kind: periodic_lqr}")

@@ -114,7 +114,8 @@ def oblateness_effect(scenario: Scenario, entry: ExpectedError) -> float:
 
 def chief_orbit(scenario: Scenario) -> ChiefOrbit:
     """The chief's two-body orbit; circular where the truth model knows no other."""
-    chief = scenario.chief
+    given = scenario.orbit.chief
+    chief = scenario.chief if given is None else given.orbit.keplerian(scenario.orbit.rate)
     if chief is None:
         return ChiefOrbit(scenario.orbit.rate)
     return ChiefOrbit(scenario.orbit.rate, chief.eccentricity, chief.true_anomaly(0.0))
@@ -124,6 +125,8 @@ def linearisation_warnings(scenario: Scenario) -> list[str]:
     """Sentences about satellites for which the model in use errs by much of their distance from the chief."""
     entries = expected_errors(scenario)
     if chief_orbit(scenario).eccentricity > 0.0:
+        if _linear(scenario):
+            return _circular_truth_warnings(scenario, entries)
         return [*_circular_model_warnings(scenario, entries), *_eccentric_model_warnings(scenario, entries)]
     far = [entry for entry in entries if entry.fitting_model() != "cw"]
     if not far or not _linear(scenario):
@@ -132,6 +135,21 @@ def linearisation_warnings(scenario: Scenario) -> list[str]:
     return [
         f"dynamics: {kind} is of first order in the distance; its motion of {_worst(far, circular=True)}; "
         "cw_perturbed and inertial contain the higher orders"
+    ]
+
+
+def _circular_truth_warnings(scenario: Scenario, entries: list[ExpectedError]) -> list[str]:
+    """A truth about a circle where `orbit.chief` is an ellipse: what its motion and its starts err by."""
+    far = [entry for entry in entries if entry.fitting_model() != "cw"]
+    if not far:
+        return []
+    kind, eccentricity = getattr(scenario.dynamics, "kind", ""), chief_orbit(scenario).eccentricity
+    starts = any(satellite.start is not None for satellite in scenario.satellites)
+    taken = f", a start up to {2.0 * eccentricity:.2g} of the distance" if starts else ""
+    return [
+        f"dynamics: {kind} is about a circular chief orbit, and that of orbit.chief has an eccentricity of "
+        f"{eccentricity:.3g}; its motion of {_worst(far, circular=True)}{taken}; cw_perturbed and inertial "
+        "know the eccentricity"
     ]
 
 
@@ -153,8 +171,9 @@ def _circular_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -
         advice += f", and by {oblate:.3g} m more by J2" if oblate > 0.0 else ""
     else:
         advice = "no linear model fits at this distance"
+    place = "dynamics.chief.eccentricity" if scenario.orbit.chief is None else "orbit.chief"
     return [
-        "dynamics.chief.eccentricity: the CW equations about a circular chief orbit are the model of "
+        f"{place}: the CW equations about a circular chief orbit are the model of "
         f"{' and '.join(users)}; with this eccentricity of {chief_orbit(scenario).eccentricity:g} the CW "
         f"motion of {_worst(far, circular=True)}; {advice}"
     ]
