@@ -201,6 +201,7 @@ def test_before_any_plan_is_finished_nothing_is_commanded() -> None:
     _, commands, memory = flown(law, moving([0.0, -200.0, 0.0]), [0.0, -100.0, 0.0], 25)
     assert np.abs(commands).max() == 0.0
     assert int(memory.unsolved) == 3
+    assert law.failures(memory) == {"plans not solved": 3}
 
 
 def test_a_plan_that_was_due_in_a_gap_is_made_at_the_first_step_after_it() -> None:

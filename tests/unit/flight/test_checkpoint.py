@@ -22,6 +22,7 @@ MEMORIES = {
     "lqr": "{kind: lqr}",
     "feedback_linearisation": "{kind: feedback_linearisation}",
     "sliding_mode": "{kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}",
+    "periodic_lqr": "{kind: periodic_lqr}",
     "relative_elements": "{kind: relative_elements}",
     "coast": "{kind: coast}",
     "integral": "{kind: integral, law: {kind: observer, law: {kind: lqr}}, gain: 1.0e-6,"

@@ -19,6 +19,7 @@ from satform_nodes.runtime.diagnostics import (
     Level,
     flight_condition,
     status,
+    with_failures,
 )
 from satform_nodes.transport.message_validator import RejectionCounter
 
@@ -232,6 +233,17 @@ def test_a_part_tells_how_fast_it_has_been_since_it_last_told() -> None:
     assert later.values["steps per second"] == 20.0
     assert later.values["rejected messages: /sat1/command: not finite"] == 1
     assert later.message == "nothing received from sat2"
+
+
+def test_what_failed_in_a_law_is_a_figure_and_a_warning_unless_something_worse_is_said() -> None:
+    well = flying()
+    assert with_failures(well, {"plans not solved": 0}) == Condition(
+        Level.OK, "flying", {**well.values, "plans not solved": 0}
+    )
+    failed = with_failures(well, {"plans not solved": 3})
+    assert (failed.level, failed.message) == (Level.WARN, "plans not solved: 3")
+    ended = with_failures(flying(ended="lost"), {"plans not solved": 3})
+    assert (ended.level, ended.message, ended.values["plans not solved"]) == (Level.ERROR, "lost", 3)
 
 
 def test_an_end_that_was_not_wanted_is_an_error_whatever_else_there_is() -> None:

@@ -143,6 +143,10 @@ class ModelPredictive:
             commands[where], begin[where], planned[where] = plan.commands, step.number, 1
         return PlanMemory(commands, begin, due, planned, unsolved)
 
+    def failures(self, memory: PlanMemory) -> dict[str, int]:
+        """What has failed so far, as in `ReportsFailures`: plans of one satellite that were not finished."""
+        return {"plans not solved": int(memory.unsolved)}
+
     def plan(
         self, motion: Motion, reference: Reference, memory: PlanMemory, step: ControlStep
     ) -> FuelPlan | None:

@@ -4,7 +4,7 @@
 
 import inspect
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
 from satform.common.spec import Spec
 from satform.numeric.elementwise import Array
@@ -139,6 +139,14 @@ class Controller(Protocol):
 
     def act(self, motion: Motion, reference: Reference, memory: Any, step: ControlStep) -> Action:
         """The command of one step from what was measured and what is desired."""
+
+
+@runtime_checkable
+class ReportsFailures(Protocol):
+    """A control law that counts what failed in it without ending the flight."""
+
+    def failures(self, memory: Any) -> dict[str, int]:
+        """Counts of one satellite so far, by what has failed in words; a node warns while one is not zero."""
 
 
 class NeighbourController(Protocol):

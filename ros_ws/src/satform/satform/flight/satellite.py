@@ -18,7 +18,15 @@ from satform.communication.messages import WIDTH, NeighbourMessage, NeighbourSta
 from satform.communication.neighbour_buffer import NeighbourBuffer, Received
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate
 from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
-from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
+from satform.control.protocol import (
+    Action,
+    ControllerSpec,
+    ControlStep,
+    FlightSetting,
+    Gap,
+    Motion,
+    ReportsFailures,
+)
 from satform.equipment.kalman_filter import Measurement
 from satform.equipment.navigation_filter import Estimator, EstimatorMemory
 from satform.flight.plans import FlightPlan
@@ -199,6 +207,11 @@ class Satellite:
         if not received.complete:
             weight = inbox.counted(self.state.step * self.plan.step, self.plan.consensus.neighbour_timeout)
         return decode(self._announces, inbox.values, inbox.stamp, weight)
+
+    def law_failures(self) -> dict[str, int]:
+        """What has failed in the control law so far, by name; of one satellite."""
+        law, memory = self.plan.controller, self.state.memory
+        return law.failures(memory) if memory is not None and isinstance(law, ReportsFailures) else {}
 
     def join(self, step: int, *, skipped: bool = False) -> None:
         """Take part (again) from a later step on, with what was known at the present one.

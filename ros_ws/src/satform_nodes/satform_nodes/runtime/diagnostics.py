@@ -205,6 +205,23 @@ def flight_condition(
     return Condition(Level.OK, "flying", values)
 
 
+def with_failures(condition: Condition, failures: Mapping[str, int]) -> Condition:
+    """A condition with what has failed in a control law.
+
+    Args:
+        condition: without it.
+        failures: counts by what has failed, in words.
+
+    Returns:
+        With the counts as figures; a warning about the first that is not zero, if all else is well.
+    """
+    failed = [f"{name}: {count}" for name, count in failures.items() if count]
+    condition = replace(condition, values={**condition.values, **failures})
+    if failed and condition.level == Level.OK:
+        condition = replace(condition, level=Level.WARN, message=failed[0])
+    return condition
+
+
 class FlightProgress:
     """Step rate and rejected messages of a part that takes steps, from one report to the next."""
 

@@ -17,11 +17,12 @@ from satform.common.name_list import listed
 from satform.communication import topic_table
 from satform.communication.messages import encode
 from satform.communication.topic_table import RECORDER
+from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.formation import is_lost_at, rejoins_after
-from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level
+from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level, with_failures
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.realtime_loop import processor_seconds
@@ -178,6 +179,9 @@ class SatelliteNode:
             if not formation.alive[index]
         }
         condition = self._progress.condition(self.step, silent)
+        if isinstance(self.satellite.plan.controller, ReportsFailures):
+            software = self.satellite if self._batch is None else self._batch.single(self._row)
+            condition = with_failures(condition, software.law_failures())
         if self.memory.problem and condition.level == Level.OK:
             condition = replace(condition, level=Level.WARN, message=self.memory.problem)
         return condition

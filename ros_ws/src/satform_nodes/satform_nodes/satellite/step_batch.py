@@ -4,6 +4,8 @@
 
 from typing import Any, Protocol
 
+from satform.flight.satellite import Satellite
+
 
 class StepBatch(Protocol):
     """Collects the messages of one step of several satellites, and computes the step once all are there."""
@@ -23,6 +25,9 @@ class StepBatch(Protocol):
 
     def add_attitude(self, row: int, attitude: tuple[Any, ...]) -> None:
         """Add the attitude that a satellite received from the plant, all numbers of the message."""
+
+    def single(self, row: int) -> Satellite:
+        """The flight software of one of the satellites by itself."""
 
     def dissolve(self) -> None:
         """Have each satellite compute its own steps from now on, from its own part of the state."""
