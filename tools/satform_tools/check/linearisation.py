@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from satform.control.model_predictive import ModelPredictiveSpec
 from satform.control.periodic_lqr import PeriodicLqrSpec
 from satform.dynamics.cw_error import ChiefOrbit, cw_error, eccentric_error, free_motion
 from satform.dynamics.formula_model import FormulaDynamicsSpec
@@ -185,7 +186,7 @@ def _eccentric_model_warnings(scenario: Scenario, entries: list[ExpectedError]) 
         entry
         for index, entry in enumerate(entries)
         if entry.fitting_model() is None and not _circular_users(scenario, index)
-        if isinstance(scenario.satellite(index).controller, PeriodicLqrSpec)
+        if isinstance(scenario.satellite(index).controller, PeriodicLqrSpec | ModelPredictiveSpec)
     ]
     if not far:
         return []

@@ -288,6 +288,10 @@ class ModelPredictiveSpec(ControllerSpec):
     iterations: Annotated[int, Field(ge=1, le=1000)] = 60
     """Most iterations of the solver for a plan; without a solution the plan before is flown on."""
 
+    def assumes_circular_chief(self) -> bool:
+        """Whether the model that predicts is about a circular chief."""
+        return self.model == "cw"
+
     def linearisation(self, setting: FlightSetting) -> str:
         """The loop is not linear."""
         return "whose command is the solution of a linear program"
