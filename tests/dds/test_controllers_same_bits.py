@@ -25,6 +25,7 @@ QUICK = {
     "integral_action": 50.0,
     "own_truth_model": 200.0,
     "keep_out_transfer": 400.0,
+    "mean_elements": 3600.0,
 }
 """Flown in every test run, with the duration in s: they have every control law, and formulas as truth."""
 

@@ -82,6 +82,7 @@ setup(
             "lqi = satform.control.lqi:LqiSpec",
             "periodic_lqr = satform.control.periodic_lqr:PeriodicLqrSpec",
             "lqr = satform.control.lqr:LqrSpec",
+            "mean_relative_elements = satform.control.mean_element_control:MeanElementControlSpec",
             "model_predictive = satform.control.model_predictive:ModelPredictiveSpec",
             "observer = satform.control.observer:ObserverSpec",
             "relative_elements = satform.control.relative_elements:ElementControlSpec",

@@ -24,6 +24,7 @@ MEMORIES = {
     "sliding_mode": "{kind: sliding_mode, proportional_gain: 0.01, switching_gain: 0.1, reaching_gain: 0.1}",
     "periodic_lqr": "{kind: periodic_lqr}",
     "relative_elements": "{kind: relative_elements}",
+    "mean_relative_elements": "{kind: mean_relative_elements}",
     "coast": "{kind: coast}",
     "integral": "{kind: integral, law: {kind: observer, law: {kind: lqr}}, gain: 1.0e-6,"
     " integration_band: 5.0e3}",

@@ -128,6 +128,7 @@ MORE = {
     "lqi": {"kind": "lqi"},
     "feedback_linearisation": {"kind": "feedback_linearisation"},
     "relative_elements": {"kind": "relative_elements"},
+    "mean_relative_elements": {"kind": "mean_relative_elements"},
     "coast": {"kind": "coast"},
     "observer": {"kind": "observer", "law": {"kind": "lqi"}, "initial_position_error": [5.0, -3.0, 1.0]},
 }

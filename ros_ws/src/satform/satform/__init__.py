@@ -62,6 +62,7 @@ _MODULES = {
     "LqiSpec": "satform.control.lqi",
     "LqrSpec": "satform.control.lqr",
     "MatrixSpec": "satform.consensus.graph",
+    "MeanElementControlSpec": "satform.control.mean_element_control",
     "ModelPredictiveSpec": "satform.control.model_predictive",
     "MotionSharingSpec": "satform.consensus.motion_sharing",
     "NavigationSpec": "satform.equipment.sensor",

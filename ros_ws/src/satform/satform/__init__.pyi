@@ -35,6 +35,7 @@ from satform.control.keep_out import RadialNormalSpec as RadialNormalSpec
 from satform.control.keep_out import SphereSpec as SphereSpec
 from satform.control.lqi import LqiSpec as LqiSpec
 from satform.control.lqr import LqrSpec as LqrSpec
+from satform.control.mean_element_control import MeanElementControlSpec as MeanElementControlSpec
 from satform.control.model_predictive import ModelPredictiveSpec as ModelPredictiveSpec
 from satform.control.observer import ObserverSpec as ObserverSpec
 from satform.control.periodic_lqr import PeriodicLqrSpec as PeriodicLqrSpec

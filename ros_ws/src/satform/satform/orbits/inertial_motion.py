@@ -93,7 +93,19 @@ def relative_elements(chief: Array, deputy: Array) -> Array:
 
     Source: D'Amico 2010 (definition); Battin, ch. 3 (vectors of eccentricity and angular momentum).
     """
-    own, other = _elements(chief), _elements(deputy)
+    return elements_between(nodal_elements(chief), nodal_elements(deputy))
+
+
+def elements_between(own: "NodalElements", other: "NodalElements") -> Array:
+    """Quasi-nonsingular relative orbital elements of two orbits, osculating or mean, as `relative_elements`.
+
+    Args:
+        own: of the chief.
+        other: of the satellites, of shapes that the chief's can be broadcast to.
+
+    Returns:
+        m, shape (..., 6), in the order of `RELATIVE_ELEMENTS`.
+    """
     sine, cosine = np.sin(own.inclination), np.cos(own.inclination)
     turned = _within_half_a_turn(other.right_ascension - own.right_ascension)
     found = np.stack(
@@ -112,8 +124,8 @@ def relative_elements(chief: Array, deputy: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class _Elements:
-    """Osculating elements, shape (...), that are defined on circular orbits too.
+class NodalElements:
+    """Elements, shape (...), that are defined on circular orbits too.
 
     Attributes:
         semi_major_axis: m.
@@ -130,7 +142,8 @@ class _Elements:
     mean_argument: Array
 
 
-def _elements(state: Array) -> _Elements:
+def nodal_elements(state: Array) -> NodalElements:
+    """Osculating elements of inertial positions in m and velocities in m/s, shape (..., 6)."""
     position, velocity = state[..., :3], state[..., 3:]
     radius, speed_squared = norm(position), dot(velocity, velocity)
     momentum = cross(position, velocity)
@@ -152,7 +165,7 @@ def _elements(state: Array) -> _Elements:
         behind = -2.0 * np.arctan2(ratio * np.sin(true_anomaly), 1.0 + ratio * np.cos(true_anomaly))
         mean_argument = latitude + behind - eccentricity * np.sin(true_anomaly + behind)
     inclination = np.arctan2(np.hypot(normal[..., 0], normal[..., 1]), normal[..., 2])
-    return _Elements(axis, inclination, right_ascension, np.stack((along, across)), mean_argument)
+    return NodalElements(axis, inclination, right_ascension, np.stack((along, across)), mean_argument)
 
 
 def _within_half_a_turn(angle: Array) -> Array:

@@ -35,7 +35,7 @@ def osculating_elements(mean: Array) -> Array:
     Returns:
         The same of the osculating orbit, shape (n, 6).
     """
-    return _keplerian(_nonsingular(mean) + _periodic_part(mean))
+    return _keplerian(_nonsingular(mean) + periodic_part(mean))
 
 
 def mean_chief(osculating: KeplerianChief) -> KeplerianChief:
@@ -48,7 +48,7 @@ def mean_chief(osculating: KeplerianChief) -> KeplerianChief:
     wanted = _nonsingular(given)
     mean = given
     for _ in range(_ITERATIONS):
-        found = wanted - _periodic_part(mean)
+        found = wanted - periodic_part(mean)
         closer = _keplerian(found)
         change = np.abs(_nonsingular(closer) - _nonsingular(mean)) / np.array([given[0, 0], 1, 1, 1, 1, 1])
         mean = closer
@@ -79,8 +79,16 @@ def _keplerian(elements: Array) -> Array:
     return np.stack((a, np.hypot(ex, ey), inclination, node, perigee, latitude - perigee), axis=-1)
 
 
-def _periodic_part(mean: Array) -> Array:
-    """Osculating minus mean elements in nonsingular ones, shape (n, 6)."""
+def periodic_part(mean: Array) -> Array:
+    """Osculating minus mean elements.
+
+    Args:
+        mean: rows of Keplerian elements as `osculating_elements` takes them, shape (n, 6).
+
+    Returns:
+        Semi-major axis (m), e cos w, e sin w, inclination, right ascension, mean argument of latitude (rad),
+        shape (n, 6).
+    """
     pairs = zip(mean[:, 5].tolist(), mean[:, 1].tolist(), strict=True)
     anomalies = [true_anomaly(anomaly, e) for anomaly, e in pairs]
     # The first point of each revolution is where the orbit is.
