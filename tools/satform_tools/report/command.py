@@ -5,7 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from satform.evaluation.conclusion import conclusion_of
 from satform.scenario.expectation import Verdict
@@ -17,6 +17,9 @@ from satform_tools.report.comparison import Comparison, compare
 from satform_tools.report.formats import Format
 from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import StoredRun, find
+
+if TYPE_CHECKING:
+    from satform.evaluation.visibility import Timeline
 
 PAGE = "report.html"
 
@@ -55,12 +58,17 @@ def _report_folder(flights: list[StoredRun]) -> Path:
 
 
 def _report_one(stored: StoredRun, folder: Path, formats: Sequence[Format], *, as_json: bool) -> None:
+    from satform_tools.report import visibility  # noqa: PLC0415 - brahe and scipy take long to load
     from satform_tools.report.page import render  # noqa: PLC0415 - the template engine is needed here only
 
     verdicts = stored.verdicts()
-    written = [_write(folder / PAGE, render.page_of(stored)), *exports.export(stored, folder, formats)]
+    timeline = visibility.timeline_of(stored)
+    written = [
+        _write(folder / PAGE, render.page_of(stored, timeline)),
+        *exports.export(stored, folder, formats),
+    ]
     if as_json:
-        console.as_json(_data(stored, verdicts, written))
+        console.as_json(_data(stored, verdicts, timeline, written))
         return
     console.heading(f"{stored.scenario.name}: {stored.scenario.title}")
     if not stored.complete:
@@ -137,7 +145,11 @@ def _write(file: Path, text: str) -> Path:
     return file
 
 
-def _data(stored: StoredRun, verdicts: list[Verdict], written: list[Path]) -> dict[str, Any]:
+def _data(
+    stored: StoredRun, verdicts: list[Verdict], timeline: "Timeline | None", written: list[Path]
+) -> dict[str, Any]:
+    from satform_tools.report import visibility  # noqa: PLC0415 - brahe and scipy take long to load
+
     return {
         "scenario": stored.scenario.name,
         "digest": stored.scenario.digest(),
@@ -149,6 +161,7 @@ def _data(stored: StoredRun, verdicts: list[Verdict], written: list[Path]) -> di
         "cut_short": stored.cut_short,
         "early_end": None if stored.record.early_end is None else stored.record.early_end.data(),
         "summary": summarise(stored.record, stored.scenario.setting).data(),
+        "timeline": visibility.data(timeline),
         "judged": bool(verdicts),
         "expectations": [asdict(verdict) for verdict in verdicts],
         "omitted_expectations": list(stored.scenario.omitted_expectations),

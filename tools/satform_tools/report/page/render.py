@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from satform.evaluation.visibility import Timeline
 from satform.numeric.elementwise import Array
 from satform.plot.style import Unit, length_unit, time_unit
+from satform_tools.report import visibility
 from satform_tools.report.comparison import Comparison
 from satform_tools.report.event_log import flight_events
 from satform_tools.report.page import content
@@ -22,11 +24,12 @@ from satform_tools.run.stored_run import StoredRun
 _SIDES = ("A", "B")
 
 
-def page_of(stored: StoredRun) -> str:
+def page_of(stored: StoredRun, timeline: Timeline | None = None) -> str:
     """The page of one flight.
 
     Args:
         stored: the flight.
+        timeline: of it; computed when left out.
 
     Returns:
         The HTML file's text.
@@ -35,6 +38,7 @@ def page_of(stored: StoredRun) -> str:
     verdicts, found = stored.verdicts(), flight_events(stored)
     summary = summarise(stored.record, stored.scenario.setting)
     seen = _spaces([stored], clock)
+    timeline = visibility.timeline_of(stored) if timeline is None else timeline
     page = {
         "heading": stored.scenario.title,
         "overline": f"{stored.scenario.name} · {stored.name}",
@@ -49,6 +53,7 @@ def page_of(stored: StoredRun) -> str:
         "tables_last": [
             content.figures(summary, "Flight in figures"),
             *content.pairs(summary, "Pairs of satellites"),
+            *visibility.table(timeline),
         ],
         "scenarios": [content.scenario_text(stored.scenario, "Scenario")],
         "provenance": content.provenance([stored]),
@@ -56,7 +61,13 @@ def page_of(stored: StoredRun) -> str:
     data = {
         **_frame([stored], clock, seen),
         "charts": [_chart(chart) for chart in charts(stored, clock)],
-        "graphs": [_chart(chart) for chart in graph_charts(stored, clock)],
+        "graphs": [
+            _chart(chart)
+            for chart in (
+                *graph_charts(stored, clock),
+                *visibility.chart(timeline, stored.record.satellites, clock),
+            )
+        ],
         "events": [{"time": entry.time / clock.size, "kind": entry.kind} for entry in found],
         "keys": [],
     }

@@ -31,6 +31,8 @@
     return count > 1.7 ? { dtick: Math.ceil(count / 7) } : {};
   }
 
+  const bars = (chart) => chart.key === "alive" || chart.key === "timeline";
+
   function traces(chart) {
     return chart.lines.map((line, index) => ({
       type: "scatter",
@@ -42,11 +44,11 @@
       visible: !hidden.has(line.satellite),
       meta: { satellite: line.satellite },
       showlegend: line.satellite === null && chart.lines.length > 1,
-      hovertemplate: chart.key === "alive" ? "%{x:.6~g}" : "%{y:.5~g}",
+      hovertemplate: bars(chart) ? "%{x:.6~g}" : "%{y:.5~g}",
       line: {
         color: line.satellite === null && chart.lines.length > 1
           ? colour(line.colour) : colour(line.satellite),
-        width: chart.key === "alive" ? 9 : line.dash === "solid" ? 1.6 : 1.3,
+        width: bars(chart) ? 9 : line.dash === "solid" ? 1.6 : 1.3,
         dash: line.dash,
         shape: chart.steps ? "hv" : "linear",
       },
@@ -67,10 +69,10 @@
     const vertical = axis(chart.axis);
     if (chart.logarithmic) Object.assign(vertical, { type: "log", exponentformat: "power" }, decades(chart));
     else vertical.tickformat = ",~g";
-    if (chart.key === "alive") {
+    if (bars(chart)) {
       const names = chart.lines.map((line) => line.name);
       Object.assign(vertical, {
-        tickvals: names.map((_, row) => row), ticktext: names, range: [names.length - 0.4, -0.6], showgrid: false,
+        tickvals: names.map((_, row) => row), ticktext: names, automargin: true, range: [names.length - 0.4, -0.6], showgrid: false,
       });
     }
     if (chart.key === "connectivity") vertical.rangemode = "tozero";

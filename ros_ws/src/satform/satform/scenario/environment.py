@@ -21,6 +21,7 @@ from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpe
 from satform.dynamics.protocol import DynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import earth_angle_at
+from satform.orbits.frames import EarthRotation
 from satform.orbits.sun import days_at, sun_direction
 
 Pointing = GroundPointingSpec | SatellitePointingSpec
@@ -59,6 +60,19 @@ def environment_of(dynamics: DynamicsSpec) -> Environment | None:
         earth_angle=earth_angle_at(dynamics.epoch) if angle is None else angle,
         chief_axes=np.stack(axes),
     )
+
+
+def earth_rotation(dynamics: DynamicsSpec) -> EarthRotation | None:
+    """The Earth's rotation, as the truth model has it; None where it has no epoch.
+
+    Raises:
+        ValueError: its file of Earth orientation parameters cannot be used.
+    """
+    if not isinstance(dynamics, InertialDynamicsSpec | CwPerturbedDynamicsSpec):
+        return None
+    from satform.dynamics.orbital_forces import gravity_of  # noqa: PLC0415  brahe is slow to import
+
+    return gravity_of(dynamics.gravity, dynamics.epoch).rotation
 
 
 def pointing_in(dynamics: DynamicsSpec, pointing: Pointing) -> Pointing:

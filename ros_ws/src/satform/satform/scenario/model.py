@@ -46,6 +46,7 @@ from satform.scenario.satellite_start import (
     without_chief,
 )
 from satform.scenario.start import coincident_with_followed, singular_references
+from satform.scenario.stations import StationSpec, station_complaints
 from satform.scenario.variation import refusal, varied
 
 _NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
@@ -106,6 +107,10 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
     """When the communication graph becomes another one."""
     faults: tuple[Annotated[FaultSpec, Plugin("satform.faults")], ...] = ()
     """What goes wrong, and when."""
+    stations: Annotated[tuple[StationSpec, ...], Field(max_length=100)] = ()
+    """Ground stations whose contacts are in the report; they change nothing in the flight."""
+    line_of_sight_margin: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    """Height above the Earth's equatorial radius that a line of sight between satellites keeps, m."""
     limits: LimitsSpec = LimitsSpec()
     """At what a flight ends early, as one that has diverged or hit the ground."""
     checkpoint_period: Positive | None = None
@@ -151,6 +156,7 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             *self._schedule_complaints(),
             *self._fault_complaints(),
             *self.limits.complaints(self.orbit.altitude),
+            *self._station_complaints(),
             *host_complaints(self.hosts, [satellite.name for satellite in self.satellites]),
         ]
         require_consistent(complaints)
@@ -308,6 +314,17 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
                 (("expect", index, field), sentence)
                 for field, sentence in expectation.environment_complaints(environment)
             ]
+        return found
+
+    def _station_complaints(self) -> list[Complaint]:
+        found = station_complaints(self.stations)
+        if self.stations and environment_of(self.dynamics) is None:
+            kind = getattr(self.dynamics, "kind", type(self.dynamics).__name__)
+            sentence = (
+                f"ground stations need a truth model with a date, cw_perturbed or inertial; found {kind}, "
+                "which does not know where the Earth's surface is"
+            )
+            found.append((("stations",), sentence))
         return found
 
     def _target_complaints(self, index: int, target: str, names: list[str], graph: Graph | None) -> list[str]:
@@ -471,7 +488,8 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
         explicit = self.model_copy(update={**parts, "dynamics": without_chief(self.dynamics, self.orbit)})
         without_start = [index for index, satellite in enumerate(satellites) if satellite.start is None]
         # Where the parts run does not change what is flown, nor what is not judged what is judged; nor
-        # does it matter that an orbit was allowed, or that a scenario could say more and does not.
+        # does it matter that an orbit was allowed, who looks on from the ground, or that a scenario could say
+        # more and does not.
         return hashlib.sha256(
             explicit.model_dump_json(
                 exclude={
@@ -479,6 +497,8 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
                     "omitted_expectations": True,
                     "orbit": {"allow_below_surface", *(() if self.orbit.chief else ("chief",))},
                     "satellites": {index: {"start"} for index in without_start},
+                    "stations": True,
+                    "line_of_sight_margin": True,
                 },
                 context=BY_CONTENT,
             ).encode()
