@@ -12,6 +12,7 @@ _CAMPAIGNS = ["arro3-core>=0.5,<1", "arro3-io>=0.5,<1"]
 _DASK = [*_CAMPAIGNS, "distributed>=2024.8"]
 _MPC = ["clarabel>=0.11,<0.12"]
 _PANDAS = ["pandas>=2.2,<4"]
+_OMM = ["sgp4>=2.23,<3"]
 _XARRAY = ["xarray>=2024.7"]
 
 setup(
@@ -56,9 +57,10 @@ setup(
         "campaigns": _CAMPAIGNS,
         "dask": _DASK,
         "mpc": _MPC,
+        "omm": _OMM,
         "pandas": _PANDAS,
         "xarray": _XARRAY,
-        "all": [*_FIGURES, *_BAGS, *_DASK, *_MPC, *_PANDAS, *_XARRAY],
+        "all": [*_FIGURES, *_BAGS, *_DASK, *_MPC, *_OMM, *_PANDAS, *_XARRAY],
         "test": ["pytest"],
     },
     zip_safe=False,

@@ -11,7 +11,7 @@ import typer
 
 from satform_tools import output_streams
 from satform_tools.cli.shared_options import Changes, Json, ScenarioArgument
-from satform_tools.report.formats import Format
+from satform_tools.report.formats import FlightFormat
 
 
 def add_to(app: typer.Typer) -> None:
@@ -114,7 +114,7 @@ def report(
         typer.Option(metavar="DIR", help="Folder of the report; by default `report` beside the bag."),
     ] = None,
     export: Annotated[
-        list[Format] | None,
+        list[FlightFormat] | None,
         typer.Option(help="Also write a file of this format. Repeatable.", show_choices=True),
     ] = None,
     json: Json = False,

@@ -14,7 +14,7 @@ from satform_tools.console import Table, number
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.report import exports, tables
 from satform_tools.report.comparison import Comparison, compare
-from satform_tools.report.formats import Format
+from satform_tools.report.formats import FlightFormat
 from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import StoredRun, find
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 PAGE = "report.html"
 
 
-def report(runs: Sequence[Path], out: Path | None, formats: Sequence[Format], *, as_json: bool) -> None:
+def report(runs: Sequence[Path], out: Path | None, formats: Sequence[FlightFormat], *, as_json: bool) -> None:
     """Print the figures of a stored flight and write its page; of two flights, their differences.
 
     Args:
@@ -57,7 +57,7 @@ def _report_folder(flights: list[StoredRun]) -> Path:
     return beside / "report" if len(flights) == 1 else beside / f"report-with-{flights[1].name}"
 
 
-def _report_one(stored: StoredRun, folder: Path, formats: Sequence[Format], *, as_json: bool) -> None:
+def _report_one(stored: StoredRun, folder: Path, formats: Sequence[FlightFormat], *, as_json: bool) -> None:
     from satform_tools.report import visibility  # noqa: PLC0415 - brahe and scipy take long to load
     from satform_tools.report.page import render  # noqa: PLC0415 - the template engine is needed here only
 

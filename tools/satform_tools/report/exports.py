@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Exports a stored flight: figures as PNG, SVG or PDF, its quantities as CSV or Parquet."""
+"""Exports a stored flight: figures, its quantities as CSV or Parquet, its orbits as OEM or OMM."""
 
 import csv
 import json
@@ -14,36 +14,62 @@ import numpy as np
 from satform.numeric.elementwise import Array
 from satform.record.flight_record import FlightRecord
 from satform.record.tables import columns, unit_of
-from satform_tools.report.formats import Format
+from satform_tools.errors import CommandError
+from satform_tools.report.formats import FlightFormat
 from satform_tools.run.stored_run import StoredRun
 
 
-def export(stored: StoredRun, folder: Path, formats: Sequence[Format]) -> list[Path]:
+def export(stored: StoredRun, folder: Path, formats: Sequence[FlightFormat]) -> list[Path]:
     """Write the exports of a flight; its overview as PNG is always among them.
 
     Args:
         stored: the flight.
         folder: existing; files of the same name are replaced.
-        formats: figures as PNG, SVG or PDF, quantities as CSV or Parquet.
+        formats: figures as PNG, SVG or PDF, quantities as CSV or Parquet, orbits as OEM or OMM.
 
     Returns:
         The files.
 
     Raises:
         OSError: a file cannot be written.
+        CommandError: the flight has no inertial motion for OEM or OMM, or SGP4 does not propagate an orbit.
     """
     from satform_tools.report.plots import figures  # noqa: PLC0415 - matplotlib takes long to load
 
     files: list[Path] = []
-    if Format.PNG not in formats:
+    if FlightFormat.PNG not in formats:
         files += figures.draw(stored.scenario, stored.record, folder, "png", ("flight",))
     for wanted in dict.fromkeys(formats):
-        if wanted is Format.CSV:
+        if wanted is FlightFormat.CSV:
             files.append(_write_csv(stored.record, folder / "flight.csv"))
-        elif wanted is Format.PARQUET:
+        elif wanted is FlightFormat.PARQUET:
             files.append(_write_parquet(stored, folder / "flight.parquet"))
+        elif wanted in {FlightFormat.OEM, FlightFormat.OMM}:
+            files += _write_orbits(stored, folder, wanted)
         else:
             files += figures.draw(stored.scenario, stored.record, folder, wanted.value)
+    return files
+
+
+def _write_orbits(stored: StoredRun, folder: Path, wanted: FlightFormat) -> list[Path]:
+    """Write a message of the chief's orbit and of each satellite's."""
+    from satform.flight import orbit_messages  # noqa: PLC0415 - brahe and scipy take long to load
+
+    digest = stored.scenario.digest()[:16]
+    comment = f"true motion in a flight of the scenario {stored.scenario.name}, digest {digest}"
+    files = []
+    try:
+        for ephemeris in orbit_messages.ephemerides(stored.record):
+            if wanted is FlightFormat.OEM:
+                text = orbit_messages.oem_text(ephemeris, comment)
+            else:
+                elements = orbit_messages.fitted_elements(ephemeris)
+                text = orbit_messages.omm_text(ephemeris, elements)
+            file = folder / f"{ephemeris.name}.{wanted.value}"
+            file.write_text(text, encoding="utf-8")
+            files.append(file)
+    except ValueError as error:
+        raise CommandError(f"no {wanted.value.upper()}: {error}") from None
     return files
 
 

@@ -13,3 +13,15 @@ class Format(StrEnum):
     PDF = "pdf"
     CSV = "csv"
     PARQUET = "parquet"
+
+
+class FlightFormat(StrEnum):
+    """An export format of a flight."""
+
+    PNG = "png"
+    SVG = "svg"
+    PDF = "pdf"
+    CSV = "csv"
+    PARQUET = "parquet"
+    OEM = "oem"
+    OMM = "omm"
