@@ -179,3 +179,19 @@ def test_an_unperturbed_chief_is_the_point_mass_chief_of_the_truth_model() -> No
     # The laws' GM is that of WGS 84, the truth's that of EGM2008: 2.5e-10 of the distance, and rk4's error.
     assert np.allclose(found.origin_position, frames.origin_position, rtol=0.0, atol=1e-2)
     assert np.allclose(found.rate, frames.rate, rtol=1e-8, atol=1e-15)
+
+
+def test_a_linear_model_has_the_inertial_states_of_the_orbit_that_the_scenario_gives() -> None:
+    orbit = (
+        "{kind: keplerian, semi_major_axis: 7.0e6, eccentricity: 0.0, inclination: 0.9, mean_anomaly: 1.0}"
+    )
+    date = "2024-05-06T07:08:09Z"
+    changes = ["satellites[*].position_error=[0.0, 0.0, 0.0]"]
+    scenario = shortened("triangle", 2.0, f"orbit={{chief: {orbit[:-1]}, epoch: {date}}}}}", *changes)
+    chief = sf.simulate(scenario).chief
+    assert chief is not None
+    assert chief.nominal
+    assert chief.epoch.isoformat() == "2024-05-06T07:08:09+00:00"
+    expected = brahe.state_koe_to_eci(np.array([7.0e6, 0.0, 0.9, 0.0, 0.0, 1.0]), RADIANS)
+    # The laws' GM is that of WGS 84, brahe's that of EGM2008.
+    assert chief.position[0] == pytest.approx(expected[:3], abs=1e-2)

@@ -27,15 +27,21 @@ def chief_motion(scenario: Scenario, steps: int) -> ChiefMotion | None:
         model does not propagate a chief, the unperturbed orbit of time zero.
     """
     environment = environment_of(scenario.dynamics)
-    if environment is None:
+    given = scenario.orbit.chief
+    if environment is not None:
+        epoch = environment.epoch
+    elif given is not None:
+        epoch = given.time_zero
+    else:
         return None
     frames = truth_model(scenario).chief_frames(steps)
     if frames is not None:
-        return ChiefMotion(environment.epoch, frames)
-    if scenario.chief is None:
+        return ChiefMotion(epoch, frames)
+    chief = scenario.chief if given is None else given.orbit.keplerian(given.mean_motion)
+    if chief is None:
         return None
     times: Array = np.arange(steps + 1, dtype=np.float64) * scenario.timing.step
-    return ChiefMotion(environment.epoch, unperturbed(scenario.chief, times), nominal=True)
+    return ChiefMotion(epoch, unperturbed(chief, times), nominal=True)
 
 
 def with_chief(record: FlightRecord, scenario: Scenario) -> FlightRecord:

@@ -232,7 +232,7 @@ class FlightRecord(DerivedQuantities):
             )
         raise ValueError(
             "this flight has no inertial quantities: its truth model has no date or no plane of the chief's "
-            "orbit; cw_perturbed and inertial have both"
+            "orbit; give orbit.chief, or fly cw_perturbed or inertial, which have both"
         )
 
     def to_xarray(self, *, orbital: bool = False) -> Any:
