@@ -392,3 +392,33 @@ def test_the_figures_of_four_satellites_about_an_eccentric_chief_and_of_many() -
     arrays = {name: np.repeat(getattr(flight, name), 3, axis=1) for name in QUANTITIES}
     many = summarise(FlightRecord(tuple("abcdefghijkl"), 10.0, **arrays))
     assert (many.pairs, math.isnan(many.tetrahedron_quality)) == ((), True)
+
+
+def test_a_flight_with_a_date_is_exported_as_orbit_messages_with_its_contacts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # The station sees the chief at the start.
+    station = "stations=[{name: quito, latitude: 0.1 deg, longitude: -78.5 deg}]"
+    words = [word for change in ("timing.duration=20.0", "expect=[]", station) for word in ("--set", change)]
+    out = tmp_path / "run"
+    assert cli.main(["run", "triangle_inertial", "--mode", "inprocess", "--out", str(out), *words]) == 0
+    capsys.readouterr()
+    assert cli.main(["report", str(out), "--export", "oem", "--export", "omm", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [own["other"] for own in told["timeline"] if own["kind"] == "contact"] == ["quito"] * 3
+    objects = ["chief", "sat1", "sat2", "sat3"]
+    names = [Path(file).name for file in told["files"]]
+    assert names[-8:] == [f"{name}.{kind}" for kind in ("oem", "omm") for name in objects]
+    assert (out / "report" / "sat2.oem").read_text().startswith("CCSDS_OEM_VERS = 3.0\n")
+    page = numbers_of(out / "report" / "report.html")
+    bars = next(chart for chart in page["graphs"] if chart["key"] == "timeline")
+    assert [line["name"] for line in bars["lines"]] == [f"sat{number}: quito" for number in (1, 2, 3)]
+
+
+def test_a_flight_without_a_date_has_no_orbit_messages(
+    flown: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--export", "oem"]) == 2
+    assert "no OEM: this flight has no inertial quantities" in capsys.readouterr().err
+    assert cli.main(["report", str(flown), "--out", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["timeline"] is None
