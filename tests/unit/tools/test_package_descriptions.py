@@ -51,7 +51,7 @@ DEPENDENCIES = {
 FROM_PIP = {"brahe", "mcap", "rosbags"}
 """Imports that rosdep has no name for."""
 
-EXTRAS = {"arro3", "clarabel", "distributed", "matplotlib", "mpl_toolkits", "pandas", "xarray"}
+EXTRAS = {"arro3", "clarabel", "distributed", "matplotlib", "mpl_toolkits", "pandas", "sgp4", "xarray"}
 """Imports of the library's optional features, made where they are needed; extras of its `setup.py`."""
 
 FROM_MCAP = {"lz4", "zstandard"}

@@ -18,7 +18,6 @@ import numpy as np
 from brahe.ccsds import OEM, OMM
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from sgp4.api import SGP4_ERRORS, WGS72, Satrec
 
 from satform.dynamics.orbital_forces import brahe_epoch
 from satform.numeric.elementwise import Array, norm
@@ -197,6 +196,7 @@ def fitted_elements(ephemeris: Ephemeris) -> MeanElements:
     Raises:
         ValueError: SGP4 does not propagate this orbit, as where it is not an ellipse or goes through the
             atmosphere.
+        ImportError: sgp4 is not installed.
 
     Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 10 (differential correction).
     """
@@ -276,8 +276,13 @@ def _sgp4(equinoctial: Array, epoch: datetime, times: Sequence[float]) -> Array:
     """States by SGP4, TEME, m and m/s, shape (K, 6); with WGS 72, with which elements are made and used.
 
     Raises:
+        ImportError: sgp4 is not installed.
         ValueError: it does not propagate these elements.
     """
+    try:
+        from sgp4.api import SGP4_ERRORS, WGS72, Satrec  # noqa: PLC0415 - an optional dependency
+    except ImportError:
+        raise ImportError("mean elements need sgp4: pip install 'satform[omm]'") from None
     rate, eccentricity, *degrees = _keplerian(equinoctial)
     inclination, node, perigee, anomaly = (math.radians(angle) for angle in degrees)
     satellite = Satrec()
