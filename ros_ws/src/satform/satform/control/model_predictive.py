@@ -285,7 +285,7 @@ class ModelPredictiveSpec(ControllerSpec):
     """Largest command, per axis, m/s^2."""
     keep_out: Annotated[tuple[KeepOutSpec, ...], Field(max_length=16)] = ()
     """Regions in which no position may be."""
-    iterations: Annotated[int, Field(ge=1, le=1000)] = 60
+    iterations: Annotated[int, Field(ge=1, le=1000)] = 100
     """Most iterations of the solver for a plan; without a solution the plan before is flown on."""
 
     def assumes_circular_chief(self) -> bool:
