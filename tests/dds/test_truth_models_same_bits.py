@@ -42,6 +42,19 @@ def test_a_lockstep_flight_under_each_truth_has_the_bits_of_the_in_process_run(
     assert in_process.differences(recorded) == []
 
 
+def test_satellites_that_coast_ahead_of_time_fly_over_dds_as_in_process(tmp_path: Path) -> None:
+    # One of the two has commands, the other has none.
+    changes = [
+        "dynamics.integrator={kind: collocation, maximum_step: 200.0}",
+        f"timing.duration={STEPS * shipped('leo_drag_srp').timing.step}",
+        "expect=[]",
+    ]
+    scenario = load_scenario(SCENARIOS / "leo_drag_srp.yaml", changes)
+    flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
+    assert flight.bag is not None
+    assert simulate(scenario).differences(read_bag(flight.bag).record) == []
+
+
 def test_a_scenario_that_names_a_file_flies_and_is_read_from_its_bag_without_it(tmp_path: Path) -> None:
     folder, out = tmp_path / "scenario", tmp_path / "run"
     folder.mkdir()

@@ -276,3 +276,24 @@ def test_what_j2_adds_is_that_of_free_motion_under_it() -> None:
     expected = float(np.max(np.linalg.norm(ends[0] - ends[1], axis=-1)))
     assert found == pytest.approx(expected, rel=0.05)
     assert expected > 0.1
+
+
+def test_check_warns_of_long_steps_by_collocation_that_are_too_long() -> None:
+    truth = "dynamics={{kind: inertial, gravity: {{degree: {}}}, integrator: {{kind: collocation, {}}}}}"
+    assert not said("integrator", truth.format(20, "maximum_step: 1200"))
+    (warning,) = said("too few nodes for gravity of degree 20", truth.format(20, "maximum_step: 3600"))
+    enough = float(warning.split("maximum_step of ")[1].split(" is")[0])
+    assert 2000.0 < enough < 2500.0
+    assert not said("integrator", truth.format(20, f"maximum_step: {enough}"))
+    # The iteration does not converge at all.
+    assert said("has an error of up to inf m", "timing.step=100.0", truth.format(20, "maximum_step: 3e+4"))
+
+
+def test_check_proposes_collocation_where_everybody_coasts_for_days() -> None:
+    days = ("timing.step=600.0", "timing.duration=864000.0", "satellite_defaults.controller={kind: coast}")
+    (warning,) = said("no satellite has a command", *days, "dynamics={kind: inertial}")
+    assert "for 10 days; collocation integrates many control periods at once" in warning
+    assert not said("no satellite", *days, "dynamics={kind: inertial, integrator: {kind: collocation}}")
+    assert not said("no satellite", *days, "dynamics={kind: inertial, gravity: {degree: 0}}")
+    assert not said("no satellite", *days, "dynamics={kind: cw}")
+    assert not said("no satellite", *days[:2], "dynamics={kind: inertial}")

@@ -27,6 +27,7 @@ _MODULES = {
     "CircleSpec": "satform.orbits.curve_specs",
     "ClockOffsetSpec": "satform.membership.faults",
     "CoastSpec": "satform.control.coast",
+    "CollocationSpec": "satform.dynamics.specs",
     "CompleteSpec": "satform.consensus.graph",
     "ConstantSpec": "satform.dynamics.prescribed_disturbances",
     "CwDynamicsSpec": "satform.dynamics.models",

@@ -54,6 +54,7 @@ from satform.dynamics.prescribed_disturbances import ConstantSpec as ConstantSpe
 from satform.dynamics.prescribed_disturbances import HarmonicSpec as HarmonicSpec
 from satform.dynamics.specs import AdaptiveSpec as AdaptiveSpec
 from satform.dynamics.specs import BodySpec as BodySpec
+from satform.dynamics.specs import CollocationSpec as CollocationSpec
 from satform.dynamics.specs import FixedStepSpec as FixedStepSpec
 from satform.dynamics.specs import GravitySpec as GravitySpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec as VelocityDependentDynamicsSpec

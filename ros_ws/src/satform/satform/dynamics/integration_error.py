@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from satform.dynamics.collocation import Collocation, accelerations, change
 from satform.dynamics.cw_error import ChiefOrbit, two_body
 from satform.dynamics.integrators import Adaptive, FixedStep, substeps
 from satform.numeric.elementwise import Array, dot
@@ -31,13 +32,17 @@ class IntegrationError:
 
 
 def integration_error(
-    integrator: FixedStep | Adaptive, step: float, chief: ChiefOrbit, position_lvlh: Array, duration: float
+    integrator: FixedStep | Adaptive | Collocation,
+    step: float,
+    chief: ChiefOrbit,
+    position_lvlh: Array,
+    duration: float,
 ) -> IntegrationError:
     """Error of an integrator under point-mass gravity.
 
     Args:
-        integrator: fixed step or adaptive.
-        step: control period, s, which no sub-step exceeds.
+        integrator: fixed step, adaptive, or collocation.
+        step: control period, s, which no sub-step exceeds; steps of collocation are whole numbers of it.
         chief: its orbit.
         position_lvlh: of a satellite at the start, m, LVLH, shape (3,); at rest in the rotating frame.
         duration: looked at, s.
@@ -53,6 +58,9 @@ def integration_error(
     )
     if isinstance(integrator, Adaptive):
         return _difference(start, *_adaptive(integrator, start, duration))
+    if isinstance(integrator, Collocation):
+        periods, parts = integrator.division(step)
+        return _difference(start, *_by_collocation(start, periods * step / parts, duration))
     length = step / substeps(step, integrator.maximum_step)
     tried = max(length, duration / _MOST_STEPS)
     found = _difference(start, *_fixed(integrator, start, tried, max(1, math.ceil(duration / tried - 1e-9))))
@@ -60,7 +68,7 @@ def integration_error(
     return IntegrationError(scale * found.inertial, scale * found.relative)
 
 
-def _gravity(_time: float, motion: Array) -> Array:
+def _gravity(_time: float, motion: Array | tuple[Array, Array]) -> Array:
     position = motion[0]
     squared = dot(position, position)
     pull = position * (-GRAVITATIONAL_PARAMETER / (squared * np.sqrt(squared)))[..., None]
@@ -88,6 +96,19 @@ def _adaptive(integrator: Adaptive, start: Array, duration: float) -> tuple[Arra
     return times, flown
 
 
+def _by_collocation(start: Array, length: float, duration: float) -> tuple[Array, Array]:
+    """The same at the ends of long steps; not a number from where the iteration does not converge."""
+    count = max(1, math.ceil(duration / length - 1e-9))
+    motion, flown = start, np.empty((count, *start.shape))
+    for index in range(count):
+        rates, _ = accelerations(
+            motion, length, lambda _nodes, position, velocity, _rows: _gravity(0.0, (position, velocity))[1]
+        )
+        motion = motion + change((1.0,), length, motion[1], rates)[0]
+        flown[index] = motion
+    return length * np.arange(1.0, count + 1.0), flown
+
+
 def _difference(start: Array, times: Array, flown: Array) -> IntegrationError:
     errors = []
     for row in range(start.shape[1]):
@@ -95,5 +116,7 @@ def _difference(start: Array, times: Array, flown: Array) -> IntegrationError:
         if truth is None:
             return IntegrationError(math.inf, math.inf)
         errors.append(flown[:, 0, row] - truth[0])
+    if not np.isfinite(errors).all():
+        return IntegrationError(math.inf, math.inf)
     inertial = max(float(np.max(np.linalg.norm(error, axis=-1))) for error in errors)
     return IntegrationError(inertial, float(np.max(np.linalg.norm(errors[1] - errors[0], axis=-1))))

@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The truth models that a scenario chooses under `dynamics:`, from textbook CW to inertial space."""
 
+from collections.abc import Callable
 from datetime import datetime
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from satform.common.spec import Complaint
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
+from satform.dynamics.collocation import Collocation
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.cw_model import CwDynamics
 from satform.dynamics.linear_j2 import CrossTrack, J2Rates, LinearJ2Dynamics
@@ -17,6 +20,7 @@ from satform.dynamics.specs import (
     EPOCH,
     AdaptiveSpec,
     BodySpec,
+    CollocationSpec,
     FixedStepSpec,
     GravitySpec,
     PerturbedDynamicsSpec,
@@ -169,7 +173,9 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
     """The chief, and every satellite that is not in `satellite_bodies`."""
     satellite_bodies: tuple[BodySpec, ...] = ()
     """Either none or one for each satellite, in their order."""
-    integrator: Annotated[FixedStepSpec | AdaptiveSpec, Field(discriminator="kind")] = FixedStepSpec()
+    integrator: Annotated[FixedStepSpec | AdaptiveSpec | CollocationSpec, Field(discriminator="kind")] = (
+        FixedStepSpec()
+    )
     """Of chief and satellites."""
     frame_rate: Literal["exact", "orbit_rate"] = "exact"
     """exact: LVLH velocities are the derivative of LVLH positions; orbit_rate: they are taken in a
@@ -200,7 +206,8 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
         Raises:
             ValueError: the list of bodies does not fit the satellites, or the chief hits the Earth.
         """
-        from satform.dynamics.inertial import InertialDynamics  # noqa: PLC0415  brahe is slow to import
+        from satform.dynamics.coasting import CoastingDynamics  # noqa: PLC0415  brahe is slow to import
+        from satform.dynamics.inertial import InertialDynamics  # noqa: PLC0415
         from satform.dynamics.orbital_forces import body_of, forces_of, gravitational_parameter  # noqa: PLC0415
 
         position, velocity = self.chief.state(setting.mean_motion, gravitational_parameter())
@@ -216,13 +223,18 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
             atmosphere=self.atmosphere if self.drag else None,
             solar_pressure=self.solar_pressure,
         )
-        return InertialDynamics(
+        integrator = self.integrator.build()
+        model: Callable[..., InertialDynamics] = InertialDynamics
+        if isinstance(integrator, Collocation):
+            model = partial(CoastingDynamics, collocation=integrator)
+            integrator = integrator.thrust
+        return model(
             period=setting.step,
             forces=forces,
             bodies=tuple(body_of(body) for body in (self.body, *of_satellites)),
             chief_position=position,
             chief_velocity=velocity,
-            integrator=self.integrator.build(),
+            integrator=integrator,
             keplerian_chief=self.chief_motion == "keplerian",
             exact_rate=self.frame_rate == "exact",
             perturbations=self.build_perturbations(setting),

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from satform.common.spec import NonNegative, Plugin, Positive, Spec
+from satform.dynamics.collocation import Collocation
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
 from satform.dynamics.prescribed_disturbances import Perturbation, PerturbationSetting, PerturbationSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
@@ -125,3 +126,18 @@ class AdaptiveSpec(Spec):
     def build(self) -> Adaptive:
         """The integrator itself."""
         return Adaptive(self.relative_tolerance, self.absolute_tolerance)
+
+
+class CollocationSpec(Spec):
+    """Collocation at 24 Gauss-Legendre nodes over many control periods at once, where no command acts."""
+
+    kind: Literal["collocation"]
+    """The method."""
+    maximum_step: Positive = 1200.0
+    """Longest step by collocation [s]: a fifth of a circular orbit, less of an eccentric one."""
+    thrust_step: Positive = 45.0
+    """Longest sub-step of rk8 in control periods in which a command or a perturbation acts [s]."""
+
+    def build(self) -> Collocation:
+        """The integrator itself."""
+        return Collocation(self.maximum_step, FixedStep(TABLEAUS["rk8"](), self.thrust_step))

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from satform.dynamics.coasting import CoastingState
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.cw_model import CwDynamics, CwState
 from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
@@ -158,6 +159,8 @@ class StackedDynamics(Dynamics):
         if isinstance(model, VelocityDependentDynamics):
             changes |= {name: getattr(model, name)[rows] for name in _FORCE}
         kept = StackedDynamics(replace(model, **changes))
+        if isinstance(state, CoastingState):
+            return kept, state.keep(np.concatenate(([0], 1 + rows)))
         if isinstance(model, InertialDynamics | PropagatedChiefDynamics):
             with_chief = np.concatenate(([0], 1 + rows))
             motion, remainder = (values[:, with_chief] for values in (state.motion, state.remainder))
