@@ -24,12 +24,14 @@ STEPS = 10
 RUNS = 4
 EVERYTHING = frozenset(QUANTITIES)
 LOST = {"satellite_lost_and_rejoined"}
+COUNTED = {"horizon", "interval"}
+"""Times that are rounded to a number of intervals, which runs flown as one have in common."""
 
 
 def scaled(value: Any, factor: float) -> Any:
     """Numbers of a specification times a factor; flags, counts and words as they are."""
     if isinstance(value, dict):
-        return {name: scaled(part, factor) for name, part in value.items()}
+        return {name: part if name in COUNTED else scaled(part, factor) for name, part in value.items()}
     if isinstance(value, list):
         return [scaled(part, factor) for part in value]
     return value * factor if isinstance(value, float) else value
@@ -43,7 +45,10 @@ def dispersed(scenario: Scenario, run: int) -> Scenario:
         changes["links"] = {**plain(scenario.links), "default": {"loss": 0.1 + 0.1 * run, "jitter": 30.0}}
     for index in range(len(scenario.satellites)):
         own, path = scenario.satellite(index), f"satellites[{index}]"
-        changes[f"{path}.position_error"] = [3.0 * run, -2.0 * index, 0.5 * run]
+        if own.start is None:
+            changes[f"{path}.position_error"] = [3.0 * run, -2.0 * index, 0.5 * run]
+        else:
+            changes[f"{path}.start"] = scaled(plain(own.start), factor)
         changes[f"{path}.controller"] = scaled(plain(own.controller), factor)
         changes[f"{path}.curve"] = scaled(plain(own.curve), factor)
         if own.thruster is not None:
