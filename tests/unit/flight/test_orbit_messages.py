@@ -4,7 +4,7 @@
 
 import math
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta, timezone
 from typing import Any
 
 import brahe
@@ -110,6 +110,26 @@ def test_mean_elements_of_an_orbit_of_sgp4_are_found_again_and_read_by_others(el
     assert math.degrees(inclination) == pytest.approx(elements.inclination, abs=1e-7)
     assert rate * 86400.0 / math.tau == pytest.approx(elements.mean_motion, rel=1e-9)
     assert eccentricity == pytest.approx(elements.eccentricity, abs=1e-9)
+
+
+def test_an_epoch_with_another_time_zone_is_written_in_utc() -> None:
+    elements = MeanElements(15.2, 0.0012, 97.6, 41.0, 120.0, 230.0, 0.0)
+    ephemeris = replace(ephemeris_of(elements), epoch=EPOCH.astimezone(timezone(timedelta(hours=2))))
+    for text in (omm_text(ephemeris, elements), oem_text(ephemeris, "a comment")):
+        assert "2024-03-05T06:07:08.25" in text
+        assert "2024-03-05T08:07:08.25" not in text
+
+
+@pytest.mark.parametrize("epoch", ["2026-01-01T02:00:00+02:00", "2026-01-01T00:00:00"])
+@pytest.mark.parametrize("scenario", ["triangle_inertial", "triangle"])
+def test_the_chief_of_a_flight_has_its_epoch_in_utc(scenario: str, epoch: str) -> None:
+    elements = f"semi_major_axis: 7.0e6, inclination: 0.9, argument_of_latitude: 0.1, epoch: {epoch}"
+    chief = f"orbit={{chief: {{kind: keplerian, {elements}}}}}"
+    change = f"dynamics.epoch={epoch}" if scenario == "triangle_inertial" else chief
+    record = sf.simulate(shortened(scenario, 4.0, change))
+    assert record.chief is not None
+    assert record.chief.epoch == datetime(2026, 1, 1, tzinfo=UTC)
+    assert record.chief.epoch.tzinfo is UTC
 
 
 def test_what_sgp4_does_not_propagate_is_a_sentence() -> None:

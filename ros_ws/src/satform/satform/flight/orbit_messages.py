@@ -164,7 +164,7 @@ def omm_text(ephemeris: Ephemeris, elements: MeanElements) -> str:
         "REF_FRAME": "TEME",
         "TIME_SYSTEM": "UTC",
         "MEAN_ELEMENT_THEORY": "SGP4",
-        "EPOCH": ephemeris.epoch.strftime("%Y-%m-%dT%H:%M:%S.%f"),
+        "EPOCH": as_utc(ephemeris.epoch).strftime("%Y-%m-%dT%H:%M:%S.%f"),
         "MEAN_MOTION": elements.mean_motion,
         "ECCENTRICITY": elements.eccentricity,
         "INCLINATION": elements.inclination,

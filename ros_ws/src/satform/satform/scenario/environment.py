@@ -20,7 +20,7 @@ from satform.common.spec import Complaint
 from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSpec
 from satform.numeric.elementwise import Array
-from satform.orbits.chief import earth_angle_at
+from satform.orbits.chief import as_utc, earth_angle_at
 from satform.orbits.frames import EarthRotation
 from satform.orbits.sun import days_at, sun_direction
 
@@ -35,7 +35,7 @@ class Environment:
     """Sun, Earth and chief at time zero.
 
     Attributes:
-        epoch: of time zero.
+        epoch: of time zero, UTC.
         earth_angle: Earth rotation angle, rad.
         chief_axes: rows: the chief's radial, transverse and normal unit vectors, inertial, shape (3, 3).
     """
@@ -56,7 +56,7 @@ def environment_of(dynamics: DynamicsSpec) -> Environment | None:
     angle = dynamics.gravity.earth_angle
     axes = dynamics.chief.axes(dynamics.chief.argument_of_latitude)
     return Environment(
-        epoch=dynamics.epoch,
+        epoch=as_utc(dynamics.epoch),
         earth_angle=earth_angle_at(dynamics.epoch) if angle is None else angle,
         chief_axes=np.stack(axes),
     )
