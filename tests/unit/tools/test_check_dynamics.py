@@ -117,6 +117,16 @@ def test_check_does_not_warn_of_an_eccentric_chief_with_a_law_that_knows_it() ->
     assert not said("circular chief", *changes, sized(400.0), "satellite_defaults.controller={kind: coast}")
 
 
+def test_check_warns_of_an_eccentric_chief_with_control_of_mean_elements() -> None:
+    """Its mean elements hold for any eccentricity; where it thrusts and how much are of a circle."""
+    changes = ("orbit.semi_major_axis=8.0e6", sized(400.0), "nominal_motion.period=7121.08")
+    changes += ("satellite_defaults.controller={kind: mean_relative_elements}",)
+    chief = "chief: {inclination: 1.0, eccentricity: %s}"
+    (warning,) = said("eccentricity", *changes, f"dynamics={{kind: inertial, {chief % 0.05}}}")
+    assert "are the model of controller kind mean_relative_elements; " in warning
+    assert not said("eccentricity", *changes, f"dynamics={{kind: inertial, {chief % 1e-4}}}")
+
+
 def test_show_says_which_model_fits(capsys: pytest.CaptureFixture[str]) -> None:
     eccentric = ("orbit.semi_major_axis=8.0e6", "dynamics={kind: inertial, chief: {eccentricity: 0.1}}")
     for changes, fitting in (

@@ -129,6 +129,10 @@ class MeanElementControlSpec(ControllerSpec):
     oblateness: bool = True
     """Whether J2 acts. Without it mean elements are the osculating ones."""
 
+    def assumes_circular_chief(self) -> bool:
+        """The effect of thrust on the elements is that about a circle."""
+        return True
+
     def linearisation(self, setting: FlightSetting) -> str:
         """The gain turns with the error."""
         return "whose gain depends on the direction of the error and on the argument of latitude"
