@@ -12,7 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from satform.dynamics.orbital_forces import gravitational_parameter
+from satform.orbits.chief import KeplerianChief
 from satform.orbits.inertial_motion import GRAVITY, relative_elements
+from satform.orbits.j2_elements import as_array
+from satform.orbits.mean_elements import mean_chief
 from satform.orbits.osculating import OrbitalState, deputy_elements, osculating_relative_elements
 from satform.orbits.time_scales import brahe_epoch, utc_datetime, utc_of
 
@@ -89,6 +92,17 @@ def test_mean_and_osculating_elements_differ_by_j2():
     apart = chief[0] * (osculating_relative_elements(chief, mean) - mean)
     # Below 1.5 J2 (R/a)^2 times a hundred metres of separation for each element, and not nothing.
     assert 0.05 < np.abs(apart).max() < 5.0
+
+
+@pytest.mark.parametrize("eccentricity", [1e-3, 0.1, 0.6])
+def test_mean_relative_elements_come_back_at_every_anomaly_of_the_chief(eccentricity):
+    axis, mean = 7.0e6 / (1.0 - eccentricity), FORMATION[1]
+    for anomaly in np.linspace(-6.0, 6.0, 25):
+        chief = np.array([axis, eccentricity, 1.7, 0.5, 0.4, anomaly])
+        deputy = deputy_elements(chief, osculating_relative_elements(chief, mean))
+        found = [as_array(mean_chief(KeplerianChief(*elements.tolist()))) for elements in (chief, deputy)]
+        states = [OrbitalState.from_elements(elements).as_array() for elements in found]
+        assert np.allclose(relative_elements(*states) / axis, mean, rtol=0.0, atol=1e-7), anomaly
 
 
 def test_an_equatorial_chief_has_no_relative_inclination():

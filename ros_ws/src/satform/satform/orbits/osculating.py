@@ -5,8 +5,8 @@
 brahe's elements of a state lose half of the digits on orbits that are nearly circular, and all of them at
 inclination 0: for eccentricities of 1e-9 the state that is made of them again is 7 mm away. Here they come
 from the vectors of eccentricity and angular momentum, and the state is kept to rounding for every
-eccentricity and inclination. All else, from elements to states and between relative and absolute elements,
-is brahe's.
+eccentricity and inclination. From elements to states and between relative and absolute elements the map is
+brahe's; mean elements are those of `satform.orbits.mean_elements`.
 """
 
 import math
@@ -16,8 +16,10 @@ from typing import Any
 import numpy as np
 
 from satform.numeric.elementwise import Array
-from satform.orbits.chief import ChiefOrbitSpec, mean_anomaly
+from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief, mean_anomaly
 from satform.orbits.inertial_motion import GRAVITY, relative_elements
+from satform.orbits.j2_elements import as_array
+from satform.orbits.mean_elements import mean_chief, osculating_elements
 
 
 @dataclass(frozen=True)
@@ -128,11 +130,7 @@ def deputy_elements(chief: Array, relative: Array) -> Array:
     """
     import brahe  # noqa: PLC0415  slow to import
 
-    if abs(math.sin(chief[2])) < 1e-6:
-        raise ValueError(
-            "the chief's orbit lies in the equator, where relative elements do not tell how the orbit planes "
-            "differ; give the start as kind: cartesian or keplerian"
-        )
+    _require_inclined(chief)
     radians: Any = brahe.AngleFormat.RADIANS
     found: Array = np.array(brahe.state_roe_to_oe(chief, relative, radians))
     if not (np.all(np.isfinite(found)) and found[0] > 0.0 and found[1] < 1.0):
@@ -146,30 +144,32 @@ def deputy_elements(chief: Array, relative: Array) -> Array:
 def osculating_relative_elements(chief: Array, mean_relative: Array) -> Array:
     """Osculating relative elements from mean ones, both of the unit 1, shape (6,).
 
-    The chief's mean elements follow from its osculating ones, the satellite's from the chief's. Mean and
-    osculating elements are inverse to each other to second order in J2 alone, some metres; here that error
-    is common to both satellites and cancels.
+    The chief's mean elements follow from its osculating ones, the satellite's from the chief's, and the
+    osculating elements of both from the mean ones by the same map, so that what the chief's are off by
+    is common to both and cancels.
 
     Args:
         chief: osculating a in m, e, i, right ascension, argument of perigee, mean anomaly in rad, shape (6,).
         mean_relative: (da, dlambda, dex, dey, dix, diy), shape (6,).
 
     Raises:
-        ValueError: as `deputy_elements`, or the theory of mean elements fails for this orbit.
+        ValueError: as `deputy_elements`, or no mean elements are found for the chief's orbit.
 
-    Source: Brouwer's and Lyddane's theory to first order in J2, as computed by brahe.
+    Source: first order in J2, `satform.orbits.mean_elements`.
     """
-    import brahe  # noqa: PLC0415  slow to import
-
-    radians: Any = brahe.AngleFormat.RADIANS
-    theory: Any = brahe.MeanElementMethod.BROUWER_LYDDANE
-    chief_mean = np.array(brahe.state_koe_osc_to_mean(chief, theory, radians))
-    deputy_mean = deputy_elements(chief_mean, mean_relative)
-    osculating = [
-        np.array(brahe.state_koe_mean_to_osc(mean, theory, radians)) for mean in (chief_mean, deputy_mean)
-    ]
+    _require_inclined(chief)
+    mean = as_array(mean_chief(KeplerianChief(*chief.tolist())))
+    osculating = osculating_elements(np.stack((mean, deputy_elements(mean, mean_relative))))
     states = [OrbitalState.from_elements(elements).as_array() for elements in osculating]
-    found: Array = relative_elements(*states) / osculating[0][0]
+    found: Array = relative_elements(*states) / osculating[0, 0]
     if not np.all(np.isfinite(found)):
-        raise ValueError("the theory of mean elements fails for the chief's orbit; give osculating elements")
+        raise ValueError("no mean elements are found for the chief's orbit; give osculating elements")
     return found
+
+
+def _require_inclined(chief: Array) -> None:
+    if abs(math.sin(chief[2])) < 1e-6:
+        raise ValueError(
+            "the chief's orbit lies in the equator, where relative elements do not tell how the orbit planes "
+            "differ; give the start as kind: cartesian or keplerian"
+        )

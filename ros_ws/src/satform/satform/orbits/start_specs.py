@@ -29,7 +29,7 @@ class RelativeElementFields(Spec):
     """Base of starts by relative elements."""
 
     elements: Literal["osculating", "mean"] = "osculating"
-    """mean: the periodic effect of J2 within an orbit is averaged out (Brouwer, Lyddane)."""
+    """mean: the periodic effect of J2 within an orbit is averaged out, to first order."""
 
     def relative_elements(self) -> Array:
         """(a da, a dlambda, a dex, a dey, a dix, a diy), a the chief's semi-major axis, m, shape (6,)."""
