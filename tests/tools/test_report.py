@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -413,6 +414,19 @@ def test_a_flight_with_a_date_is_exported_as_orbit_messages_with_its_contacts(
     page = numbers_of(out / "report" / "report.html")
     bars = next(chart for chart in page["graphs"] if chart["key"] == "timeline")
     assert [line["name"] for line in bars["lines"]] == [f"sat{number}: quito" for number in (1, 2, 3)]
+
+
+def test_without_sgp4_the_export_of_mean_elements_is_refused_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "run"
+    words = [word for change in ("timing.duration=4.0", "expect=[]") for word in ("--set", change)]
+    assert cli.main(["run", "triangle_inertial", "--mode", "inprocess", "--out", str(out), *words]) == 0
+    capsys.readouterr()
+    # With None in its place Python raises ImportError.
+    monkeypatch.setitem(sys.modules, "sgp4.api", None)
+    assert cli.main(["report", str(out), "--export", "omm"]) == 2
+    assert "no OMM: mean elements need sgp4: pip install 'satform[omm]'" in capsys.readouterr().err
 
 
 def test_a_flight_without_a_date_has_no_orbit_messages(

@@ -32,7 +32,8 @@ def export(stored: StoredRun, folder: Path, formats: Sequence[FlightFormat]) -> 
 
     Raises:
         OSError: a file cannot be written.
-        CommandError: the flight has no inertial motion for OEM or OMM, or SGP4 does not propagate an orbit.
+        CommandError: the flight has no inertial motion for OEM or OMM, SGP4 does not propagate an orbit, or
+            sgp4 is not installed.
     """
     from satform_tools.report.plots import figures  # noqa: PLC0415 - matplotlib takes long to load
 
@@ -68,7 +69,7 @@ def _write_orbits(stored: StoredRun, folder: Path, wanted: FlightFormat) -> list
             file = folder / f"{ephemeris.name}.{wanted.value}"
             file.write_text(text, encoding="utf-8")
             files.append(file)
-    except ValueError as error:
+    except (ImportError, ValueError) as error:
         raise CommandError(f"no {wanted.value.upper()}: {error}") from None
     return files
 
