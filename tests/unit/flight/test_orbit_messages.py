@@ -11,12 +11,14 @@ import brahe
 import numpy as np
 import pytest
 from beyond.io import ccsds
+from pydantic import TypeAdapter, ValidationError
 from sgp4.api import WGS72, Satrec
 
 import satform as sf
 from flights import shortened
 from satform.flight.orbit_messages import (
     CHIEF,
+    CHIEF_BESIDE_A_NAMESAKE,
     Ephemeris,
     MeanElements,
     ephemerides,
@@ -25,6 +27,7 @@ from satform.flight.orbit_messages import (
     omm_text,
 )
 from satform.orbits.earth_orientation import without_file
+from satform.scenario.parts import Name
 
 UTC_SCALE: Any = brahe.TimeSystem.UTC
 EPOCH = datetime(2024, 3, 5, 6, 7, 8, 250_000, tzinfo=UTC)
@@ -76,6 +79,15 @@ def test_states_that_are_not_known_are_left_out_of_an_ephemeris() -> None:
     found = {own.name: own for own in ephemerides(replace(record, position=position))}
     assert list(found) == [CHIEF, "sat1", "sat2"]
     assert found["sat2"].times.tolist() == [0.0, 3.0, 4.0]
+
+
+def test_a_satellite_called_chief_and_the_chief_have_names_of_their_own() -> None:
+    record = sf.simulate(shortened("triangle_inertial", 2.0))
+    found = ephemerides(replace(record, satellites=("sat1", CHIEF, "sat3")))
+    assert [own.name for own in found] == [CHIEF_BESIDE_A_NAMESAKE, "sat1", CHIEF, "sat3"]
+    assert np.array_equal(found[2].position, record.inertial_position[:, 1])
+    with pytest.raises(ValidationError):
+        TypeAdapter(Name).validate_python(CHIEF_BESIDE_A_NAMESAKE)
 
 
 def test_without_a_date_there_is_no_ephemeris() -> None:

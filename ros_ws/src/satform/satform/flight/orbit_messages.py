@@ -29,6 +29,9 @@ from satform.record.flight_record import FlightRecord
 CHIEF = "chief"
 """Name of the chief's messages."""
 
+CHIEF_BESIDE_A_NAMESAKE = "chief-orbit"
+"""Name of the chief's messages where a satellite is called `CHIEF`; names of satellites have no hyphen."""
+
 _ORIGINATOR = "SATFORM"
 _UNKNOWN = "UNKNOWN"
 """Designator of an object that has none, as the standard has it."""
@@ -50,7 +53,7 @@ class Ephemeris:
     """Inertial motion of one object.
 
     Attributes:
-        name: of the satellite, or `CHIEF`.
+        name: of the satellite, or `CHIEF` or `CHIEF_BESIDE_A_NAMESAKE`.
         epoch: of time zero.
         times: since time zero, s, shape (K,), at least one.
         position: GCRF, m, shape (K, 3).
@@ -90,6 +93,8 @@ class MeanElements:
 def ephemerides(record: FlightRecord) -> list[Ephemeris]:
     """The motion of chief and satellites in a flight; states that are not known are left out.
 
+    Each has a name of its own.
+
     Args:
         record: of the flight.
 
@@ -98,7 +103,8 @@ def ephemerides(record: FlightRecord) -> list[Ephemeris]:
     """
     positions, velocities = record.inertial_position, record.inertial_velocity
     assert record.chief is not None  # noqa: S101 - there would be no inertial positions
-    found = [(CHIEF, record.chief.position, record.chief.velocity)]
+    chief = CHIEF_BESIDE_A_NAMESAKE if CHIEF in record.satellites else CHIEF
+    found = [(chief, record.chief.position, record.chief.velocity)]
     found += [
         (name, positions[:, column], velocities[:, column]) for column, name in enumerate(record.satellites)
     ]
