@@ -51,6 +51,9 @@ _SETTLED = 2e-6
 """Change of the position, m, that another evaluation of all forces has to fall below for there to be none. It
 is estimated from above: the first evaluation at all nodes also mends what some of them did not see."""
 
+_MOST_PERIODS = 10_000
+"""Control periods of a long step, at whose ends motion is kept; more would take much memory at once."""
+
 _MOST_ITERATIONS, _MOST_EVALUATIONS = 60, 12
 
 
@@ -73,9 +76,10 @@ class Collocation:
             period: control period, s.
 
         Returns:
-            One of them is 1: a control period longer than the maximum is cut into equal parts.
+            One of them is 1: a control period longer than the maximum is cut into equal parts. A long step
+            extends over at most 10,000 control periods.
         """
-        periods = max(1, int(self.maximum_step / period * (1.0 + 1e-12)))
+        periods = max(1, int(min(self.maximum_step / period * (1.0 + 1e-12), _MOST_PERIODS)))
         return periods, substeps(period, self.maximum_step) if periods == 1 else 1
 
 

@@ -17,7 +17,7 @@ from satform.dynamics.cw_model import CwState
 from satform.dynamics.held_runge_kutta import advance_held, parts_of
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import Dynamics, DynamicsSetting
-from satform.dynamics.specs import PerturbedDynamicsSpec
+from satform.dynamics.specs import PerturbedDynamicsSpec, substep_complaints
 from satform.numeric.elementwise import Array
 from satform.numeric.formula import FUNCTIONS, LONGEST, Formula, parse_formula
 
@@ -114,8 +114,8 @@ class FormulaDynamicsSpec(PerturbedDynamicsSpec):
     """Longest sub-step of the integration [s]."""
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
-        """What is wrong with the formulas; as in `DynamicsSpec.complaints`."""
-        found: list[Complaint] = []
+        """What is wrong with formulas and sub-steps; as in `DynamicsSpec.complaints`."""
+        found = substep_complaints(("maximum_step",), setting.step, self.maximum_step)
         names = [constant.name for constant in self.constants]
         for index, name in enumerate(names):
             if name in (*QUANTITIES, *FUNCTIONS) or name in names[:index]:

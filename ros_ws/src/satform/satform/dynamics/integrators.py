@@ -75,6 +75,29 @@ def substeps(duration: float, maximum_step: float) -> int:
     return max(1, math.ceil(duration / maximum_step * (1.0 - 1e-12)))
 
 
+MOST_SUBSTEPS = 1_000_000
+"""Sub-steps of one control period; more are refused, since a flight with them would not end."""
+
+
+def substep_complaint(duration: float, maximum_step: float) -> str | None:
+    """Why a control period is not divided into sub-steps of some length.
+
+    Args:
+        duration: control period, s.
+        maximum_step: longest sub-step, s.
+
+    Returns:
+        A sentence, or None where there are at most `MOST_SUBSTEPS`.
+    """
+    count = duration / maximum_step
+    if count <= MOST_SUBSTEPS * (1.0 + 1e-9):
+        return None
+    return (
+        f"sub-steps of at most {maximum_step:g} s are {count:.3g} in a control period of {duration:g} s, and "
+        f"at most {MOST_SUBSTEPS:g} are allowed; give at least {duration / MOST_SUBSTEPS:g} s"
+    )
+
+
 def weighted_sum(weights: Array, rates: Array) -> Array:
     """Sum of stage rates, in the order of the stages for every component.
 

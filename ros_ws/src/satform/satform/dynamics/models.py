@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The truth models that a scenario chooses under `dynamics:`, from textbook CW to inertial space."""
 
+import math
 from collections.abc import Callable
 from datetime import datetime
 from functools import partial
@@ -25,12 +26,26 @@ from satform.dynamics.specs import (
     GravitySpec,
     PerturbedDynamicsSpec,
 )
-from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief
+from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief, semi_major_axis_of
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import LvlhFrame
 
 if TYPE_CHECKING:
     from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
     from satform.dynamics.inertial import InertialDynamics
+
+
+def _integrator_complaints(
+    integrator: FixedStepSpec | AdaptiveSpec | CollocationSpec,
+    chief: ChiefOrbitSpec,
+    setting: DynamicsSetting,
+) -> list[Complaint]:
+    """Why an integrator does not go with a chief's orbit and a control period."""
+    perigee = semi_major_axis_of(setting.mean_motion, GRAVITATIONAL_PARAMETER) * (1.0 - chief.eccentricity)
+    # Of a circular orbit through the perigee; the iteration converges over one and a half of it.
+    period = math.tau * math.sqrt(perigee**3 / GRAVITATIONAL_PARAMETER)
+    found = integrator.complaints(setting.step, period)
+    return [(("integrator", *field), sentence) for field, sentence in found]
 
 
 class CwDynamicsSpec(PerturbedDynamicsSpec):
@@ -131,7 +146,8 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
 
     def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
         """Why the chief's orbit cannot be flown; as in `DynamicsSpec.complaints`."""
-        return self.chief.complaints(setting.mean_motion)
+        found = self.chief.complaints(setting.mean_motion)
+        return found + _integrator_complaints(self.integrator, self.chief, setting)
 
     def build(self, setting: DynamicsSetting) -> "CwPerturbedDynamics | PropagatedChiefDynamics":
         """The truth model itself."""
@@ -198,7 +214,7 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
                 "satellites; leave it out or give one for each"
             )
             found.append((("satellite_bodies",), sentence))
-        return found
+        return found + _integrator_complaints(self.integrator, self.chief, setting)
 
     def build(self, setting: DynamicsSetting) -> "InertialDynamics":
         """The truth model itself.

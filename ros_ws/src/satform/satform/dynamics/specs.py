@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from satform.common.spec import NonNegative, Plugin, Positive, Spec
+from satform.common.spec import Complaint, NonNegative, Plugin, Positive, Spec
 from satform.dynamics.collocation import Collocation
-from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
+from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep, substep_complaint
 from satform.dynamics.prescribed_disturbances import Perturbation, PerturbationSetting, PerturbationSpec
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import NamedFile
@@ -22,6 +22,12 @@ EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
 
 OF_SATELLITES = frozenset({"perturbations", "satellite_bodies", "linear", "wave", "wave_number", "quadratic"})
 """Fields of truth models that may differ in runs that are flown as one."""
+
+
+def substep_complaints(field: tuple[str | int, ...], period: float, maximum_step: float) -> list[Complaint]:
+    """Why a field's sub-steps (s) are too many in a control period (s): none or one fault."""
+    sentence = substep_complaint(period, maximum_step)
+    return [] if sentence is None else [(field, sentence)]
 
 
 class PerturbedDynamicsSpec(DynamicsSpec):
@@ -108,6 +114,18 @@ class FixedStepSpec(Spec):
     maximum_step: Positive = 45.0
     """Longest sub-step [s]."""
 
+    def complaints(self, period: float, longest: float) -> list[Complaint]:
+        """Why no flight can be integrated with this.
+
+        Args:
+            period: control period, s.
+            longest: step over which collocation is certain to converge, s.
+
+        Returns:
+            Field and sentence of each fault.
+        """
+        return substep_complaints(("maximum_step",), period, self.maximum_step)
+
     def build(self) -> FixedStep:
         """The integrator itself."""
         return FixedStep(TABLEAUS[self.kind](), self.maximum_step)
@@ -123,6 +141,10 @@ class AdaptiveSpec(Spec):
     absolute_tolerance: Annotated[float, Field(gt=0.0, le=1.0)] = 1e-6
     """Of the local error [m and m/s]."""
 
+    def complaints(self, period: float, longest: float) -> list[Complaint]:
+        """None; as in `FixedStepSpec.complaints`."""
+        return []
+
     def build(self) -> Adaptive:
         """The integrator itself."""
         return Adaptive(self.relative_tolerance, self.absolute_tolerance)
@@ -137,6 +159,18 @@ class CollocationSpec(Spec):
     """Longest step by collocation [s]: a fifth of a circular orbit, less of an eccentric one."""
     thrust_step: Positive = 45.0
     """Longest sub-step of rk8 in control periods in which a command or a perturbation acts [s]."""
+
+    def complaints(self, period: float, longest: float) -> list[Complaint]:
+        """Why no flight can be integrated with this; as in `FixedStepSpec.complaints`."""
+        found = substep_complaints(("maximum_step",), period, self.maximum_step)
+        found += substep_complaints(("thrust_step",), period, self.thrust_step)
+        if self.maximum_step > longest:
+            sentence = (
+                f"{self.maximum_step:g} s is too long for collocation, whose steps are at most {longest:g} s "
+                "for this chief: the period of a circular orbit at the radius of its perigee"
+            )
+            found.append((("maximum_step",), sentence))
+        return found
 
     def build(self) -> Collocation:
         """The integrator itself."""

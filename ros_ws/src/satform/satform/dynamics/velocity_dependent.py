@@ -7,13 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from satform.common.spec import NonNegative, Number, Positive
+from satform.common.spec import Complaint, NonNegative, Number, Positive
 from satform.dynamics.circular_gravity import CircularGravity, GravityKind, circular_gravity
 from satform.dynamics.cw_model import CwState
 from satform.dynamics.held_runge_kutta import advance_held, parts_of
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import Dynamics, DynamicsSetting
-from satform.dynamics.specs import PerturbedDynamicsSpec
+from satform.dynamics.specs import PerturbedDynamicsSpec, substep_complaints
 from satform.numeric.elementwise import Array
 
 
@@ -86,6 +86,10 @@ class VelocityDependentDynamicsSpec(PerturbedDynamicsSpec):
     exact about a chief on a circular orbit."""
     maximum_step: Positive = 0.05
     """Longest sub-step of the integration [s]."""
+
+    def complaints(self, setting: DynamicsSetting) -> list[Complaint]:
+        """Why the sub-steps cannot be flown; as in `DynamicsSpec.complaints`."""
+        return substep_complaints(("maximum_step",), setting.step, self.maximum_step)
 
     def build(self, setting: DynamicsSetting) -> VelocityDependentDynamics:
         """The truth model itself."""

@@ -17,6 +17,7 @@ from satform.communication.channel_model import LinksSpec
 from satform.consensus.arc_length import ConsensusSpec
 from satform.consensus.graph import Graph, TopologySpec
 from satform.control.protocol import FlightSetting, Motion, require_protocol
+from satform.dynamics.integrators import substep_complaint
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.files.named_file import BY_CONTENT, with_copies
 from satform.membership.faults import FaultSpec
@@ -293,6 +294,8 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
             if spec is None:
                 continue
             found = spec.complaints(self.orbit.rate)
+            too_many = substep_complaint(self.timing.step, spec.maximum_step)
+            found += [] if too_many is None else [f"maximum_step: {too_many}"]
             if isinstance(spec.pointing, SatellitePointingSpec):
                 graph = graph or self._graph_or_none()
                 found += self._target_complaints(index, spec.pointing.target, names, graph)
