@@ -217,6 +217,15 @@ def test_impulses_between_elements_cost_the_bound_of_closed_form(capsys: pytest.
     assert times == pytest.approx([first, first + 3000.0, first + 6000.0])
 
 
+@pytest.mark.parametrize("argument", ["3620", "1e17", "-1e17", "1e300"])
+def test_whole_turns_of_the_argument_do_not_change_a_plan(
+    argument: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    within = f"{math.fmod(float(argument), 360.0)}"
+    plans = [data(capsys, *CHANGE, "--argument", angle, "--orbits", "2") for angle in (argument, within)]
+    assert plans[0] == plans[1]
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

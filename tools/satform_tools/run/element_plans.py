@@ -54,7 +54,8 @@ def elements(task: ElementsTask, *, as_json: bool) -> None:
             _elements("--start", task.start),
             _elements("--wanted", task.wanted),
             math.tau / task.period,
-            math.radians(task.argument),
+            # Of large angles no digits would be left for the places of the pulses.
+            math.radians(math.fmod(task.argument, 360.0)),
             task.orbits * task.period,
         )
     except ValueError as error:
