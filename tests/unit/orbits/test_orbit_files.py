@@ -159,8 +159,10 @@ BAD_OMM = (
     (OMM.replace("0.1859667", "1.5"), "found ECCENTRICITY 1.5"),
     (OMM.replace("0.1859667", "nan"), "found ECCENTRICITY nan"),
     (OMM.replace("10.82419157", "0.0"), "found MEAN_MOTION 0.0"),
-    (OMM.replace("2000-06-27", "2000-13-27"), "has a date 13-27 of a year, which is none"),
-    (OMM.replace("2000-06-27", "2000-999"), "has a date 999 of a year, which is none"),
+    (OMM.replace("2000-06-27", "2000-13-27"), "has the date 2000-13-27T18:50:19, which does not exist"),
+    (OMM.replace("2000-06-27", "2026-366"), "has the date 2026-366T18:50:19, which does not exist"),
+    (OMM.replace("2000-06-27", "0000-06-27"), "has the date 0000-06-27T18:50:19, which does not exist"),
+    (OMM.replace("2000-06-27", "2000-999"), "has the date 2000-999T18:50:19, which does not exist"),
 )
 
 
@@ -180,9 +182,16 @@ BAD_OEM = (
     (GOOD.replace("= UTC", "= UT1"), "found TIME_SYSTEM UT1"),
     (GOOD.replace("= EARTH", "= MARS"), "found CENTER_NAME MARS; it should be EARTH"),
     (oem(count=1), "has 1 states"),
+    (GOOD.replace("2024-01-01T00:05", "2024-02-31T00:05"), "has the date 2024-02-31T00:05:00, which does"),
+    (GOOD.replace("2024-01-01T00:05", "2024-01-01T25:05"), "has the date 2024-01-01T25:05:00, which does"),
+    (GOOD.replace("2024-01-01T00:05", "0000-01-01T00:05"), "has the date 0000-01-01T00:05:00, which does"),
     (GOOD.replace("T00:05:00.000", "T00:15:00.000"), "follow each other in time"),
     (GOOD + GOOD[GOOD.index("META_START") :], "has 2 segments"),
 )
+
+
+def test_a_leap_day_by_its_number_is_a_date():
+    assert from_omm(named(OMM.replace("2000-06-27", "2000-366"))).epoch.day == 31
 
 
 @pytest.mark.parametrize(("text", "sentence"), BAD_OEM)

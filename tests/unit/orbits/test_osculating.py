@@ -134,6 +134,12 @@ def test_a_date_comes_back_from_brahe(date):
     assert utc_datetime(brahe_epoch(date)) == date.replace(tzinfo=UTC)
 
 
+def test_a_date_before_the_year_1_in_utc_is_named():
+    epoch = brahe_epoch(datetime(1, 1, 1, tzinfo=UTC)) - 60.0
+    with pytest.raises(ValueError, match="lies in the year 0; years go from 1 to 9999"):
+        utc_datetime(epoch)
+
+
 def test_a_leap_second_is_no_time_zero():
     # The leap second of 2016-12-31 began at 36 s of TAI after midnight of UTC.
     with pytest.raises(ValueError, match="leap second"):

@@ -11,9 +11,10 @@ though no such orbit or date is, is refused here.
 import itertools
 import math
 import re
+from calendar import isleap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import date, datetime
 from typing import Any, Protocol
 
 import numpy as np
@@ -28,7 +29,7 @@ LONGEST_SGP4 = 30.0
 
 _FRAMES = {"GCRF", "ICRF", "EME2000", "J2000", "TEME"}
 _SCALES = {"UTC", "TAI", "TT", "GPS"}
-_DATE = re.compile(r"\b\d{4}-(?:(\d{2})-(\d{2})|(\d{3}))T")
+_DATE = re.compile(r"\b(\d{4})-(?:(\d{2})-(\d{2})|(\d{3}))T(?:(\d{2}):(\d{2})(?::(\d{2}))?)?")
 _LINE_LENGTH = 69
 _ANY_OBJECT = 10_000
 """Catalogue number of no meaning here, of the five digits that brahe wants."""
@@ -216,7 +217,7 @@ def from_oem(file: NamedFile) -> Ephemeris:
         raise ValueError(f"{file.name} has {count} states; an OEM file here has two at least")
     trajectory: Any = _read(lambda: message.segment_to_trajectory(0), file, "an OEM file")
     epochs = list(trajectory.epochs())
-    dates = [utc_datetime(epoch) for epoch in epochs]
+    dates: list[datetime] = _read(lambda: [utc_datetime(epoch) for epoch in epochs], file, "an OEM file")
     if any(later <= earlier for earlier, later in itertools.pairwise(dates)):
         raise ValueError(
             f"{file.name}: the states of an OEM file follow each other in time, and these do not"
@@ -243,15 +244,21 @@ def _content(file: NamedFile) -> str:
         text = file.content.decode("utf-8")
     except UnicodeDecodeError:
         raise ValueError(f"{file.name} is not UTF-8 text") from None
-    for month, day, day_of_year in _DATE.findall(text):
-        possible = (
-            1 <= int(day_of_year) <= 366 if day_of_year else 1 <= int(month) <= 12 and 1 <= int(day) <= 31
-        )
-        if not possible:
-            raise ValueError(
-                f"{file.name} has a date {day_of_year or f'{month}-{day}'} of a year, which is none"
-            )
+    for found in _DATE.finditer(text):
+        if not _exists(*found.groups(default="")):
+            raise ValueError(f"{file.name} has the date {found[0]}, which does not exist")
     return text
+
+
+def _exists(year: str, month: str, day: str, day_of_year: str, hour: str, minute: str, second: str) -> bool:
+    """Whether a date of these digits exists; parts that are left out are empty, and seconds go up to 60."""
+    try:
+        first = date(int(year), int(month or 1), int(day or 1))
+    except ValueError:
+        return False
+    if day_of_year and not 1 <= int(day_of_year) <= (366 if isleap(first.year) else 365):
+        return False
+    return int(hour or 0) < 24 and int(minute or 0) < 60 and int(second or 0) <= 60
 
 
 def _read(read: Any, file: NamedFile, kind: str) -> Any:

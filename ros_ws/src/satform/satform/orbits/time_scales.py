@@ -39,17 +39,23 @@ def utc_datetime(epoch: Any) -> datetime:
     """The date in UTC of an epoch of brahe, to a microsecond.
 
     Raises:
-        ValueError: it lies within a leap second, which no date here can say.
+        ValueError: it lies within a leap second or beyond the years 1 to 9999, which no date here can say.
     """
     import brahe  # noqa: PLC0415  slow to import
 
     scale: Any = brahe.TimeSystem.UTC
-    year, month, day, hour, minute, second, nanosecond = epoch.to_datetime_as_time_system(scale)
+    try:
+        year, month, day, hour, minute, second, nanosecond = epoch.to_datetime_as_time_system(scale)
+    except OverflowError:
+        raise ValueError(f"the epoch {epoch} is no date in UTC") from None
     if second >= 60.0:
         raise ValueError("the epoch lies within a leap second; give one a second earlier or later")
     microseconds = round(second * 1e6 + nanosecond * 1e-3)
-    start = datetime(int(year), int(month), int(day), int(hour), int(minute), tzinfo=UTC)
-    return start + timedelta(microseconds=microseconds)
+    try:
+        start = datetime(int(year), int(month), int(day), int(hour), int(minute), tzinfo=UTC)
+        return start + timedelta(microseconds=microseconds)
+    except (ValueError, OverflowError):
+        raise ValueError(f"the epoch lies in the year {year}; years go from 1 to 9999 in UTC") from None
 
 
 def _brahe_epoch(date: datetime, scale: TimeScale) -> Any:
