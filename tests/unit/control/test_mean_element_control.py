@@ -3,6 +3,7 @@
 """Lyapunov control of mean relative elements: convergence, delta-v, and no thrust against the periodic J2."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,15 +22,19 @@ from satform.control.relative_elements import (
 from satform.dynamics import cw
 from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.flight.simulate import simulate
+from satform.numeric import stacking
 from satform.orbits.chief import KeplerianChief
 from satform.orbits.inertial_motion import NodalElements
 from satform.orbits.path_reference import Reference
 from satform.orbits.predicted_chief import PredictedChief, moved, state_of, swing_of
+from satform.scenario import load_scenario
 
 PERIOD = 6000.0
 MEAN_MOTION = math.tau / PERIOD
 STEP = 30.0
 SETTING = FlightSetting(MEAN_MOTION, STEP)
+NOWHERE_TWICE = stacking.stack([NOWHERE, NOWHERE])
 REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 lengths = st.floats(-300.0, 300.0)
@@ -188,6 +193,40 @@ def test_without_oblateness_the_elements_are_those_of_two_bodies():
     there = ControlStep(1, CHIEF.mean_anomaly / CHIEF.mean_motion)
     assert found == pytest.approx(free.act(moved, NOWHERE, None, there).acceleration, rel=1e-4)
     assert np.abs(found[1:]).min() > 1e-7
+
+
+@pytest.mark.parametrize("oblateness", [True, False])
+@pytest.mark.parametrize("speed", [5000.0, math.nan])
+def test_a_satellite_on_no_ellipse_has_no_finite_command_and_those_beside_it_have_theirs(speed, oblateness):
+    setting = FlightSetting(CHIEF.mean_motion, STEP, chief=CHIEF)
+    spec = MeanElementControlSpec(elements=REST, oblateness=oblateness)
+    law, step = spec.build(setting), ControlStep(0, STEP)
+    positions, velocities = np.array([[3.0, -20.0, 5.0]] * 2), np.array([[0.0, speed, 0.0], [0.0, 2e-3, 0.0]])
+    both = stacking.stack([law, law]).act(Motion(positions, velocities), NOWHERE_TWICE, None, step)
+    alone = law.act(Motion(positions[1], velocities[1]), NOWHERE, None, step).acceleration
+    assert math.isnan(both.acceleration[0, 1])
+    assert both.acceleration[1].tobytes() == alone.tobytes()
+    assert np.abs(alone[1:]).min() > 0.0
+
+
+@pytest.mark.parametrize("below", [1e-3, 1.0, 10.0, 1000.0])
+def test_on_any_ellipse_a_command_is_computed_or_is_not_a_number(below):
+    """Up to the parabola, close to which Kepler's equation has no solution in double precision."""
+    law = MeanElementControlSpec(elements=REST).build(FlightSetting(CHIEF.mean_motion, STEP, chief=CHIEF))
+    circular = CHIEF.mean_motion * CHIEF.semi_major_axis
+    motion = Motion(np.zeros(3), np.array([0.0, (math.sqrt(2.0) - 1.0) * circular - below, 0.0]))
+    command = law.act(motion, NOWHERE, None, ControlStep(0, STEP)).acceleration
+    assert command[1] < 0.0 or math.isnan(command[1])
+    assert below < 1000.0 or np.isfinite(command).all()
+
+
+def test_a_flight_of_a_satellite_on_no_ellipse_ends_with_a_sentence():
+    path = Path(__file__).parents[3] / "scenarios" / "mean_elements.yaml"
+    changes = {"timing.duration": 600.0, "satellites[moved].velocity_error": (0.0, 5000.0, 0.0)}
+    end = simulate(load_scenario(path).with_(changes)).early_end
+    assert end is not None
+    assert (end.satellite, end.quantity, end.step) == ("moved", "commanded acceleration", 0)
+    assert math.isnan(end.value)
 
 
 def test_a_gain_that_overshoots_in_a_step_is_refused_in_words():

@@ -86,10 +86,13 @@ class PredictedChief:
         Args:
             now: the chief at this moment.
             osculating: of the satellite.
+
+        Returns:
+            Not a number where the satellite has no mean elements, as on no ellipse.
         """
         if not self.oblate:
             return osculating
-        return moved(osculating, -swing_of(moved(osculating, -now.swing)))
+        return moved(osculating, -_swing_of_satellite(moved(osculating, -now.swing)))
 
 
 def swing_of(mean: NodalElements) -> Array:
@@ -106,6 +109,18 @@ def swing_of(mean: NodalElements) -> Array:
     )
     swing: Array = periodic_part(np.array([whole]))[0]
     return swing
+
+
+def _swing_of_satellite(mean: NodalElements) -> Array:
+    """As `swing_of`; not a number where it is not found, so that a flight ends with a sentence."""
+    axis, (ex, ey) = float(mean.semi_major_axis), mean.eccentricity.tolist()
+    if not (0.0 < axis < math.inf and math.hypot(ex, ey) < 1.0 and math.isfinite(mean.mean_argument)):
+        return np.full(6, np.nan)
+    try:
+        return swing_of(mean)
+    except ValueError:
+        # Kepler's equation has no solution in double precision, as for eccentricities near 1.
+        return np.full(6, np.nan)
 
 
 def moved(elements: NodalElements, by: Array) -> NodalElements:
