@@ -54,6 +54,13 @@ def test_every_field_says_what_it_means(page: Path, least: int) -> None:
     assert silent == []
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_no_field_has_the_name_of_a_class_for_its_type(page: Path) -> None:
+    rows = [line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
+    types = [re.split(r"(?<!\\)\|", row)[2] for row in rows]
+    assert [text for text in types if "<class" in text or "satform." in text] == []
+
+
 @dataclass
 class Declared:
     """Stands for a node: keeps what is declared, and whether it is read-only."""

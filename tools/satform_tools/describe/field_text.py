@@ -15,6 +15,7 @@ from pydantic.fields import FieldInfo
 from satform.campaign.scenario_file import NamedScenario
 from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND, OR_EITHER_ANGLE
 from satform.common.spec import Plugin, Spec, choices, specs
+from satform.files.named_file import NamedFile
 from satform.scenario.parts import SatelliteFields, SatelliteSpec
 
 GROUPS = {
@@ -89,6 +90,7 @@ def _type_of(annotation: Any, metadata: list[Any]) -> str:
         str: "text",
         datetime: "date and time",
         Path: "path of a file",
+        NamedFile: "path of a file",
         NamedScenario: "path of a file, or name of a scenario",
     }
     return texts.get(annotation) or str(annotation)
