@@ -91,8 +91,7 @@ class CoastingDynamics(InertialDynamics):
     def advance(self, state: InertialState, acceleration_lvlh: Array, step: int) -> CoastingState:
         """The state one control period later; arguments as in `Dynamics.advance`.
 
-        Raises:
-            ArithmeticError: the long step is too long for the chief's orbit.
+        Chief and satellites whose iteration does not converge go by the fixed-step integrator.
         """
         coasts = np.ones(state.motion.shape[1], bool)
         coasts[1:] = False if self.perturbations else ~acceleration_lvlh.any(axis=1)
@@ -109,8 +108,9 @@ class CoastingDynamics(InertialDynamics):
             pushed[arc.rows] = False
         rows = np.flatnonzero(pushed)
         if rows.size:
-            moved = self._with_command(state, acceleration_lvlh, step, rows)
-            motion[:, rows], remainder[:, rows] = moved.motion[:, 1:], moved.remainder[:, 1:]
+            moved = self._by_fixed_step(state, acceleration_lvlh, step, rows[rows > 0])
+            begin = 0 if rows[0] == 0 else 1
+            motion[:, rows], remainder[:, rows] = moved.motion[:, begin:], moved.remainder[:, begin:]
         return CoastingState(end, motion, remainder, arcs)
 
     def _arcs(self, state: InertialState, coasts: Flags, step: int) -> tuple[Arc, ...]:
@@ -143,11 +143,6 @@ class CoastingDynamics(InertialDynamics):
             full = self._at_nodes(step * self.period + part * length, length, rows)
             rates, converged = accelerations(motion, length, full)
             if not converged.all():
-                if rows[0] == 0 and not converged[0]:
-                    raise ArithmeticError(
-                        f"collocation of the chief's orbit over {length:g} s does not converge; "
-                        "a smaller maximum_step does"
-                    )
                 rows, motion, remainder = rows[converged], motion[:, converged], remainder[:, converged]
                 rates = rates[:, converged]
             if not rows.size:
@@ -174,8 +169,8 @@ class CoastingDynamics(InertialDynamics):
 
         return acceleration
 
-    def _with_command(self, state: InertialState, command: Array, step: int, rows: Indices) -> InertialState:
-        """Some satellites one control period later, beside the chief."""
+    def _by_fixed_step(self, state: InertialState, command: Array, step: int, rows: Indices) -> InertialState:
+        """The chief, and beside it some satellites, by rows from 1, one control period later."""
         if len(rows) == state.motion.shape[1] - 1:
             return super().advance(state, command, step)
         both = np.concatenate(([0], rows))
