@@ -251,6 +251,11 @@ def test_the_arrival_is_at_its_time_whatever_the_step_of_the_plan() -> None:
         assert not within[: end - 1].any()
 
 
+def test_a_model_that_the_law_does_not_predict_by_is_refused_in_words() -> None:
+    with pytest.raises(ValidationError, match="'cw' or 'yamanaka_ankersen'"):
+        ModelPredictiveSpec.model_validate({"model": "j2_elements"})
+
+
 @pytest.mark.parametrize(("model", "arrives"), [("yamanaka_ankersen", True), ("cw", False)])
 def test_about_an_eccentric_chief_a_plan_by_the_model_that_knows_it_arrives(
     model: Any, arrives: bool

@@ -269,7 +269,7 @@ class ModelPredictiveSpec(ControllerSpec):
     """
 
     kind: Literal["model_predictive"] = "model_predictive"
-    model: ModelName = "cw"
+    model: Literal["cw", "yamanaka_ankersen"] = "cw"
     """Relative motion by which is predicted: cw, or yamanaka_ankersen about an eccentric chief."""
     horizon: Positive = 6000.0
     """How far a plan reaches, s; rounded to intervals."""
