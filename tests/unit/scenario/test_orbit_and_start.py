@@ -377,6 +377,17 @@ def test_a_chief_that_cannot_fly_is_named():
     assert "has a time zone, and TAI knows none" in sentence
 
 
+@pytest.mark.parametrize("epoch", ["0001-01-01T00:00:00+05:00", "9999-12-31T23:59:59-05:00"])
+def test_an_epoch_that_utc_does_not_know_is_named(epoch):
+    ((field, sentence),) = sentences({**KEPLERIAN, "epoch": epoch})
+    assert field.startswith("orbit.chief")
+    assert f"the epoch {epoch} lies beyond the years 1 to 9999 in UTC" in sentence
+    for kind in ("inertial", "cw_perturbed"):
+        ((field, sentence),) = sentences(None, {"kind": kind, "epoch": epoch})
+        assert field == "dynamics.epoch"
+        assert "lies beyond the years 1 to 9999 in UTC" in sentence
+
+
 def test_a_start_for_all_is_no_default():
     ((field, _),) = sentences(
         satellites=({},),

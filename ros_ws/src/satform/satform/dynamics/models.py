@@ -26,7 +26,7 @@ from satform.dynamics.specs import (
     GravitySpec,
     PerturbedDynamicsSpec,
 )
-from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief, semi_major_axis_of
+from satform.orbits.chief import ChiefOrbitSpec, Epoch, KeplerianChief, semi_major_axis_of
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import LvlhFrame
 
@@ -104,7 +104,7 @@ class CwPerturbedDynamicsSpec(PerturbedDynamicsSpec):
     """CW plus what it leaves out of the difference of gravity between satellite and chief."""
 
     kind: Literal["cw_perturbed"] = "cw_perturbed"
-    epoch: datetime = EPOCH
+    epoch: Epoch = EPOCH
     """Date and time of time zero; without a time zone it is UTC."""
     chief: ChiefOrbitSpec = ChiefOrbitSpec()
     """Osculating orbit of the chief at time zero; circular where `chief_motion` is."""
@@ -164,7 +164,7 @@ class InertialDynamicsSpec(PerturbedDynamicsSpec):
     """Chief and satellites in inertial space, with the forces chosen."""
 
     kind: Literal["inertial"] = "inertial"
-    epoch: datetime = EPOCH
+    epoch: Epoch = EPOCH
     """Date and time of time zero; without a time zone it is UTC."""
     chief: ChiefOrbitSpec = ChiefOrbitSpec()
     """Osculating orbit of the chief at time zero."""

@@ -4,7 +4,6 @@
 
 import math
 from collections.abc import Callable
-from datetime import datetime
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
@@ -14,7 +13,7 @@ from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Number
 from satform.evaluation.pairs import ClosestApproaches
 from satform.numeric.elementwise import Array, dot, norm
-from satform.orbits.chief import as_utc
+from satform.orbits.chief import Epoch, as_utc
 from satform.orbits.sun import days_at, sun_in_lvlh
 from satform.record.reducer import FlightShape, Reducer
 from satform.scenario.environment import SAME_DIRECTION, Environment
@@ -79,7 +78,7 @@ class PassLightAngle(_OfPair):
 
     unit = "rad"
     kind: Literal["pass_light_angle"] = "pass_light_angle"
-    epoch: datetime
+    epoch: Epoch
     """Date and time of time zero; without a time zone it is UTC."""
     chief_longitude: Annotated[Number, OR_DEGREES]
     """Of the geostationary chief, east of Greenwich, rad."""

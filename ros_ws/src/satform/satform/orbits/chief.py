@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Complaint, Spec
@@ -234,5 +234,22 @@ def earth_angle_at(epoch: datetime) -> float:
 
 
 def as_utc(epoch: datetime) -> datetime:
-    """The same instant in UTC; an epoch without a time zone is taken to be in UTC."""
-    return epoch.replace(tzinfo=UTC) if epoch.tzinfo is None else epoch.astimezone(UTC)
+    """The same instant in UTC; an epoch without a time zone is taken to be in UTC.
+
+    Raises:
+        ValueError: it lies in UTC before the year 1 or after the year 9999.
+    """
+    try:
+        return epoch.replace(tzinfo=UTC) if epoch.tzinfo is None else epoch.astimezone(UTC)
+    except OverflowError:
+        raise ValueError(f"the epoch {epoch.isoformat()} lies beyond the years 1 to 9999 in UTC") from None
+
+
+def _with_utc(epoch: datetime) -> datetime:
+    """The epoch as it is given, of which it is known that it can be said in UTC."""
+    as_utc(epoch)
+    return epoch
+
+
+Epoch = Annotated[datetime, AfterValidator(_with_utc)]
+"""Date and time of a specification, with or without a time zone."""
