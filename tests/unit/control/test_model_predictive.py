@@ -161,6 +161,15 @@ def test_the_half_spaces_of_a_motion_whose_chords_are_outside_contain_it_and_exc
                 assert ends.min() >= offsets[chord]
 
 
+@pytest.mark.parametrize("size", [5e-324, 1e-200, 1.0, 1e6])
+def test_a_half_space_is_the_same_whatever_the_length_of_its_normal(size: float) -> None:
+    centre, _, _, normal = HalfSpaceSpec(normal=(size, 0.0, -size), offset=-90.0).region()
+    one = HalfSpaceSpec(normal=(1.0, 0.0, -1.0), offset=-90.0).region()
+    np.testing.assert_allclose(normal, one[3], rtol=1e-15)
+    np.testing.assert_allclose(centre, one[0], rtol=1e-15)
+    assert np.linalg.norm(normal) == pytest.approx(1.0, rel=1e-15)
+
+
 def test_before_a_first_plan_the_half_space_turns_from_the_start_to_the_goal_over_one_side() -> None:
     regions = keep_out_of((SphereSpec(radius=10.0),))
     share = np.linspace(0.1, 1.0, 10)

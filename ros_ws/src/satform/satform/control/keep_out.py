@@ -155,6 +155,8 @@ class HalfSpaceSpec(Spec):
     def region(self) -> tuple[Array, Array, float, Array]:
         """Centre, counted components, radius and normal, as in `KeepOut`."""
         normal = np.array(self.normal, dtype=np.float64)
+        # Scaled by a power of two, which is exact: the squares of very small components are 0.
+        normal = np.ldexp(normal, -np.frexp(np.max(np.abs(normal)))[1])
         normal = normal / np.sqrt(dot(normal, normal))
         return self.offset * normal, np.ones(3), 0.0, normal
 
