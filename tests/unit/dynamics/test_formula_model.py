@@ -175,6 +175,14 @@ def test_a_scenario_flies_its_own_truth_model():
             "constants: [{name: a, value: 1.0}, {name: a, value: 2.0}]}",
             r"constants.*name.*the name 'a' is taken",
         ),
+        (
+            "{kind: formula, acceleration: ['0', '0', '0'], constants: [{name: lambda, value: 1.0}]}",
+            r"constants\[0\].name.*'lambda' is a keyword of Python",
+        ),
+        (
+            "{kind: formula, acceleration: ['0', '0', '0'], constants: [{name: is, value: 1.0}]}",
+            r"constants\[0\].name.*'is' is a keyword of Python",
+        ),
     ],
 )
 def test_a_model_that_cannot_be_read_is_refused_with_its_field(model, said):

@@ -62,6 +62,12 @@ def test_a_formula_that_is_not_defined_gives_no_finite_number_and_no_warning():
             assert not np.all(np.isfinite(parse_formula(text, NAMES, {})({"x": np.zeros(2)})))
 
 
+def test_the_deepest_formulas_have_a_value() -> None:
+    sums = "+".join("x" * 101)
+    for text, value in ((sums, 202.0), ("-" * 100 + "x", 2.0), ("abs(" * 100 + "x" + ")" * 100, 2.0)):
+        assert parse_formula(text, NAMES, {})({"x": np.array([2.0])}) == pytest.approx(value)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -77,6 +83,19 @@ def test_a_formula_that_is_not_defined_gives_no_finite_number_and_no_warning():
         ("x**y", "an exponent is a whole or half number from -12 to 12, not 'y'"),
         ("x**0.3", "not '0.3'"),
         ("x**99", "not '99'"),
+        ("x**'3'", "an exponent is a whole or half number from -12 to 12, not ''3''"),
+        ("x**b'3'", "not 'b'3''"),
+        ("x**True", "not 'True'"),
+        ("x**-True", "not '-True'"),
+        ("x**--2", "not '--2'"),
+        ("x**(1 + 2)", "not '1 + 2'"),
+        ("x**2j", "not '2j'"),
+        ("x**1" + "0" * 400, "an exponent is"),
+        ("1or x", "is not a formula"),
+        ("1if x else y", "is not a formula"),
+        ("-" * 101 + "x", "a formula has at most 100 operations one inside another"),
+        ("sin(" * 101 + "x" + ")" * 101, "a formula has at most 100 operations one inside another"),
+        ("+".join("x" * 102), "as a sum of 101 terms has; divide longer sums by parentheses"),
         ("__import__('os')", "there is no function '__import__'"),
         ("x.real", "'x.real' is not allowed"),
         ("[x][0]", "is not allowed"),

@@ -5,6 +5,7 @@
 A model that needs more than formulas is a package of one's own with an entry point in `satform.dynamics`.
 """
 
+import keyword
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -88,7 +89,7 @@ class FormulaConstantSpec(Spec):
     """A number that formulas use by its name."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
-    """Name in the formulas; none of the quantities and functions that they have."""
+    """Name in the formulas; none of the quantities and functions that they have, no keyword of Python."""
     value: Number
     """The number, in SI units."""
 
@@ -120,6 +121,11 @@ class FormulaDynamicsSpec(PerturbedDynamicsSpec):
         for index, name in enumerate(names):
             if name in (*QUANTITIES, *FUNCTIONS) or name in names[:index]:
                 found.append((("constants", index, "name"), f"the name '{name}' is taken"))
+            elif keyword.iskeyword(name):
+                sentence = (
+                    f"'{name}' is a keyword of Python, in whose syntax formulas are read; choose another"
+                )
+                found.append((("constants", index, "name"), f"{sentence} name"))
         for axis, text in enumerate(self.acceleration):
             try:
                 self._parsed(text)

@@ -7,6 +7,7 @@ same numbers give the same bits for one satellite and for a thousand.
 """
 
 import ast
+import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,9 @@ from satform.numeric.elementwise import Array, arctan2
 
 LONGEST = 1000
 """Characters of a formula."""
+
+DEEPEST = 100
+"""Operations of a formula one inside another; a sum of N terms without parentheses has N - 1."""
 
 _LARGEST_POWER = 12.0
 
@@ -88,7 +92,7 @@ def parse_formula(text: str, names: Collection[str], constants: Mapping[str, flo
 
     Args:
         text: with + - * / **, parentheses, numbers, names, and the functions of `FUNCTIONS`. Exponents are
-            numbers, whole or half, up to 12.
+            numbers, whole or half, up to 12. At most `DEEPEST` operations are one inside another.
         names: of the quantities that it may depend on.
         constants: numbers by name.
 
@@ -101,11 +105,36 @@ def parse_formula(text: str, names: Collection[str], constants: Mapping[str, flo
     if len(text) > LONGEST:
         raise ValueError(f"a formula has at most {LONGEST} characters, this one {len(text)}")
     try:
-        tree = ast.parse(text.strip(), mode="eval")
+        tree = _parsed(text.strip())
+        if _deeper(tree.body, DEEPEST):
+            raise ValueError(
+                f"a formula has at most {DEEPEST} operations one inside another, as a sum of {DEEPEST + 1} "
+                "terms has; divide longer sums by parentheses"
+            )
         operations = tuple(_operations(tree.body, names, constants))
     except (SyntaxError, RecursionError, MemoryError):
         raise ValueError(f"'{text}' is not a formula such as -0.2*vx + 0.4*sin(1.5*vx)") from None
     return Formula(operations)
+
+
+def _parsed(text: str) -> ast.Expression:
+    """The syntax tree; what Python only warns of, as 1or x, is a SyntaxError."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return ast.parse(text, mode="eval")
+
+
+def _deeper(node: ast.expr, levels: int) -> bool:
+    """Whether a tree has operations at more than some levels, numbers and names not counted."""
+    level: list[ast.AST] = [node]
+    for _ in range(levels):
+        level = [
+            child
+            for above in level
+            for child in ast.iter_child_nodes(above)
+            if isinstance(child, ast.expr) and not isinstance(child, ast.Constant | ast.Name)
+        ]
+    return bool(level)
 
 
 def _operations(node: ast.expr, names: Collection[str], constants: Mapping[str, float]) -> list[Any]:
@@ -154,10 +183,16 @@ def _called(
 
 
 def _exponent(node: ast.expr) -> float:
-    try:
-        value = float(ast.literal_eval(node))
-    except (ValueError, TypeError, OverflowError):
-        value = np.inf
+    match node:
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=ast.Constant(value=number)):
+            factor = -1.0 if isinstance(sign, ast.USub) else 1.0
+        case ast.Constant(value=number):
+            factor = 1.0
+        case _:
+            number, factor = None, 1.0
+    value = np.inf
+    if isinstance(number, int | float) and not isinstance(number, bool) and number <= _LARGEST_POWER:
+        value = factor * float(number)
     if not (abs(value) <= _LARGEST_POWER and 2.0 * value == round(2.0 * value)):
         raise ValueError(
             f"an exponent is a whole or half number from {-_LARGEST_POWER:g} to {_LARGEST_POWER:g}, "
