@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 
 from orbit_texts import ELEMENTS, OMM, TLE, kepler, oem
 from satform.dynamics.protocol import DynamicsSetting
-from satform.flight.compile import motion_at_start
+from satform.flight.chief_motion import chief_motion
+from satform.flight.compile import flight_setting, motion_at_start
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario, ScenarioError, load_scenario, save_scenario
 from satform.scenario.environment import environment_of
@@ -150,6 +151,41 @@ def test_a_linear_model_takes_the_mean_motion():
     assert whole.orbit.rate == pytest.approx(math.sqrt(brahe.GM_EARTH / 7.0e6**3), rel=1e-9)
     assert whole.chief.inclination == pytest.approx(1.0, rel=1e-9)
     assert built(KEPLERIAN, {"kind": "linear_j2"}).dynamics.chief.inclination == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "dynamics",
+    [
+        {"kind": "cw"},
+        {"kind": "velocity_dependent"},
+        {"kind": "formula", "acceleration": ["0.0", "0.0", "0.0"]},
+        {"kind": "linear_j2"},
+        {"kind": "cw_perturbed", "chief_motion": "circular"},
+    ],
+    ids=lambda dynamics: dynamics["kind"],
+)
+def test_laws_and_figures_know_the_circle_that_a_linear_model_flies_the_chief_on(dynamics):
+    """It begins where the given orbit has the chief at time zero."""
+    whole = built({**KEPLERIAN, "eccentricity": 0.05}, dynamics)
+    eccentric = built({**KEPLERIAN, "eccentricity": 0.05}).chief
+    assert eccentric.eccentricity == pytest.approx(0.05, rel=1e-9)
+    for chief in (whole.chief, whole.setting.chief, flight_setting(whole, 0).chief):
+        assert chief.eccentricity == 0.0
+        assert chief.mean_motion == pytest.approx(whole.orbit.rate, rel=1e-12)
+        assert (chief.inclination, chief.right_ascension) == (
+            eccentric.inclination,
+            eccentric.right_ascension,
+        )
+        latitude = eccentric.argument_of_perigee + eccentric.true_anomaly(0.0)
+        assert chief.mean_argument_of_latitude(0.0) == pytest.approx(latitude, abs=1e-9)
+
+
+def test_inertial_states_of_a_linear_model_are_those_of_the_given_orbit():
+    motion = chief_motion(built({**KEPLERIAN, "eccentricity": 0.05}, {"kind": "cw"}), 1)
+    axis, anomaly = 7.0e6, brahe.anomaly_mean_to_true(0.1, 0.05, angle_format=RADIANS)
+    assert np.linalg.norm(motion.position[0]) == pytest.approx(
+        axis * (1.0 - 0.05**2) / (1.0 + 0.05 * math.cos(anomaly)), rel=1e-9
+    )
 
 
 def test_a_chief_is_given_once():

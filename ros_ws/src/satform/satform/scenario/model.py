@@ -363,10 +363,16 @@ class Scenario(Spec, metaclass=_RefusedInSentences):
 
     @property
     def chief(self) -> KeplerianChief | None:
-        """The chief's orbit at time zero; None for a circular one in an unknown plane."""
+        """The chief's orbit at time zero, as laws and figures know it.
+
+        Returns:
+            None for a circular one in an unknown plane. A truth model about a circle has the circle of an
+            eccentric `orbit.chief`.
+        """
         own = self.dynamics.keplerian_chief(self.orbit.rate)
         if own is None and self.orbit.chief is not None:
-            return self.orbit.chief.orbit.keplerian(self.orbit.rate)
+            circle = self.orbit.chief.orbit.model_copy(update={"eccentricity": 0.0})
+            return circle.keplerian(self.orbit.rate)
         return own
 
     @property
