@@ -60,6 +60,18 @@ def test_circular_and_equatorial_orbits_keep_their_state(eccentricity, inclinati
     assert np.allclose(again.position, state.position, rtol=0.0, atol=1e-7)
 
 
+@pytest.mark.parametrize("eccentricity", [0.98, 0.9999, 1.0 - 1e-9])
+@pytest.mark.parametrize("anomaly", [-3.0, -1e-12, 0.0, 1e-12, 1e-5, 0.03, 1.0, 40.0])
+def test_very_eccentric_orbits_have_a_state(eccentricity, anomaly):
+    state = OrbitalState.from_elements(np.array([1e9, eccentricity, 1.1, 0.4, 0.3, anomaly]))
+    radius = np.linalg.norm(state.position)
+    energy = 0.5 * state.velocity @ state.velocity - GRAVITY / radius
+    assert energy == pytest.approx(-0.5 * GRAVITY / 1e9, abs=2e-15 * GRAVITY / radius)
+    momentum = np.linalg.norm(np.cross(state.position, state.velocity))
+    expected = math.sqrt(GRAVITY * 1e9 * (1.0 - eccentricity) * (1.0 + eccentricity))
+    assert momentum == pytest.approx(expected, abs=2e-15 * radius * np.linalg.norm(state.velocity))
+
+
 def test_elements_are_those_of_brahe_where_brahe_keeps_its_digits():
     elements = np.array([7.4e6, 0.2, 1.1, 0.5, 0.4, 0.3])
     state = OrbitalState.from_elements(elements)

@@ -5,7 +5,7 @@
 import math
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -15,6 +15,7 @@ from satform.common.spec import Complaint, Spec
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import LvlhFrame, earth_rotation_angle
+from satform.orbits.kepler import eccentric_anomaly, mean_from_eccentric
 
 Angle = Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi), OR_DEGREES]
 J2000 = datetime(2000, 1, 1, 12, tzinfo=UTC)
@@ -102,25 +103,12 @@ def true_anomaly(mean_anomaly: float, eccentricity: float) -> float:
         eccentricity: below 1.
 
     Raises:
-        ValueError: Kepler's equation has no solution in double precision, as for eccentricities near 1.
+        ValueError: the eccentricity is of no ellipse, or the mean anomaly is not finite.
 
-    Source: Kepler's equation, as solved by brahe.
+    Source: Kepler's equation.
     """
-    if eccentricity == 0.0:
-        return mean_anomaly
-    import brahe  # noqa: PLC0415  slow to import, and few scenarios have an eccentric chief
-
-    revolutions = round(mean_anomaly / math.tau)
-    within = mean_anomaly - math.tau * revolutions
-    radians: Any = brahe.AngleFormat.RADIANS
-    try:
-        solved = float(brahe.anomaly_mean_to_eccentric(abs(within), eccentricity, angle_format=radians))
-    except RuntimeError as error:
-        raise ValueError(
-            f"no true anomaly for eccentricity {eccentricity:g} and mean anomaly {within:g} rad: {error}"
-        ) from error
-    eccentric = math.copysign(solved, within)
-    return math.tau * revolutions + eccentric + _true_minus_eccentric(eccentric, eccentricity)
+    eccentric = eccentric_anomaly(mean_anomaly, eccentricity)
+    return eccentric + _true_minus_eccentric(eccentric, eccentricity)
 
 
 def mean_anomaly(true_anomaly: float, eccentricity: float) -> float:
@@ -133,7 +121,7 @@ def mean_anomaly(true_anomaly: float, eccentricity: float) -> float:
     Source: Kepler's equation.
     """
     eccentric = true_anomaly + _true_minus_eccentric(true_anomaly, -eccentricity)
-    return eccentric - eccentricity * math.sin(eccentric)
+    return mean_from_eccentric(eccentric, eccentricity)
 
 
 def _true_minus_eccentric(anomaly: float, eccentricity: float) -> float:

@@ -5,8 +5,9 @@
 brahe's elements of a state lose half of the digits on orbits that are nearly circular, and all of them at
 inclination 0: for eccentricities of 1e-9 the state that is made of them again is 7 mm away. Here they come
 from the vectors of eccentricity and angular momentum, and the state is kept to rounding for every
-eccentricity and inclination. From elements to states and between relative and absolute elements the map is
-brahe's; mean elements are those of `satform.orbits.mean_elements`.
+eccentricity and inclination. brahe's states of elements fail for eccentricities from 0.98 on; they are
+computed here too. Between relative and absolute elements the map is brahe's; mean elements are those of
+`satform.orbits.mean_elements`.
 """
 
 import math
@@ -19,6 +20,7 @@ from satform.numeric.elementwise import Array
 from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief, mean_anomaly
 from satform.orbits.inertial_motion import GRAVITY, relative_elements
 from satform.orbits.j2_elements import as_array
+from satform.orbits.kepler import eccentric_anomaly, radius_share
 from satform.orbits.mean_elements import mean_chief, osculating_elements
 
 
@@ -48,22 +50,25 @@ class OrbitalState:
             elements: a in m, e, i, right ascension, argument of perigee and mean anomaly in rad, shape (6,).
 
         Raises:
-            ValueError: Kepler's equation has no solution in double precision.
+            ValueError: they are of no ellipse.
 
-        Source: brahe.
+        Source: Battin, An Introduction to the Mathematics and Methods of Astrodynamics, ch. 3.
         """
-        import brahe  # noqa: PLC0415  slow to import
-
-        given = np.array(elements, dtype=np.float64)
-        # Beyond a turn brahe's solution of Kepler's equation may not converge.
-        given[5] = math.fmod(given[5], math.tau) + (math.tau if given[5] < 0.0 else 0.0)
-        api: Any = brahe
-        try:
-            return cls.from_array(api.state_koe_to_eci(given, api.AngleFormat.RADIANS))
-        except (RuntimeError, api.BraheError, api.PanicException) as error:
-            raise ValueError(
-                f"eccentricity {given[1]:g} and mean anomaly {given[5]:g} rad: {error}"
-            ) from None
+        a, e, inclination, node, perigee, mean = (float(value) for value in elements)
+        if not (0.0 < a < math.inf and 0.0 <= e < 1.0 and np.all(np.isfinite(elements))):
+            raise ValueError(f"a semi-major axis of {a:g} m and an eccentricity of {e:g} make no ellipse")
+        eccentric = eccentric_anomaly(mean, e)
+        sine, cosine = math.sin(eccentric), math.cos(eccentric)
+        root = math.sqrt((1.0 - e) * (1.0 + e))
+        speed = math.sqrt(GRAVITY / a) / radius_share(eccentric, e)
+        axes = ChiefOrbitSpec.model_construct(inclination=inclination, right_ascension=node)
+        to_perigee, ahead, _ = axes.axes(perigee)
+        # cos(E) - e, without cancellation near perigee.
+        along = (1.0 - e) - 2.0 * math.sin(0.5 * eccentric) ** 2
+        return cls(
+            a * (along * to_perigee + root * sine * ahead),
+            speed * (root * cosine * ahead - sine * to_perigee),
+        )
 
     def as_array(self) -> Array:
         """Position in m and velocity in m/s, shape (6,)."""
