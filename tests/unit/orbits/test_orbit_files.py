@@ -78,8 +78,30 @@ def test_an_ephemeris_is_that_of_two_body_motion(frame, interpolation):
     assert np.allclose(found[3:], expected[3:], rtol=0.0, atol=1e-7)
 
 
-def test_an_ephemeris_keeps_its_states():
-    found = whole(from_oem(named(oem())).state_at(START + timedelta(minutes=4)))
+@pytest.mark.parametrize(
+    ("degree", "position", "velocity"), [(3, 0.36, 0.018), (5, 2e-4, 1e-5), (7, 1e-6, 1e-8)]
+)
+def test_hermite_interpolation_is_of_the_degree_of_the_file(degree, position, velocity):
+    # A cubic is off by the fourth derivative of position times the fourth power of the minute over 384.
+    text = oem(interpolation="HERMITE").replace("DEGREE = 9", f"DEGREE = {degree}")
+    motion = from_oem(named(text))
+    for second in (15, 30, 525, 570, 1110):
+        off = whole(motion.state_at(START + timedelta(seconds=second))) - kepler(float(second))
+        assert np.linalg.norm(off[:3]) < position
+        assert np.linalg.norm(off[3:]) < velocity
+
+
+def test_a_cubic_hermite_polynomial_takes_two_states():
+    lines = oem(interpolation="HERMITE", count=2).replace("DEGREE = 9", "DEGREE = 3")
+    more = oem(interpolation="HERMITE", count=20).replace("DEGREE = 9", "DEGREE = 3")
+    date = START + timedelta(seconds=20)
+    pair, many = (whole(from_oem(named(text)).state_at(date)) for text in (lines, more))
+    assert np.allclose(pair, many, rtol=0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("interpolation", ["LAGRANGE", "HERMITE"])
+def test_an_ephemeris_keeps_its_states(interpolation):
+    found = whole(from_oem(named(oem(interpolation=interpolation))).state_at(START + timedelta(minutes=4)))
     assert np.allclose(found, kepler(240.0), rtol=0.0, atol=1e-6)
 
 

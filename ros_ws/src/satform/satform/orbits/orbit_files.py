@@ -12,7 +12,7 @@ import itertools
 import math
 import re
 from calendar import isleap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any, Protocol
@@ -20,6 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from satform.files.named_file import NamedFile
+from satform.numeric.elementwise import Array
 from satform.orbits.chief import J2000
 from satform.orbits.osculating import OrbitalState
 from satform.orbits.time_scales import brahe_epoch, utc_datetime
@@ -87,13 +88,13 @@ class Ephemeris(OrbitMotion):
     """Tabulated states.
 
     Attributes:
-        trajectory: of brahe.
+        compute: the GCRF state, m and m/s, shape (6,), at an epoch of brahe.
         begin: first state, UTC.
         end: last one, UTC.
         what: it comes from, for sentences.
     """
 
-    trajectory: Any
+    compute: Callable[[Any], Array]
     begin: datetime
     end: datetime
     what: str
@@ -110,7 +111,7 @@ class Ephemeris(OrbitMotion):
                 f"{self.what} has states from {_text(self.begin)} to {_text(self.end)}, and none at time "
                 f"zero, {_text(date)}"
             )
-        return _state(self.trajectory.state_gcrf, date, self.what)
+        return _state(self.compute, date, self.what)
 
 
 def from_lines(lines: Sequence[str], what: str) -> MeanElements:
@@ -198,7 +199,8 @@ def from_oem(file: NamedFile) -> Ephemeris:
     """Motion by the ephemeris of an OEM file of one segment in key-value notation, XML or JSON.
 
     Between two states position and velocity are each interpolated by Lagrange's polynomial of the degree that
-    the file names, 7 where it names none; files for Hermite's are interpolated so, too.
+    the file names, 7 where it names none. Where it asks for Hermite's, one polynomial takes on positions and
+    velocities of half of (degree + 1) states around the date, and its derivative is the velocity.
 
     Raises:
         ValueError: it is no such file.
@@ -222,9 +224,46 @@ def from_oem(file: NamedFile) -> Ephemeris:
         raise ValueError(
             f"{file.name}: the states of an OEM file follow each other in time, and these do not"
         )
-    degree = min(segment.interpolation_degree or _DEFAULT_DEGREE, count - 1, _HIGHEST_DEGREE)
-    trajectory.set_interpolation_method(_brahe().InterpolationMethod.lagrange(max(1, degree)))
-    return Ephemeris(trajectory, dates[0], dates[-1], file.name)
+    degree = min(segment.interpolation_degree or _DEFAULT_DEGREE, _HIGHEST_DEGREE)
+    method = _brahe().InterpolationMethod
+    if (segment.interpolation or "").strip().upper() == "HERMITE":
+        # At its states this method gives the states themselves.
+        trajectory.set_interpolation_method(method.LINEAR)
+        compute = _by_hermite(trajectory, epochs, min(max(2, (degree + 1) // 2), count))
+    else:
+        trajectory.set_interpolation_method(method.lagrange(max(1, min(degree, count - 1))))
+        compute = trajectory.state_gcrf
+    return Ephemeris(compute, dates[0], dates[-1], file.name)
+
+
+def _by_hermite(trajectory: Any, epochs: Sequence[Any], points: int) -> Callable[[Any], Array]:
+    """Interpolation by Hermite's polynomial through the states about an epoch.
+
+    Args:
+        trajectory: of brahe.
+        epochs: of its states, in order of time.
+        points: states that the polynomial goes through, at most as many as there are.
+
+    Returns:
+        The GCRF state, m and m/s, shape (6,), at an epoch within the trajectory.
+    """
+    from scipy.interpolate import KroghInterpolator  # noqa: PLC0415  slow to import
+
+    seconds = np.array([epoch - epochs[0] for epoch in epochs])
+
+    def compute(epoch: Any) -> Array:
+        time = float(epoch - epochs[0])
+        after = int(np.searchsorted(seconds, time, side="right"))
+        begin = min(max(after - points // 2, 0), len(epochs) - points)
+        chosen = slice(begin, begin + points)
+        states = np.array([trajectory.state_gcrf(node) for node in epochs[chosen]])
+        span = float(seconds[chosen][-1] - seconds[chosen][0])
+        # A time that occurs twice has a value and a derivative.
+        given = np.stack((states[:, :3], span * states[:, 3:]), axis=1).reshape(-1, 3)
+        polynomial = KroghInterpolator(np.repeat((seconds[chosen] - time) / span, 2), given)
+        return np.concatenate((polynomial(0.0), polynomial.derivative(0.0) / span))
+
+    return compute
 
 
 def _brahe() -> Any:
