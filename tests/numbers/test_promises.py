@@ -20,6 +20,6 @@ NAMES = sorted(
 @pytest.mark.parametrize("name", NAMES)
 def test_a_shipped_scenario_gives_what_it_promises(name: str) -> None:
     scenario = shipped(name)
-    verdicts = judge(scenario.expect, simulate(scenario))
+    verdicts = judge(scenario.expect, simulate(scenario), setting=scenario.setting)
     assert verdicts
     assert not [verdict for verdict in verdicts if not verdict.met]
