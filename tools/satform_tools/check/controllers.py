@@ -5,7 +5,6 @@
 import numpy as np
 
 from satform.control.sliding_mode import SlidingModeSpec, gain_warnings, sampling_warnings
-from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import PerturbedDynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
@@ -34,8 +33,7 @@ def declared_disturbance(scenario: Scenario) -> tuple[Array, Array]:
     count = len(scenario.satellites)
     bound, centre = np.zeros((count, 3)), np.zeros((count, 3))
     if isinstance(scenario.dynamics, PerturbedDynamicsSpec):
-        setting = DynamicsSetting(scenario.orbit.rate, scenario.timing.step, count, scenario.seed)
-        for perturbation in scenario.dynamics.build_perturbations(setting):
+        for perturbation in scenario.dynamics.build_perturbations(scenario.dynamics_setting):
             bound = bound + perturbation.bound()
             centre = centre + perturbation.centre()
     return bound, centre

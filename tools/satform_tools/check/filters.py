@@ -6,7 +6,6 @@ import numpy as np
 
 from satform.control.protocol import Motion
 from satform.dynamics import cw
-from satform.dynamics.protocol import DynamicsSetting
 from satform.equipment.navigation_filter import Estimator
 from satform.flight.compile import flight_plan
 from satform.numeric.elementwise import Array
@@ -67,7 +66,6 @@ def unmodelled_acceleration(scenario: Scenario) -> Array:
     """
     plans = [flight_plan(scenario, index) for index in range(len(scenario.satellites))]
     timing = scenario.timing
-    setting = DynamicsSetting(scenario.orbit.rate, timing.step, len(plans), scenario.seed)
     model = cw.HeldInputStep.over(scenario.orbit.rate, timing.step)
     still = np.zeros((len(plans), 3))
     means = []
@@ -77,7 +75,7 @@ def unmodelled_acceleration(scenario: Scenario) -> Array:
             along = plan.arc_length + sample / _SAMPLES * plan.path.period
             desired = plan.path.reference(along, plan.rate, np.zeros_like(plan.rate))
             starts.append(Motion(desired.position, desired.velocity))
-        dynamics = scenario.dynamics.build(setting)
+        dynamics = scenario.dynamics.build(scenario.dynamics_setting)
         state = dynamics.start(
             np.stack([start.position for start in starts]), np.stack([start.velocity for start in starts])
         )

@@ -21,7 +21,7 @@ from satform.communication.receiver import LinkPlan
 from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
-from satform.dynamics.protocol import Dynamics, DynamicsSetting
+from satform.dynamics.protocol import Dynamics
 from satform.dynamics.specs import OF_SATELLITES
 from satform.equipment.navigation_filter import Estimator
 from satform.flight.plans import (
@@ -196,10 +196,7 @@ def limit_plan(scenario: Scenario) -> LimitPlan:
 
 def truth_model(scenario: Scenario) -> Dynamics:
     """The model that moves the satellites of a flight."""
-    setting = DynamicsSetting(
-        scenario.orbit.rate, scenario.timing.step, len(scenario.satellites), scenario.seed
-    )
-    return scenario.dynamics.build(setting)
+    return scenario.dynamics.build(scenario.dynamics_setting)
 
 
 def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None) -> PlantPlan:
