@@ -44,6 +44,37 @@ print(json.dumps({
 }))
 """
 
+COMPARES_WITH_SCIKIT_RF = """
+import numpy as np
+from satform.communication.line_matching import Line
+from skrf.frequency import Frequency
+from skrf.media import DefinedGammaZ0
+
+frequency, light = 2.2e9, 299792458.0
+media = DefinedGammaZ0(
+    Frequency(frequency, frequency, 1, unit="hz"), z0=50.0, gamma=1j * 2.0 * np.pi * frequency / light
+)
+wavelength = light / frequency
+stubs = 0
+for load in (25.0 - 40.0j, 60.0 - 80.0j, 3.0 + 120.0j, 400.0 + 1.0j, 50.0 + 10.0j):
+    line = Line(load, 50.0, 0.18 / wavelength)
+    end = media.load((load - 50.0) / (load + 50.0))
+    entry = media.line(0.18, "m") ** end
+    assert abs(entry.s[0, 0, 0] - line.reflection_at(line.length)) < 1e-12
+    assert abs(entry.z[0, 0, 0] / line.input_impedance - 1.0) < 1e-11
+    assert abs(entry.s_vswr[0, 0, 0] / line.standing_wave_ratio - 1.0) < 1e-11
+    assert abs(entry.s_db[0, 0, 0] + line.return_loss) < 1e-10
+    for stub in line.stubs():
+        feed = media.line(stub.position * wavelength, "m") ** end
+        for matched in (
+            media.shunt_delay_short(stub.short * wavelength, "m") ** feed,
+            media.shunt_delay_open(stub.open * wavelength, "m") ** feed,
+        ):
+            assert abs(matched.s[0, 0, 0]) < 1e-10, (load, matched.s)
+            stubs += 1
+print(stubs)
+"""
+
 
 def lines_of_pandas(folder):
     """The lines of the documentation that read the results of a campaign, and a print of what they give."""
@@ -105,6 +136,12 @@ def test_the_library_is_installed_without_ros_flies_reads_a_bag_gives_tables_and
     # After the above, which has to do without it.
     installed = run(python, "-m", "pip", "install", "--quiet", "--no-compile", "pyarrow")
     assert installed.returncode == 0, installed.stderr
+    # Its network algebra is independent of the closed forms of the library.
+    installed = run(python, "-m", "pip", "install", "--quiet", "--no-compile", "scikit-rf==2.2.0")
+    assert installed.returncode == 0, installed.stderr
+    compared = run(python, "-c", COMPARES_WITH_SCIKIT_RF)
+    assert compared.returncode == 0, compared.stderr
+    assert compared.stdout.split() == ["20"]
     folder = made_campaign(tmp_path / "campaign", 300)
     read = run(python, "-c", lines_of_pandas(folder.path))
     assert read.returncode == 0, read.stderr

@@ -1,17 +1,18 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `satform plan ...`: compute impulses before a flight."""
+"""The commands `satform plan ...`: compute impulses and links before a flight."""
 
 # ruff: noqa: PLC0415
 
 from datetime import datetime
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from satform_tools.cli.shared_options import Json
 
-app = typer.Typer(help="Compute impulses before a flight.", no_args_is_help=True)
+app = typer.Typer(help="Compute impulses and links before a flight.", no_args_is_help=True)
 
 Date = Annotated[
     datetime | None,
@@ -197,3 +198,31 @@ def patrol(
     from satform_tools.run import impulse_plans
 
     impulse_plans.patrol(target, longitude, below, days, budget, keep_out, date, chief, as_json=json)
+
+
+@app.command()
+def match(
+    load: Annotated[
+        str, typer.Option(metavar="IMPEDANCE", help="Impedance of the antenna, such as 25-40j, ohm.")
+    ],
+    z0: Annotated[float, typer.Option(help="Characteristic impedance of the line, ohm.")] = 50.0,
+    length: Annotated[float, typer.Option(help="Length of the line, m.")] = 0.0,
+    frequency: Annotated[float, typer.Option(help="Frequency, Hz.")] = 2.2e9,
+    velocity_factor: Annotated[
+        float, typer.Option(help="Speed of a wave on the line, divided by that of light in vacuum.")
+    ] = 1.0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the Smith chart; by default a new one in ./runs.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compute how an antenna at the end of a lossless line is matched, and draw its Smith chart.
+
+    Prints reflection coefficient, standing-wave ratio, input impedance, return and mismatch loss, and both
+    shunt stubs that match the antenna. Writes the chart as a picture and as a page for the browser, on which
+    the load can be moved.
+    """
+    from satform_tools.links import matching
+
+    task = matching.MatchTask(load, z0, length, frequency, velocity_factor, out)
+    matching.match(task, as_json=json)
