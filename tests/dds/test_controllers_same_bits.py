@@ -14,6 +14,7 @@ from satform_bringup.supervisor.run import fly
 pytestmark = pytest.mark.unmeasured
 
 QUICK = {
+    "adaptive_tracking": 5.0,
     "approach_gssap": 50.0,
     "compare_controllers": 400.0,
     "formation_pointing": 40.0,

@@ -76,6 +76,7 @@ setup(
             "bounded_noise = satform.dynamics.prescribed_disturbances:BoundedNoiseSpec",
         ],
         "satform.controllers": [
+            "adaptive_tracking = satform.control.adaptive_tracking:AdaptiveTrackingSpec",
             "artificial_potential = satform.control.artificial_potential:ArtificialPotentialSpec",
             "coast = satform.control.coast:CoastSpec",
             "feedback_linearisation = satform.control.feedback_linearisation:FeedbackLinearisationSpec",

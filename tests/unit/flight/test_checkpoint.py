@@ -18,6 +18,7 @@ from satform.scenario import Scenario
 
 NOBODY = Received.whole(np.zeros((0, 2)), np.zeros(0))
 MEMORIES = {
+    "adaptive_tracking": "{kind: adaptive_tracking, weight_rate: 1.0}",
     "lqi": "{kind: lqi}",
     "lqr": "{kind: lqr}",
     "feedback_linearisation": "{kind: feedback_linearisation}",

@@ -12,6 +12,7 @@ __version__ = "0.2.0"
 
 _MODULES = {
     "AdaptiveSpec": "satform.dynamics.specs",
+    "AdaptiveTrackingSpec": "satform.control.adaptive_tracking",
     "ArcLengthConsensusSpec": "satform.consensus.arc_length",
     "ArtificialPotentialSpec": "satform.control.artificial_potential",
     "AttitudeSpec": "satform.attitude.guidance",

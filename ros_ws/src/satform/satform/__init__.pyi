@@ -26,6 +26,7 @@ from satform.consensus.graph import StarSpec as StarSpec
 from satform.consensus.motion_sharing import MotionSharingSpec as MotionSharingSpec
 from satform.consensus.random_graphs import RandomRegularSpec as RandomRegularSpec
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec as ResilientArcLengthConsensusSpec
+from satform.control.adaptive_tracking import AdaptiveTrackingSpec as AdaptiveTrackingSpec
 from satform.control.artificial_potential import ArtificialPotentialSpec as ArtificialPotentialSpec
 from satform.control.coast import CoastSpec as CoastSpec
 from satform.control.feedback_linearisation import FeedbackLinearisationSpec as FeedbackLinearisationSpec
