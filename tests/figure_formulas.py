@@ -73,6 +73,21 @@ def estimation_error(flight: Flight) -> np.ndarray:
     return length(flight.arrays["estimated_position_error"] - wrong)
 
 
+def nees(flight: Flight) -> np.ndarray:
+    motion = [flight.arrays[name][:-1] for name in ("position", "velocity")]
+    desired = [flight.arrays[f"reference_{name}"] for name in ("position", "velocity")]
+    found = [flight.arrays[f"estimated_{name}_error"] for name in ("position", "velocity")]
+    pairs = zip(found, motion, desired, strict=True)
+    off = np.concatenate([own - (true - wanted) for own, true, wanted in pairs], axis=-1)
+    covariance = flight.arrays["estimate_covariance"]
+    squared = np.full(off.shape[:2], np.nan)
+    for row, column in np.ndindex(*squared.shape):
+        if np.all(np.isfinite(off[row, column])):
+            solved = np.linalg.solve(covariance[row, column], off[row, column])
+            squared[row, column] = (off[row, column] * solved).sum()
+    return squared
+
+
 def largest(series: Callable[[Flight], np.ndarray], **how: bool) -> Callable[[Any, Flight], float]:
     return lambda expectation, flight: greatest(flight.window(expectation, series(flight), **how))
 
@@ -95,6 +110,8 @@ def statistic(series: Callable[[Flight], np.ndarray]) -> Callable[[Any, Flight],
         values = flight.window(expectation, series(flight))
         if expectation.statistic == "maximum":
             return greatest(values)
+        if expectation.statistic == "mean":
+            return mean(values)
         return math.sqrt(mean(None if values is None else values * values))
 
     return figure
@@ -432,6 +449,8 @@ FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "delta_v_per_orbit": delta_v_per_orbit,
     "distance": distance,
     "estimation_error": statistic(estimation_error),
+    "nees": statistic(nees),
+    "nis": statistic(named("innovation")),
     "navigation_error": statistic(
         lambda own: length(own.arrays["measured_position"] - own.arrays["position"])
     ),

@@ -67,6 +67,8 @@ def one_flight(
         shape = (rows, count, *COMPONENTS.get(name, (3,)))
         # Whole numbers are often equal to each other and to a level.
         arrays[name] = rng.integers(-3, 4, shape).astype(float) if whole else 3.0 * rng.standard_normal(shape)
+    any_matrix = arrays["estimate_covariance"]
+    arrays["estimate_covariance"] = any_matrix @ np.swapaxes(any_matrix, -1, -2) + np.eye(6)
     for name in ("pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_error"):
         arrays[name] = np.abs(arrays[name])
     for n in range(count):
@@ -147,6 +149,8 @@ def statistics(kind: str) -> list[str]:
         "tetrahedron_quality": ["mean", "minimum", "maximum"],
         "navigation_error": ["maximum", "rms"],
         "estimation_error": ["maximum", "rms"],
+        "nees": ["mean", "maximum"],
+        "nis": ["mean", "maximum"],
     }.get(kind, ["minimum", "maximum"])
 
 

@@ -120,6 +120,8 @@ setup(
             "delta_v_per_orbit = satform.evaluation.control_effort:DeltaVPerOrbit",
             "distance = satform.evaluation.tracking:Distance",
             "estimation_error = satform.evaluation.equipment:EstimationError",
+            "nees = satform.evaluation.equipment:EstimationErrorSquared",
+            "nis = satform.evaluation.equipment:InnovationSquared",
             "navigation_error = satform.evaluation.equipment:NavigationError",
             "offset = satform.evaluation.response:Offset",
             "overshoot = satform.evaluation.response:Overshoot",

@@ -169,11 +169,11 @@ def test_a_consensus_whose_rate_diverges_is_warned_of() -> None:
 def test_a_filter_s_radius_is_that_of_its_own_covariance_once_it_is_steady() -> None:
     sensor = NavigationSpec(position_noise=5.0, velocity_noise=0.01, update_period=6.0)
     estimator = FilterSpec(acceleration_density=1e-8).build(MOTION, 2.0, sensor)
-    model = estimator.filter
+    model, own = estimator.filter, estimator.filter.model.over(0)
     estimate = model.start(Measurement(np.zeros(3), np.zeros(3), 0))
-    between = np.linalg.matrix_power(model.transition, 3)
+    between = np.linalg.matrix_power(own.transition, 3)
     for number in range(3000):
-        estimate = model.predict(estimate, np.zeros(3))
+        estimate = model.predict(estimate, np.zeros(3), number)
         if number % 3 == 2:
             estimate, _ = model.update(estimate, Measurement(np.zeros(3), np.zeros(3), number))
     gain = estimate.covariance / model.variance

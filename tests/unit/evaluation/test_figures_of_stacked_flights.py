@@ -44,6 +44,8 @@ CHOICES = {
     "control": ({"statistic": "mean"}, {"statistic": "minimum"}, {"statistic": "maximum"}),
     "navigation_error": ({"statistic": "rms"}, {"statistic": "maximum"}),
     "estimation_error": ({"statistic": "rms"}, {"statistic": "maximum"}),
+    "nees": ({"statistic": "mean"}, {"statistic": "maximum"}),
+    "nis": ({"statistic": "mean"}, {"statistic": "maximum"}),
     "distance": ({"statistic": "minimum"}, {"statistic": "maximum"}),
     "range": ({"statistic": "minimum"}, {"statistic": "maximum"}),
 }

@@ -86,7 +86,7 @@ def test_check_warns_of_an_eccentric_chief() -> None:
     second_order = 15.0 / 4.0 * math.pi * 400.0**2 / 8.0e6
     assert entry.eccentric_error == pytest.approx(second_order, rel=0.4)
     assert entry.error > 100.0 * entry.eccentric_error
-    assert f"periodic_lqr, errs by up to {entry.eccentric_error:.3g} m" in warning
+    assert f"of filters, errs by up to {entry.eccentric_error:.3g} m" in warning
 
 
 def test_check_warns_of_an_eccentric_orbit_under_a_linear_truth() -> None:

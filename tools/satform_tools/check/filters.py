@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Warnings about filters whose model lacks an acceleration of the true motion."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from satform.control.protocol import Motion
-from satform.dynamics import cw
+from satform.dynamics.linear import multiply
+from satform.dynamics.relative_motion_models import ModelName
 from satform.equipment.navigation_filter import Estimator
 from satform.flight.compile import flight_plan
 from satform.numeric.elementwise import Array
@@ -23,6 +26,13 @@ _NOISE = 4.0
 _CONSISTENT = 6.0
 """Normalised squared error of a consistent filter on average."""
 
+_MODELS: dict[ModelName, str] = {
+    "cw": "the Clohessy-Wiltshire equations",
+    "yamanaka_ankersen": "yamanaka_ankersen",
+    "j2_elements": "j2_elements",
+}
+"""Models in words."""
+
 _STILL = 1e-9
 """Relative change of the covariance with which it has become steady."""
 
@@ -33,42 +43,41 @@ _MOST_UPDATES = 20_000
 def filter_warnings(scenario: Scenario) -> list[str]:
     """A sentence for each filter that an acceleration unknown to its model makes inconsistent."""
     plans = [flight_plan(scenario, index) for index in range(len(scenario.satellites))]
-    filtering = [index for index, plan in enumerate(plans) if plan.estimator is not None]
-    if not filtering:
+    estimators = {index: plan.estimator for index, plan in enumerate(plans) if plan.estimator is not None}
+    if not estimators:
         return []
-    unknown = unmodelled_acceleration(scenario)
+    unknown = unmodelled_acceleration(scenario, estimators)
     found = []
-    for index in filtering:
-        estimator = plans[index].estimator
-        assert estimator is not None  # noqa: S101 - chosen so
-        pushes = unknown[:, index]
+    for index, estimator in estimators.items():
+        pushes, spec = unknown[index], scenario.satellite(index).filter
+        assert spec is not None  # noqa: S101 - an estimator is built from it
         expected = max(expected_error_squared(estimator, push) for push in pushes)
         if expected > _CONSISTENT:
             strength = float(np.max(np.linalg.norm(pushes, axis=-1)))
             found.append(
                 f"filter of {scenario.satellites[index].name}: up to {strength:.3g} m/s^2 act along its "
-                "orbit that its model, the Clohessy-Wiltshire equations, does not have; the estimate will be "
-                f"biased and the filter overconfident, normalised estimation error squared about "
+                f"orbit that its model, {_MODELS[spec.model]}, does not have; the estimate will be "
+                "biased and the filter overconfident, normalised estimation error squared about "
                 f"{_CONSISTENT + expected:.2g} where {_CONSISTENT:g} is consistent. Give it a larger "
                 "acceleration_density"
             )
     return found
 
 
-def unmodelled_acceleration(scenario: Scenario) -> Array:
-    """Mean acceleration of the truth model beyond the Clohessy-Wiltshire equations, along each path.
+def unmodelled_acceleration(scenario: Scenario, estimators: Mapping[int, Estimator]) -> dict[int, Array]:
+    """Mean acceleration of the truth model beyond the model of each filter, along each path.
 
     Args:
         scenario: what is flown.
+        estimators: of the satellites that have one, by index.
 
     Returns:
-        m/s^2, LVLH, shape (samples, N, 3); zero where it is not distinct from noise.
+        m/s^2, LVLH, by index, shape (samples, 3); zero where it is not distinct from noise.
     """
     plans = [flight_plan(scenario, index) for index in range(len(scenario.satellites))]
     timing = scenario.timing
-    model = cw.HeldInputStep.over(scenario.orbit.rate, timing.step)
     still = np.zeros((len(plans), 3))
-    means = []
+    means: dict[int, list[Array]] = {index: [] for index in estimators}
     for sample in range(_SAMPLES):
         starts = []
         for plan in plans:
@@ -79,21 +88,26 @@ def unmodelled_acceleration(scenario: Scenario) -> Array:
         state = dynamics.start(
             np.stack([start.position for start in starts]), np.stack([start.velocity for start in starts])
         )
-        pushes = []
+        pushes: dict[int, list[Array]] = {index: [] for index in estimators}
         for step in range(_STEPS):
-            before = dynamics.lvlh(state)
+            before = np.concatenate(dynamics.lvlh(state), axis=-1)
             state = dynamics.advance(state, still, step)
-            pushes.append((dynamics.lvlh(state)[1] - model.advance(*before, still)[1]) / timing.step)
-        mean, spread = np.mean(pushes, axis=0), np.std(pushes, axis=0) / np.sqrt(_STEPS)
-        means.append(np.where(np.abs(mean) > _NOISE * spread, mean, 0.0))
-    return np.array(means)
+            after = dynamics.lvlh(state)[1]
+            for index, estimator in estimators.items():
+                predicted = multiply(estimator.filter.model.over(step).transition, before[index])
+                pushes[index].append((after[index] - predicted[3:]) / timing.step)
+        for index, found in pushes.items():
+            mean, spread = np.mean(found, axis=0), np.std(found, axis=0) / np.sqrt(_STEPS)
+            means[index].append(np.where(np.abs(mean) > _NOISE * spread, mean, 0.0))
+    return {index: np.array(found) for index, found in means.items()}
 
 
 def expected_error_squared(estimator: Estimator, push: Array) -> float:
     """Normalised squared bias that a steady unknown acceleration gives a steady filter.
 
     Args:
-        estimator: of one satellite.
+        estimator: of one satellite; a model that changes along the chief's orbit is taken as it is at the
+            start.
         push: m/s^2, LVLH, shape (3,).
 
     Returns:
@@ -101,13 +115,13 @@ def expected_error_squared(estimator: Estimator, push: Array) -> float:
 
     Source: Bar-Shalom, Li & Kirubarajan, ch. 5.4-5.5: a filter whose model lacks an input.
     """
-    own = estimator.filter
+    own = estimator.filter.model.over(0)
     transition, response = np.eye(6), np.zeros((6, 3))
     noise, step_noise = np.zeros((6, 6)), own.process
     for _ in range(estimator.update):
         transition, response = own.transition @ transition, own.transition @ response + own.response
         noise = own.transition @ noise @ own.transition.T + step_noise
-    measured = np.diag(np.broadcast_to(own.variance, (6,)))
+    measured = np.diag(np.broadcast_to(estimator.filter.variance, (6,)))
     covariance = measured
     for _ in range(_MOST_UPDATES):
         predicted = transition @ covariance @ transition.T + noise

@@ -167,7 +167,10 @@ def _circular_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -
     fitting = {entry.fitting_model() for entry in far}
     if fitting == {"yamanaka_ankersen"}:
         best = max(entry.eccentric_error for entry in far)
-        advice = f"the model yamanaka_ankersen, of controller kind periodic_lqr, errs by up to {best:.3g} m"
+        advice = (
+            "the model yamanaka_ankersen, of controller kind periodic_lqr and of filters, errs by up to "
+            f"{best:.3g} m"
+        )
         oblate = max(oblateness_effect(scenario, entry) for entry in far[:MOST_LOOKED_AT])
         advice += f", and by {oblate:.3g} m more by J2" if oblate > 0.0 else ""
     else:
@@ -181,12 +184,13 @@ def _circular_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -
 
 
 def _eccentric_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -> list[str]:
-    """Laws that know the eccentricity, too far from the chief for a model of first order."""
+    """Laws and filters that know the eccentricity, too far from the chief for a model of first order."""
     far = [
         entry
         for index, entry in enumerate(entries)
         if entry.fitting_model() is None and not _circular_users(scenario, index)
-        if isinstance(scenario.satellite(index).controller, PeriodicLqrSpec | ModelPredictiveSpec)
+        if scenario.satellite(index).filter is not None
+        or isinstance(scenario.satellite(index).controller, PeriodicLqrSpec | ModelPredictiveSpec)
     ]
     if not far:
         return []
@@ -202,7 +206,7 @@ def _circular_users(scenario: Scenario, index: int) -> list[str]:
     users = []
     if spec.controller is not None and spec.controller.assumes_circular_chief():
         users.append(f"controller kind {getattr(spec.controller, 'kind', '')}")
-    if spec.filter is not None:
+    if spec.filter is not None and spec.filter.model == "cw":
         users.append("the filter")
     return users
 

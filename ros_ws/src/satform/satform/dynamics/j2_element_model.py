@@ -9,6 +9,7 @@ Equations: docs/controllers/eccentric.md.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -73,10 +74,15 @@ class J2ElementModel:
         Source: Koenig, Guffanti & D'Amico 2017.
         """
         first, last = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
-        found = [
-            self._transition(begin, finish)
-            for begin, finish in zip(np.ravel(first).tolist(), np.ravel(last).tolist(), strict=True)
-        ]
+        # The end of one step is the start of the next: each instant is computed once.
+        instants, places = np.unique(np.concatenate((first.ravel(), last.ravel())), return_inverse=True)
+        chiefs = [drifted(self.mean, instant) for instant in instants.tolist()]
+        motions = motions_from_mean_elements(chiefs)
+        found = []
+        for begin, finish in zip(*np.split(places, 2), strict=True):
+            duration = float(instants[finish] - instants[begin])
+            moved = motions[finish] @ element_transition(chiefs[begin], duration)
+            found.append(np.linalg.solve(motions[begin].T, moved.T).T)
         return np.asarray(found, dtype=np.float64).reshape(*first.shape, 6, 6)
 
     def system_matrix(self, time: float | Array) -> Array:
@@ -89,11 +95,6 @@ class J2ElementModel:
         rate[..., :3, :3], rate[..., :3, 3:] = 0.0, np.eye(3)
         return rate
 
-    def _transition(self, start: float, end: float) -> Array:
-        chief = drifted(self.mean, start)
-        moved = motion_from_mean_elements(drifted(self.mean, end)) @ element_transition(chief, end - start)
-        return np.asarray(np.linalg.solve(motion_from_mean_elements(chief).T, moved.T).T, dtype=np.float64)
-
 
 def motion_from_mean_elements(chief: KeplerianChief) -> Array:
     """Map of small mean relative elements to motion, at one instant.
@@ -105,20 +106,30 @@ def motion_from_mean_elements(chief: KeplerianChief) -> Array:
         Shape (6, 6): of (da, dlambda, dex, dey, dix, diy), dimensionless, to position in m and velocity in
         m/s, LVLH.
     """
+    (motion,) = motions_from_mean_elements([chief])
+    return motion
+
+
+def motions_from_mean_elements(chiefs: Sequence[KeplerianChief]) -> list[Array]:
+    """`motion_from_mean_elements` of several orbits, which takes less time than one after another."""
     import brahe  # noqa: PLC0415  slow to import, and few scenarios need this model
 
     radians: Any = brahe.AngleFormat.RADIANS
-    own = as_array(chief)
-    own[3:] = np.remainder(own[3:], math.tau)
     tried = np.concatenate((_PROBE * np.eye(6), -_PROBE * np.eye(6)))
-    mean = np.concatenate((own[None], brahe.state_roe_to_oe(own, tried, radians)))
-    osculating = osculating_elements(mean)
+    rows = []
+    for chief in chiefs:
+        own = as_array(chief)
+        own[3:] = np.remainder(own[3:], math.tau)
+        rows += [own[None], brahe.state_roe_to_oe(own, tried, radians)]
+    osculating = osculating_elements(np.concatenate(rows))
     osculating[:, 3:] = np.remainder(osculating[:, 3:], math.tau)
-    states = brahe.state_koe_to_eci(osculating, radians)
-    position, velocity = states[:, :3], states[:, 3:]
-    frame = chief_frame(position[0], velocity[0], oblate_acceleration(position[0]))
-    moved = np.concatenate(frame.to_lvlh(position[1:], velocity[1:]), axis=-1)
-    return np.asarray((moved[:6] - moved[6:]).T / (2.0 * _PROBE), dtype=np.float64)
+    found = []
+    for states in np.split(brahe.state_koe_to_eci(osculating, radians), len(chiefs)):
+        position, velocity = states[:, :3], states[:, 3:]
+        frame = chief_frame(position[0], velocity[0], oblate_acceleration(position[0]))
+        moved = np.concatenate(frame.to_lvlh(position[1:], velocity[1:]), axis=-1)
+        found.append(np.asarray((moved[:6] - moved[6:]).T / (2.0 * _PROBE), dtype=np.float64))
+    return found
 
 
 def oblate_acceleration(position: Array) -> Array:

@@ -1,17 +1,21 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Kalman filter on Clohessy-Wiltshire dynamics: prediction, update, covariance, consistency (NEES).
+"""Kalman filter on a linear model of relative motion: prediction, update, covariance, consistency (NEES).
 
 The innovation gate and delayed measurements are in `navigation_filter`, which calls this filter.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from satform.dynamics.cw import input_matrix, transition_matrix
 from satform.dynamics.linear import multiply
+from satform.dynamics.relative_motion_models import ModelName
+from satform.dynamics.stepwise_model import StepwiseModel
 from satform.numeric.elementwise import Array
+from satform.orbits.chief import KeplerianChief
 
 
 @dataclass(frozen=True)
@@ -44,22 +48,78 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class CwKalmanFilter:
-    """Kalman filter on CW dynamics with known commands and measured position and velocity.
+class ProcessStep:
+    """A filter's model of the motion over one control period.
 
     Attributes:
-        transition: over one control period, shape (..., 6, 6).
-        response: to a command held over one control period, shape (..., 6, 3).
-        process: covariance added in one control period, shape (..., 6, 6).
+        transition: of position (m) and velocity (m/s), LVLH, shape (..., 6, 6).
+        response: to a command held over the period, shape (..., 6, 3).
+        process: covariance that unknown acceleration adds in the period, shape (..., 6, 6).
+    """
+
+    transition: Array
+    response: Array
+    process: Array
+
+
+class ProcessModel(Protocol):
+    """A filter's model of the motion over each control period of a flight."""
+
+    def over(self, number: int) -> ProcessStep:
+        """The model from the step of this number, 0 at the start of the flight, to the next one."""
+
+
+@dataclass(frozen=True)
+class SteadyProcess:
+    """A model that is the same in all control periods, as about a circular chief.
+
+    Attributes:
+        each: control period.
+    """
+
+    each: ProcessStep
+
+    def over(self, number: int) -> ProcessStep:
+        """The same for every step."""
+        return self.each
+
+
+@dataclass(frozen=True)
+class ChangingProcess:
+    """A model that follows the chief along its orbit.
+
+    Attributes:
+        motion: relative motion over each control period.
+        density: power spectral density of the unknown acceleration on each axis, m^2/s^3, shape (..., 3).
+    """
+
+    motion: StepwiseModel
+    density: Array
+
+    def over(self, number: int) -> ProcessStep:
+        """The model over one control period; the process covariance by three-point quadrature."""
+        step = self.motion.over(number)
+        process: Array = np.zeros((*self.density.shape[:-1], 6, 6))
+        for weight, impulse in zip(step.weights.tolist(), step.impulses, strict=True):
+            for axis in range(3):
+                outer = weight * (impulse[:, axis, None] * impulse[None, :, axis])
+                process = process + outer * self.density[..., axis, None, None]
+        return ProcessStep(step.transition, step.response, process)
+
+
+@dataclass(frozen=True)
+class KalmanFilter:
+    """Kalman filter with known commands and measured position and velocity.
+
+    Attributes:
+        model: of the motion between measurements.
         variance: of each measured component, shape (..., 6).
 
     Source: Kalman 1960; Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and
     Navigation, ch. 5.
     """
 
-    transition: Array
-    response: Array
-    process: Array
+    model: ProcessModel
     variance: Array
 
     def start(self, measurement: Measurement) -> Estimate:
@@ -68,20 +128,19 @@ class CwKalmanFilter:
         variance = np.broadcast_to(self.variance, state.shape)
         return Estimate(state, variance[..., None] * np.eye(6))
 
-    def predict(self, estimate: Estimate, acceleration: Array) -> Estimate:
+    def predict(self, estimate: Estimate, acceleration: Array, number: int) -> Estimate:
         """The estimate one control period later.
 
         Args:
             estimate: at the start of the period.
             acceleration: command held over it, m/s^2, shape (..., 3).
+            number: of the step at which the period starts.
         """
-        half = _product(self.transition, estimate.covariance)
-        covariance = _product(half, np.swapaxes(self.transition, -1, -2)) + self.process
-        return Estimate(self.predict_state(estimate.state, acceleration), _symmetric(covariance))
-
-    def predict_state(self, state: Array, acceleration: Array) -> Array:
-        """The state alone one control period later, shape (..., 6)."""
-        return multiply(self.transition, state) + multiply(self.response, acceleration)
+        own = self.model.over(number)
+        half = _product(own.transition, estimate.covariance)
+        covariance = _product(half, np.swapaxes(own.transition, -1, -2)) + own.process
+        state = multiply(own.transition, estimate.state) + multiply(own.response, acceleration)
+        return Estimate(state, _symmetric(covariance))
 
     def update(self, estimate: Estimate, measurement: Measurement) -> tuple[Estimate, Array]:
         """The estimate with a measurement of the same instant worked in.
@@ -121,23 +180,37 @@ class CwKalmanFilter:
         return Estimate(state, _symmetric(covariance)), squared
 
 
-def cw_kalman_filter(
-    mean_motion: float, step: float, noise: Array, acceleration_density: Array
-) -> CwKalmanFilter:
-    """The filter for one chief, one control period and one quality of measurement.
+def process_model(
+    model: ModelName, chief: KeplerianChief | float, step: float, acceleration_density: Array
+) -> ProcessModel:
+    """The model of a name, for one chief and one control period.
 
     Args:
-        mean_motion: of the chief, rad/s.
+        model: of the relative motion.
+        chief: its orbit; for one on a circle in an unknown plane its mean motion in rad/s.
         step: control period, s.
-        noise: standard deviation of measured position (m) and velocity (m/s), positive, shape (6,).
         acceleration_density: power spectral density of the unknown acceleration on each axis, taken to
             be white, m^2/s^3, shape (3,).
+
+    Raises:
+        ValueError: the model does not know such an orbit.
     """
-    return CwKalmanFilter(
-        transition=transition_matrix(mean_motion, step),
-        response=input_matrix(mean_motion, step),
-        process=process_covariance(mean_motion, step, acceleration_density),
-        variance=np.asarray(noise, dtype=np.float64) ** 2,
+    if model == "j2_elements":
+        if isinstance(chief, float):
+            raise ValueError("j2_elements needs the plane of the chief's orbit, which nothing here gives")
+        motion = StepwiseModel(model, chief, step)
+        motion.over(0)
+        return ChangingProcess(motion, acceleration_density)
+    if model == "yamanaka_ankersen" and not isinstance(chief, float):
+        return ChangingProcess(StepwiseModel(model, chief, step), acceleration_density)
+    # About a circle both models are the same.
+    mean_motion = chief if isinstance(chief, float) else chief.mean_motion
+    return SteadyProcess(
+        ProcessStep(
+            transition=transition_matrix(mean_motion, step),
+            response=input_matrix(mean_motion, step),
+            process=process_covariance(mean_motion, step, acceleration_density),
+        )
     )
 
 

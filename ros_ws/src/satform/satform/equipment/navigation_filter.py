@@ -15,10 +15,12 @@ import numpy as np
 from pydantic import Field
 
 from satform.common.spec import Positive, PositivePerAxis, Spec
-from satform.equipment.kalman_filter import CwKalmanFilter, Estimate, Measurement, cw_kalman_filter
+from satform.dynamics.relative_motion_models import ModelName
+from satform.equipment.kalman_filter import Estimate, KalmanFilter, Measurement, SteadyProcess, process_model
 from satform.equipment.sensor import NavigationSpec
 from satform.numeric.elementwise import Array
 from satform.numeric.stacking import select
+from satform.orbits.chief import KeplerianChief
 
 DOUBTED = 22.457744
 """Largest innovation gate where one more rejected measurement reinitialises the filter.
@@ -79,7 +81,7 @@ class Estimator:
     Source: Bar-Shalom, Li & Kirubarajan, ch. 5.4 (consistency), ch. 5.2 (validation gate).
     """
 
-    filter: CwKalmanFilter
+    filter: KalmanFilter
     update: int = 1
     latency: int = 0
     gate: Array = field(default_factory=_no_gate)
@@ -109,8 +111,9 @@ class Estimator:
         """
         meanwhile = (commanded, *(applied for _ in range(missed - 1)))
         now = Estimate(memory.state, memory.covariance)
-        for acceleration in meanwhile:
-            now = self.filter.predict(now, acceleration)
+        first = memory.step + len(memory.commands)
+        for number, acceleration in enumerate(meanwhile, first):
+            now = self.filter.predict(now, acceleration, number)
         last = np.broadcast_to(self.max_consecutive_rejections - 1.0, memory.in_a_row.shape).copy()
         return replace(
             memory,
@@ -130,12 +133,13 @@ class Estimator:
         """
         commands = (*memory.commands, command)
         if measurement.step <= memory.step:
-            now = self.filter.predict(Estimate(memory.state, memory.covariance), command)
+            number = memory.step + len(memory.commands)
+            now = self.filter.predict(Estimate(memory.state, memory.covariance), command, number)
             return replace(memory, commands=commands, state=now.state, covariance=now.covariance)
         elapsed = measurement.step - memory.step
         predicted = memory.anchor
-        for past in commands[:elapsed]:
-            predicted = self.filter.predict(predicted, past)
+        for number, past in enumerate(commands[:elapsed], memory.step):
+            predicted = self.filter.predict(predicted, past, number)
         updated, innovation = self.filter.update(predicted, measurement)
         doubted = (memory.in_a_row >= self.max_consecutive_rejections - 1.0) & (memory.in_a_row > 0.0)
         gate = np.where(doubted & np.isfinite(self.gate), np.minimum(self.gate, DOUBTED), self.gate)
@@ -144,8 +148,8 @@ class Estimator:
         anew = outlier & (in_a_row >= self.max_consecutive_rejections)
         anchor = select(outlier, select(anew, self.filter.start(measurement), predicted), updated)
         now = anchor
-        for past in commands[elapsed:]:
-            now = self.filter.predict(now, past)
+        for number, past in enumerate(commands[elapsed:], measurement.step):
+            now = self.filter.predict(now, past, number)
         return EstimatorMemory(
             anchor=anchor,
             step=measurement.step,
@@ -159,7 +163,11 @@ class Estimator:
 
 
 class FilterSpec(Spec):
-    """Kalman filter on CW dynamics between the measurements and the controller."""
+    """Kalman filter on a linear model of relative motion, between the measurements and the controller."""
+
+    model: ModelName = "cw"
+    """Relative motion between measurements: cw about a circular chief, yamanaka_ankersen about an eccentric
+    one, j2_elements also under the Earth's oblateness."""
 
     acceleration_density: PositivePerAxis
     """Power spectral density of the unknown acceleration, taken to be white, LVLH [m^2/s^3]."""
@@ -176,16 +184,20 @@ class FilterSpec(Spec):
     max_consecutive_rejections: Annotated[int, Field(ge=1, le=1000)] = 5
     """Measurements rejected in a row at the last of which the filter starts anew from that one."""
 
-    def build(self, mean_motion: float, step: float, navigation: NavigationSpec) -> Estimator:
+    def build(
+        self, mean_motion: float, step: float, navigation: NavigationSpec, chief: KeplerianChief | None = None
+    ) -> Estimator:
         """The estimator itself.
 
         Args:
             mean_motion: of the chief, rad/s.
             step: control period, s.
             navigation: the sensor, whose noise is assumed where the filter has none of its own.
+            chief: its orbit; None for a circular one in an unknown plane.
 
         Raises:
-            ValueError: an assumed noise is zero, or the sensor's times are no whole control periods.
+            ValueError: an assumed noise is zero, the sensor's times are no whole control periods, or the
+                model does not know such an orbit.
         """
         position = self.position_noise or navigation.position_noise
         velocity = self.velocity_noise or navigation.velocity_noise
@@ -198,8 +210,9 @@ class FilterSpec(Spec):
         density = np.array(self.acceleration_density)
         sensor = navigation.build(step)
         gate = np.inf if self.innovation_gate is None else self.innovation_gate
+        orbit = mean_motion if chief is None or self.model == "cw" else chief
         return Estimator(
-            cw_kalman_filter(mean_motion, step, noise, density),
+            KalmanFilter(process_model(self.model, orbit, step, density), noise**2),
             sensor.update,
             sensor.latency,
             np.asarray(gate, dtype=np.float64),
@@ -211,21 +224,24 @@ def estimation_transition(estimator: Estimator) -> Array:
     """How the error of a Kalman filter goes from one measurement to the next once its gain is constant.
 
     Args:
-        estimator: of one satellite.
+        estimator: of one satellite, whose model is the same in all control periods.
 
     Returns:
         Transition of the error of (position, velocity) over `estimator.update` steps, in units of the
         measurement noise, shape (6, 6).
 
     Raises:
-        ValueError: the Riccati equation has no stabilising solution in double precision.
+        ValueError: the Riccati equation has no stabilising solution in double precision, or the gain changes
+            along the chief's orbit.
 
     Source: Bar-Shalom, Li & Kirubarajan, ch. 5.2.5: the steady-state filter.
     """
     from scipy.linalg import solve_discrete_are  # noqa: PLC0415  slow to import, and not needed in flight
 
-    model = estimator.filter
-    scale = np.sqrt(model.variance)
+    if not isinstance(estimator.filter.model, SteadyProcess):
+        raise ValueError("its gain changes along the chief's orbit")
+    model = estimator.filter.model.each
+    scale = np.sqrt(estimator.filter.variance)
     transition = model.transition / scale[:, None] * scale
     process = model.process / scale[:, None] / scale
     between, added = np.eye(6), np.zeros((6, 6))

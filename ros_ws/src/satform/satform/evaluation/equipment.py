@@ -118,3 +118,46 @@ class EstimationError(LargestOfSteps):
 
     def describe(self) -> str:
         return self.label or f"{self.statistic} estimation error{self.when()}{self.whose()}"
+
+
+class _OfFilter(LargestOfSteps):
+    """A figure of how well the errors of a filter agree with the covariance that it states."""
+
+    of_equipment = "filter"
+    statistic: Literal["mean", "maximum"] = "mean"
+    """Mean over the stretch, or largest."""
+
+    def holds_in_part(self) -> bool:
+        return self.statistic == "maximum" and super().holds_in_part()
+
+    def over(self, series: str, flight: FlightShape) -> Reducer:
+        """Mean or largest value of a quantity of each step over the stretch."""
+        stretch = self.stretch(flight, flight.steps)
+        return MeanOf(stretch, series) if self.statistic == "mean" else ExtremeOf(stretch, series)
+
+
+class EstimationErrorSquared(_OfFilter):
+    """Normalised estimation error squared (NEES) of a satellite's filter: mean 6 if it is consistent."""
+
+    kind: Literal["nees"] = "nees"
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.over("estimation_error_squared", flight)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} NEES{self.when()}{self.whose()}"
+
+
+class InnovationSquared(_OfFilter):
+    """Normalised innovation squared (NIS) of a satellite's filter: mean 6 if it is consistent.
+
+    Each step counts with the newest measurement that was known in it, and with 0 before the second one.
+    """
+
+    kind: Literal["nis"] = "nis"
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.over("innovation", flight)
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} NIS{self.when()}{self.whose()}"

@@ -146,7 +146,7 @@ def _attitude(scenario: Scenario, spec: SatelliteSpec) -> Analysis:
 def _estimation(scenario: Scenario, spec: SatelliteSpec) -> Analysis:
     assert spec.filter is not None  # noqa: S101 - asked for those with a filter only
     assert spec.sensor is not None  # noqa: S101 - the scenario's validator has seen to it
-    estimator = spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor)
+    estimator = spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor, scenario.chief)
     try:
         return spectral_radius(estimation_transition(estimator), estimator.update), "Kalman filter"
     except ValueError as error:

@@ -369,7 +369,7 @@ def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
     if spec.filter is None:
         return None
     assert spec.sensor is not None  # noqa: S101 - the scenario's validator has seen to it
-    return spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor)
+    return spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor, scenario.chief)
 
 
 def motion_at_start(scenario: Scenario) -> Motion:

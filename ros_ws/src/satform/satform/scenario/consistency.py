@@ -82,9 +82,7 @@ def _equipment_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
             # One satellite with nothing of its own is like another.
             continue
         inherits_all = inherits_all or not given
-        for field, sentence in scenario.satellite(index).equipment_complaints(
-            scenario.orbit.rate, scenario.timing.step
-        ):
+        for field, sentence in scenario.satellite(index).equipment_complaints(scenario.setting):
             place = ("satellites", index, field) if field in given else ("satellite_defaults", field)
             if (place, sentence) not in complaints:
                 complaints.append((place, sentence))

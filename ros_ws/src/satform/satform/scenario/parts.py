@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from satform.attitude.guidance import AttitudeSpec
 from satform.common.angle_text import OR_DEGREES_PER_SECOND
 from satform.common.spec import Number, PerAxis, Plugin, Positive, Spec
-from satform.control.protocol import ControllerSpec
+from satform.control.protocol import ControllerSpec, FlightSetting
 from satform.equipment.navigation_filter import FilterSpec
 from satform.equipment.sensor import NavigationSpec
 from satform.equipment.thruster import ThrusterSpec
@@ -174,12 +174,11 @@ class SatelliteFields(Spec):
     attitude: AttitudeSpec | None = None
     """Its attitude, wheels and pointing; when left out the satellite is a point."""
 
-    def equipment_complaints(self, mean_motion: float, step: float) -> list[tuple[str, str]]:
+    def equipment_complaints(self, setting: FlightSetting) -> list[tuple[str, str]]:
         """What thruster, sensor and filter cannot do in this setting.
 
         Args:
-            mean_motion: of the chief, rad/s.
-            step: control period, s.
+            setting: the chief's orbit and the control period.
 
         Returns:
             Field and sentence of each fault.
@@ -188,7 +187,7 @@ class SatelliteFields(Spec):
         for name, part in (("thruster", self.thruster), ("sensor", self.sensor)):
             try:
                 if part is not None:
-                    part.build(step)
+                    part.build(setting.step)
             except ValueError as error:
                 faults.append((name, str(error)))
         if self.filter is None or any(name == "sensor" for name, _ in faults):
@@ -196,7 +195,7 @@ class SatelliteFields(Spec):
         if self.sensor is None:
             return [*faults, ("filter", "a filter needs a sensor, whose measurements it works with")]
         try:
-            self.filter.build(mean_motion, step, self.sensor)
+            self.filter.build(setting.mean_motion, setting.step, self.sensor, setting.chief)
         except ValueError as error:
             faults.append(("filter", str(error)))
         return faults

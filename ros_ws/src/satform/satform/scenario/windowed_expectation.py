@@ -20,7 +20,7 @@ from satform.scenario.parts import SatelliteSpec, Timing
 class OfSatellites(Expectation):
     """An expectation of all satellites or of some of them."""
 
-    of_equipment: ClassVar[Literal["", "thruster", "sensor", "attitude"]] = ""
+    of_equipment: ClassVar[Literal["", "thruster", "sensor", "filter", "attitude"]] = ""
     """What each satellite has to have for it; empty for nothing."""
 
     satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None

@@ -1,0 +1,96 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A linear model of relative motion over the control periods of a flight, whose matrices change with time."""
+
+import functools
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from satform.dynamics.j2_element_model import J2ElementModel
+from satform.dynamics.relative_motion_models import RelativeMotionModel, relative_motion_model
+from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
+from satform.numeric.elementwise import Array
+from satform.orbits.chief import KeplerianChief
+from satform.orbits.j2_elements import drifted
+
+_BLOCK = 64
+"""Control periods whose matrices are computed together, from a multiple of this number on.
+
+The bits of a matrix so do not depend on who asks for it, nor on which steps were asked for before.
+"""
+
+_ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+@dataclass(frozen=True)
+class StepMatrices:
+    """Matrices over one control period; not to be changed, as others are given them too.
+
+    Attributes:
+        transition: of the state (position in m, velocity in m/s), LVLH, shape (6, 6).
+        response: to an acceleration held over the period, shape (6, 3).
+        impulses: effect at the end of the period of a unit velocity change at each quadrature point of it,
+            shape (3, 6, 3).
+        weights: of these points, s, shape (3,).
+    """
+
+    transition: Array
+    response: Array
+    impulses: Array
+    weights: Array
+
+
+@dataclass(frozen=True)
+class StepwiseModel:
+    """The linear model of a name over each control period of a flight.
+
+    Attributes:
+        name: of the model.
+        chief: its orbit, by osculating elements at time zero.
+        step: control period, s.
+    """
+
+    name: Literal["yamanaka_ankersen", "j2_elements"]
+    chief: KeplerianChief
+    step: float
+
+    def over(self, number: int) -> StepMatrices:
+        """Matrices from the step of this number to the next one.
+
+        Args:
+            number: of the step, 0 at the start of the flight.
+        """
+        block, row = divmod(number, _BLOCK)
+        return _block(self, block)[row]
+
+
+@functools.lru_cache(maxsize=32)
+def _block(model: StepwiseModel, block: int) -> tuple[StepMatrices, ...]:
+    """Matrices of the steps from `block` times `_BLOCK` on."""
+    motion = _motion(model)
+    edges = model.step * np.arange(block * _BLOCK, (block + 1) * _BLOCK + 1, dtype=np.float64)
+    begins, ends = edges[:-1], edges[1:]
+    transitions = motion.transition(begins, ends)
+    # Over a period J2 changes what a command does by a thousandth of what the Earth's gravity changes.
+    forced, origin = motion, 0.0
+    if isinstance(motion, J2ElementModel):
+        origin = float(begins[0])
+        forced = YamanakaAnkersenModel(drifted(motion.mean, origin))
+    points = begins[:, None] - origin + 0.5 * model.step * (1.0 + _ABSCISSAE)
+    impulses = forced.transition(points, np.broadcast_to((ends - origin)[:, None], points.shape))[..., 3:]
+    weights = 0.5 * model.step * _WEIGHTS
+    responses = np.sum(weights[:, None, None] * impulses, axis=1)
+    for array in (transitions, responses, impulses, weights):
+        array.flags.writeable = False
+    return tuple(
+        StepMatrices(transition, response, impulse, weights)
+        for transition, response, impulse in zip(transitions, responses, impulses, strict=True)
+    )
+
+
+@functools.lru_cache(maxsize=8)
+def _motion(model: StepwiseModel) -> RelativeMotionModel:
+    """The model itself, built once."""
+    return relative_motion_model(model.name, model.chief)
