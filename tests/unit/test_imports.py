@@ -58,6 +58,7 @@ TAKE_A_SCENARIO = {
     "satform.evaluation.stability_borders",
     "satform.flight.chief_motion",
     "satform.flight.compile",
+    "satform.flight.truth",
     "satform.flight.simulate",
     "satform.plot.formation",
     "satform.plot.time_series",

@@ -69,6 +69,7 @@ setup(
             "ellipse = satform.orbits.curve_specs:EllipseSpec",
             "circle = satform.orbits.curve_specs:CircleSpec",
             "fixed_point = satform.orbits.curve_specs:FixedPointSpec",
+            "inertial_point = satform.orbits.curve_specs:InertialPointSpec",
         ],
         "satform.perturbations": [
             "constant = satform.dynamics.prescribed_disturbances:ConstantSpec",

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 import satform as sf
 from flights import shipped, shortened
-from satform.flight.compile import compile_scenario, truth_model
+from satform.flight.compile import compile_scenario
+from satform.flight.truth import truth_model
 from satform.orbits.inertial_motion import RELATIVE_ELEMENTS, relative_elements, unperturbed
 from satform.record.archive import load_record, save_record
 from satform.record.tables import columns, unit_of

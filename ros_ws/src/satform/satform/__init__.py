@@ -55,6 +55,7 @@ _MODULES = {
     "HostSpec": "satform.scenario.deployment",
     "ImpulsiveGuidanceSpec": "satform.planning.impulsive_guidance",
     "InertialDynamicsSpec": "satform.dynamics.models",
+    "InertialPointSpec": "satform.orbits.curve_specs",
     "IntegralSpec": "satform.control.integral_action",
     "LimitsSpec": "satform.scenario.limits",
     "LineSpec": "satform.consensus.graph",

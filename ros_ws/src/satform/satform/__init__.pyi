@@ -77,6 +77,7 @@ from satform.orbits.chief import ChiefOrbitSpec as ChiefOrbitSpec
 from satform.orbits.curve_specs import CircleSpec as CircleSpec
 from satform.orbits.curve_specs import EllipseSpec as EllipseSpec
 from satform.orbits.curve_specs import FixedPointSpec as FixedPointSpec
+from satform.orbits.curve_specs import InertialPointSpec as InertialPointSpec
 from satform.planning.impulsive_guidance import BurnSpec as BurnSpec
 from satform.planning.impulsive_guidance import ImpulsiveGuidanceSpec as ImpulsiveGuidanceSpec
 from satform.planning.impulsive_guidance import TimedBurnsSpec as TimedBurnsSpec

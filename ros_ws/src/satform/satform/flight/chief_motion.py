@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The chief's motion in a flight, computed once more from the scenario: no command acts on a chief."""
 
-from dataclasses import replace
-from functools import partial
+import json
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 
 import numpy as np
 
-from satform.flight.compile import truth_model
+from satform.flight.truth import truth_model
 from satform.numeric.elementwise import Array
 from satform.orbits.inertial_motion import ChiefMotion, unperturbed
+from satform.orbits.turning_axes import AxesByStep, AxesName, axes_by_step
 from satform.record.flight_record import FlightRecord
 from satform.scenario.environment import environment_of
 from satform.scenario.model import Scenario
@@ -52,3 +54,40 @@ def with_chief(record: FlightRecord, scenario: Scenario) -> FlightRecord:
         scenario: that was flown.
     """
     return replace(record, chief_source=partial(chief_motion, scenario))
+
+
+def turning_axes(scenario: Scenario, name: AxesName) -> AxesByStep:
+    """Inertial axes, or axes that point at the Sun, as the LVLH axes of a flight have them.
+
+    Flight software takes them as known: star trackers measure its attitude and an ephemeris has the chief.
+
+    Args:
+        scenario: that is flown.
+        name: of the axes.
+
+    Raises:
+        ValueError: the truth model does not say where the chief is.
+    """
+    chief = scenario.orbit.chief
+    orbit = [scenario.orbit.rate, None if chief is None else chief.model_dump(mode="json")]
+    timing = [scenario.timing.step, scenario.timing.steps]
+    text = json.dumps([orbit, scenario.dynamics.model_dump(mode="json"), timing])
+    return _axes(_Asked(name, text, scenario))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is asked for, which is the same for scenarios that do not differ in the chief's motion."""
+
+    name: AxesName
+    text: str
+    scenario: Scenario = field(compare=False)
+
+
+@lru_cache(maxsize=4)
+def _axes(asked: _Asked) -> AxesByStep:
+    timing = asked.scenario.timing
+    chief = chief_motion(asked.scenario, timing.steps)
+    if chief is None:
+        raise ValueError("the truth model does not say where the chief is, so that only LVLH axes are known")
+    return axes_by_step(asked.name, chief, timing.step)

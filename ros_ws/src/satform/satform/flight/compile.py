@@ -21,9 +21,9 @@ from satform.communication.receiver import LinkPlan
 from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
-from satform.dynamics.protocol import Dynamics
 from satform.dynamics.specs import OF_SATELLITES
 from satform.equipment.navigation_filter import Estimator
+from satform.flight.chief_motion import turning_axes
 from satform.flight.plans import (
     AttitudePlan,
     FlightPlan,
@@ -33,11 +33,15 @@ from satform.flight.plans import (
     ScenePlan,
     TimingPlan,
 )
+from satform.flight.truth import truth_model
 from satform.membership.faults import FaultSchedule
 from satform.membership.formation import MembershipPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
+from satform.orbits.curve import Curve, FixedPoint
+from satform.orbits.curve_specs import InertialPointSpec
 from satform.orbits.path_reference import Path, Reference
+from satform.orbits.turning_axes import TurningPointPath
 from satform.scenario import Scenario
 from satform.scenario.environment import pointing_in
 from satform.scenario.parts import SatelliteSpec
@@ -194,11 +198,6 @@ def limit_plan(scenario: Scenario) -> LimitPlan:
     return LimitPlan(names, scenario.timing.step, scenario.limits, scenario.orbit.radius)
 
 
-def truth_model(scenario: Scenario) -> Dynamics:
-    """The model that moves the satellites of a flight."""
-    return scenario.dynamics.build(scenario.dynamics_setting)
-
-
 def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None) -> PlantPlan:
     """What the plant of a flight moves, and with what.
 
@@ -252,10 +251,19 @@ def scene_plan(scenario: Scenario) -> ScenePlan:
         names=tuple(spec.name for spec in specs),
         step=scenario.timing.step,
         period=min(_longest_revolution(scenario), scenario.timing.duration),
-        curves=tuple(spec.curve.build() for spec in specs if spec.curve is not None),
+        curves=tuple(_shown_curve(scenario, spec) for spec in specs),
         attitude_orbits=tuple(_attitude_orbit(scenario, index) for index in range(len(specs))),
         graph=scenario.communication_graph(),
     )
+
+
+def _shown_curve(scenario: Scenario, spec: SatelliteSpec) -> Curve:
+    """The curve of a satellite in LVLH; a point of other axes where it is at time zero."""
+    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
+    if isinstance(spec.curve, InertialPointSpec):
+        _, _, desired = _departure(scenario, spec)
+        return FixedPoint(position=desired.position, perimeter=np.zeros(()))
+    return spec.curve.build()
 
 
 def _longest_revolution(scenario: Scenario) -> float:
@@ -328,6 +336,9 @@ def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Re
     """Path of a satellite, rate of its arc length once all agree, and its desired motion at the start."""
     assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
     path = Path(spec.curve.build(), _scalar(spec.scale), spec.path_parameter, spec.feedforward_sample)
+    if isinstance(spec.curve, InertialPointSpec):
+        axes = turning_axes(scenario, spec.curve.axes)
+        path = TurningPointPath(path.curve, path.scale, path.parameter, path.feedforward_sample, axes=axes)
     nominal = scenario.nominal_motion.rate
     if nominal is None:
         assert scenario.nominal_motion.period is not None  # noqa: S101

@@ -33,7 +33,7 @@ from satform.flight.plans import FlightPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
-from satform.orbits.path_reference import Path, Reference
+from satform.orbits.path_reference import Reference
 
 
 @dataclass(frozen=True)
@@ -288,10 +288,8 @@ class Satellite:
         Raises:
             ValueError: one of the two is a fixed point, and the other one is not.
         """
-        path, plan = (
-            Path(curve, _scalar(1.0), self.plan.path.parameter, self.plan.path.feedforward_sample),
-            self.plan,
-        )
+        plan = self.plan
+        path = replace(plan.path, curve=curve, scale=_scalar(1.0))
         lap, own = float(plan.path.period), float(path.period)
         if (lap > 0.0) != (own > 0.0):
             raise ValueError("an orbit cannot become a fixed point, nor a fixed point an orbit")
@@ -362,7 +360,7 @@ def _follow_path(
         arc_length, rate = state.arc_length, state.rate
     phase = arc_length - plan.phase_offset
     rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, neighbour_states, time)
-    reference = plan.path.at_step(arc_length, rate, rate_change, plan.step)
+    reference = plan.path.at_step(arc_length, rate, rate_change, plan.step, state.step)
     action: Action = plan.controller.act(motion, reference, *law)
     next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
     if follows_itself:

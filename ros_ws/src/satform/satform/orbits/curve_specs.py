@@ -11,6 +11,7 @@ from satform.common.spec import Positive, Spec, Vector
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve, FixedPoint
 from satform.orbits.ellipse import Ellipse, ellipse
+from satform.orbits.turning_axes import AxesName
 
 _LEAST_DIRECTION = 1e-9
 """Length of a vector above which it has a direction."""
@@ -110,6 +111,21 @@ class FixedPointSpec(CurveSpec):
 
     def build(self) -> FixedPoint:
         """The point as a curve without extent."""
+        return FixedPoint(position=np.array(self.position), perimeter=np.zeros(()))
+
+
+class InertialPointSpec(CurveSpec):
+    """A point at rest in inertial axes, or in axes that point from the chief to the Sun."""
+
+    kind: Literal["inertial_point"] = "inertial_point"
+    position: Vector
+    """Position relative to the chief, along `axes`, m."""
+    axes: AxesName = "inertial"
+    """inertial: those of GCRF; sun: x from the chief to the Sun, z square to it on the side of the inertial z
+    axis, y completing them, so that a baseline along x points at the Sun."""
+
+    def build(self) -> FixedPoint:
+        """The point in its own axes."""
         return FixedPoint(position=np.array(self.position), perimeter=np.zeros(()))
 
 

@@ -102,7 +102,12 @@ class Path:
         )
 
     def at_step(
-        self, generalised_arc_length: Array, rate: Array, rate_change: Array, duration: float
+        self,
+        generalised_arc_length: Array,
+        rate: Array,
+        rate_change: Array,
+        duration: float,
+        number: int = 0,
     ) -> Reference:
         """Desired motion for one control period: position and velocity at its start, acceleration to hold.
 
@@ -111,6 +116,7 @@ class Path:
             rate: eta at the start, m/s, shape (...).
             rate_change: deta/dt over the period, m/s^2, shape (...).
             duration: of the period, s.
+            number: of the step; without effect on a path that lies still in LVLH, as this one.
 
         Returns:
             Position and velocity at the start, acceleration as `feedforward_sample` says, shape (..., 3).

@@ -22,6 +22,19 @@ def sun_direction(days: float) -> Array:
     Returns:
         Inertial components (GCRF), shape (3,).
     """
+    position = sun_position(days)
+    return position / math.sqrt(float(position @ position))
+
+
+def sun_position(days: float) -> Array:
+    """The sun from the Earth's centre, as the force models have it.
+
+    Args:
+        days: since 2000-01-01 12:00 UTC.
+
+    Returns:
+        Inertial position (GCRF), m, shape (3,).
+    """
     import brahe  # noqa: PLC0415  slow to import, and few scenarios look at the sun
 
     at = J2000 + timedelta(days=days)
@@ -29,7 +42,7 @@ def sun_direction(days: float) -> Array:
     utc: Any = brahe.TimeSystem.UTC
     epoch = brahe.Epoch.from_datetime(at.year, at.month, at.day, at.hour, at.minute, second, 0.0, utc)
     position: Array = brahe.sun_position(epoch)
-    return position / math.sqrt(float(position @ position))
+    return position
 
 
 def greenwich_angle(days: float) -> float:

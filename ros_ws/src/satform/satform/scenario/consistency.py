@@ -12,6 +12,7 @@ from satform.dynamics.integrators import substep_complaint
 from satform.scenario.definition import ScenarioDefinition
 from satform.scenario.deployment import host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
+from satform.scenario.inertial_points import inertial_point_complaints
 from satform.scenario.membership_checks import fault_complaints, schedule_complaints
 from satform.scenario.satellite_start import known_starts, start_complaints
 from satform.scenario.start import coincident_with_followed, singular_references
@@ -36,6 +37,9 @@ def consistency_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> l
         *_following_complaints(scenario),
         *_reference_complaints(scenario),
         *_attitude_complaints(scenario),
+        *inertial_point_complaints(
+            [scenario.satellite(index) for index in range(len(scenario.satellites))], scenario.dynamics
+        ),
         *_environment_complaints(scenario),
         *_expectation_complaints(scenario, recorded=recorded),
         *_link_complaints(scenario),
