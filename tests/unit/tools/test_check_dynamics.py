@@ -86,7 +86,9 @@ def test_check_warns_of_an_eccentric_chief() -> None:
     second_order = 15.0 / 4.0 * math.pi * 400.0**2 / 8.0e6
     assert entry.eccentric_error == pytest.approx(second_order, rel=0.4)
     assert entry.error > 100.0 * entry.eccentric_error
-    assert f"of filters, errs by up to {entry.eccentric_error:.3g} m" in warning
+    assert f"for timed_burns, errs by up to {entry.eccentric_error:.3g} m" in warning
+    laws = "controller kind model_predictive with model: yamanaka_ankersen, controller kind periodic_lqr"
+    assert f"the model yamanaka_ankersen, of {laws}, of filters, and of the burns of plan approach" in warning
 
 
 def test_check_warns_of_an_eccentric_orbit_under_a_linear_truth() -> None:

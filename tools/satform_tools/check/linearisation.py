@@ -4,11 +4,11 @@
 
 import math
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
-from satform.control.model_predictive import ModelPredictiveSpec
-from satform.control.periodic_lqr import PeriodicLqrSpec
+from satform.common.spec import specs
 from satform.dynamics.cw_error import ChiefOrbit, cw_error, eccentric_error, free_motion
 from satform.dynamics.formula_model import FormulaDynamicsSpec
 from satform.dynamics.j2_element_model import LOWEST_INCLINATION, J2ElementModel
@@ -23,6 +23,9 @@ _NOTEWORTHY = 0.01
 
 MOST_LOOKED_AT = 8
 """Satellites for which the effect of J2 is computed: the first of those that are meant."""
+
+_ECCENTRIC = "yamanaka_ankersen"
+"""The model of relative motion about a chief of any eccentricity."""
 
 _SAMPLES = 12
 """Times of a revolution at which the effect of J2 is looked at."""
@@ -168,8 +171,8 @@ def _circular_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -
     if fitting == {"yamanaka_ankersen"}:
         best = max(entry.eccentric_error for entry in far)
         advice = (
-            "the model yamanaka_ankersen, of controller kind periodic_lqr and of filters, errs by up to "
-            f"{best:.3g} m"
+            f"the model {_ECCENTRIC}, of {', '.join(eccentric_laws())}, of filters, and of the burns of plan "
+            f"approach --model {_ECCENTRIC} for timed_burns, errs by up to {best:.3g} m"
         )
         oblate = max(oblateness_effect(scenario, entry) for entry in far[:MOST_LOOKED_AT])
         advice += f", and by {oblate:.3g} m more by J2" if oblate > 0.0 else ""
@@ -190,7 +193,7 @@ def _eccentric_model_warnings(scenario: Scenario, entries: list[ExpectedError]) 
         for index, entry in enumerate(entries)
         if entry.fitting_model() is None and not _circular_users(scenario, index)
         if scenario.satellite(index).filter is not None
-        or isinstance(scenario.satellite(index).controller, PeriodicLqrSpec | ModelPredictiveSpec)
+        or getattr(scenario.satellite(index).controller, "model", "") == _ECCENTRIC
     ]
     if not far:
         return []
@@ -198,6 +201,22 @@ def _eccentric_model_warnings(scenario: Scenario, entries: list[ExpectedError]) 
         "satellites: the model yamanaka_ankersen is of first order in the distance; its motion of "
         f"{_worst(far, circular=False)}; fly closer to the chief or with less drift"
     ]
+
+
+def eccentric_laws() -> list[str]:
+    """The control laws, also of other packages, that can compute with the model yamanaka_ankersen.
+
+    Returns:
+        "controller kind NAME", with the model where it is not the default.
+    """
+    found = []
+    for kind, spec in sorted(specs("satform.controllers").items()):
+        field = spec.model_fields.get("model")
+        if field is None or _ECCENTRIC not in get_args(field.annotation):
+            continue
+        chosen = "" if field.default == _ECCENTRIC else f" with model: {_ECCENTRIC}"
+        found.append(f"controller kind {kind}{chosen}")
+    return found
 
 
 def _circular_users(scenario: Scenario, index: int) -> list[str]:

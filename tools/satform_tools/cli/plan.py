@@ -5,6 +5,7 @@
 # ruff: noqa: PLC0415
 
 from datetime import datetime
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +19,14 @@ Date = Annotated[
     datetime | None,
     typer.Option(formats=["%Y-%m-%dT%H:%M", "%Y-%m-%dT%H:%M:%S"], help="Date and time of the start, UTC."),
 ]
+
+
+class Model(StrEnum):
+    """Models of relative motion, by the names of `satform.dynamics.relative_motion_models`."""
+
+    CW = "cw"
+    YAMANAKA_ANKERSEN = "yamanaka_ankersen"
+    J2_ELEMENTS = "j2_elements"
 
 
 @app.command()
@@ -53,6 +62,21 @@ def approach(
         float | None,
         typer.Option(help="Longitude of a geostationary chief, deg E; needed for the Sun angle."),
     ] = None,
+    model: Annotated[
+        Model,
+        typer.Option(
+            help="Model of the relative motion: cw; yamanaka_ankersen, for an eccentric chief; or "
+            "j2_elements, which also knows the Earth's oblateness."
+        ),
+    ] = Model.CW,
+    eccentricity: Annotated[float, typer.Option(help="Eccentricity of the chief's orbit.")] = 0.0,
+    true_anomaly: Annotated[float, typer.Option(help="True anomaly of the chief at the start, deg.")] = 0.0,
+    inclination: Annotated[
+        float, typer.Option(help="Inclination of the chief's orbit, deg; for j2_elements.")
+    ] = 0.0,
+    perigee: Annotated[
+        float, typer.Option(help="Argument of perigee of the chief's orbit, deg; for j2_elements.")
+    ] = 0.0,
     json: Json = False,
 ) -> None:
     """Compute the impulses of an approach through way-points.
@@ -62,7 +86,10 @@ def approach(
     """
     from satform_tools.run import impulse_plans
 
-    task = impulse_plans.ApproachTask(start, point, period, acceleration, step, date, longitude)
+    orbit = (eccentricity, true_anomaly, inclination, perigee)
+    task = impulse_plans.ApproachTask(
+        start, point, period, acceleration, step, date, longitude, model.value, orbit
+    )
     impulse_plans.approach(task, as_json=json)
 
 

@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 
 from satform.control.protocol import Motion
+from satform.dynamics.relative_motion_models import ModelName, relative_motion_model
+from satform.orbits.chief import KeplerianChief, mean_anomaly, semi_major_axis_of
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.sun import days_at, sun_in_lvlh
+from satform.planning.coasts import ModelCoasts
 from satform.planning.patrol import (
     GEOSTATIONARY_RADIUS,
     Burn,
@@ -34,6 +37,10 @@ from satform_tools.console import Table
 from satform_tools.errors import CommandError, InfeasibleError
 
 DAY = 86400.0
+
+_SAMPLES, _FEW_SAMPLES = 2000, 200
+"""Moments of a coast at which its distance is looked at; few where a transition takes milliseconds."""
+
 PATROL_DATE = datetime(2022, 10, 20, 4, 12)  # noqa: DTZ001 - the command line's dates are in UTC
 PATROL_TARGETS = ("54.56,5.86,57", "56.82,0.01,270", "57.85,1.14,177")
 """The targets of the scenario `patrol_three`."""
@@ -51,6 +58,9 @@ class ApproachTask:
         step: over which each burn is held, s; None for impulses.
         date: of the start, UTC; None without a Sun angle.
         longitude: of a geostationary chief, deg east; None likewise.
+        model: name of the model of relative motion.
+        orbit: eccentricity, and in deg true anomaly at the start, inclination and argument of perigee of the
+            chief; not for the model `cw`.
     """
 
     start: str
@@ -60,6 +70,8 @@ class ApproachTask:
     step: float | None = None
     date: datetime | None = None
     longitude: float | None = None
+    model: ModelName = "cw"
+    orbit: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 def approach(task: ApproachTask, *, as_json: bool) -> None:
@@ -87,6 +99,7 @@ def approach(task: ApproachTask, *, as_json: bool) -> None:
             2.0 * math.pi / task.period,
             None if push is None else np.array(push),
             task.step or 0.0,
+            _coasts(task),
         )
     except ValueError as error:
         raise CommandError(str(error)) from None
@@ -99,6 +112,35 @@ def approach(task: ApproachTask, *, as_json: bool) -> None:
     _print_approach(plan)
     if light is not None:
         console.line(f"Sun angle at the chief on arrival: {math.degrees(light):.1f} deg")
+
+
+def _coasts(task: ApproachTask) -> ModelCoasts | None:
+    """Coasts by the model that is asked for; None for that of Clohessy and Wiltshire."""
+    eccentricity, *angles = task.orbit
+    if task.model == "cw":
+        if any(task.orbit):
+            raise CommandError(
+                "--model cw is about a circular orbit and takes none of --eccentricity, --true-anomaly, "
+                "--inclination and --perigee; use yamanaka_ankersen or j2_elements"
+            )
+        return None
+    if not (0.0 <= eccentricity < 1.0 and all(math.isfinite(angle) for angle in angles)):
+        raise CommandError(
+            f"--eccentricity {eccentricity:g}: takes 0 to below 1, and the angles finite numbers"
+        )
+    anomaly, inclination, perigee = (math.radians(angle) for angle in angles)
+    if not 0.0 <= inclination <= math.pi:
+        raise CommandError(f"--inclination {math.degrees(inclination):g}: takes 0 to 180")
+    chief = KeplerianChief(
+        semi_major_axis_of(2.0 * math.pi / task.period, GRAVITATIONAL_PARAMETER),
+        eccentricity,
+        inclination,
+        0.0,
+        perigee,
+        mean_anomaly(anomaly, eccentricity),
+    )
+    model = relative_motion_model(task.model, chief)
+    return ModelCoasts(model, task.period, _FEW_SAMPLES if task.model == "j2_elements" else _SAMPLES)
 
 
 def _print_approach(plan: TourPlan) -> None:

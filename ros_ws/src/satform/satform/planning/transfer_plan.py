@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.control.protocol import Motion
-from satform.dynamics import cw
 from satform.numeric.elementwise import Array
-from satform.planning.transfers import Leg, coast_to_point, total_delta_v, two_impulse_transfer
+from satform.planning.coasts import CircularCoasts, Coasts, ModelCoasts
+from satform.planning.transfers import Leg, total_delta_v
 
-_SAMPLES = 2000
 _STEP_TOLERANCE = 1e-6
 _LEAST_STEPS = 3
 """Steps of a leg: its burn, a coast, and the burn at its end."""
@@ -66,6 +65,7 @@ def plan_tour(
     mean_motion: float,
     acceleration: Array | None = None,
     step: float = 0.0,
+    model: ModelCoasts | None = None,
 ) -> TourPlan:
     """Burns of a tour with their times, and the closest distance to the chief on the way.
 
@@ -78,19 +78,24 @@ def plan_tour(
         step: control step over which each burn is held, s; 0 for impulses. A leg's duration counts from
             the begin of its departure burn and is a whole number of steps; where the tour stops on the way,
             the next departure is one step later.
+        model: coasts of another model of relative motion, as about an eccentric chief, with the tour
+            beginning at time zero; those of Clohessy and Wiltshire by default.
 
     Returns:
-        The plan; the closest distance is that of 2000 moments of each coast and each burn.
+        The plan; the closest distance is that of 2000 moments of each coast and each burn, or as many as
+        the model is looked at.
 
     Raises:
         ValueError: there are no legs, one of them has no two-impulse solution, or a leg is no whole number
             of steps, or shorter than three.
 
-    Source: Clohessy & Wiltshire 1960.
+    Source: Clohessy & Wiltshire 1960; Yamanaka & Ankersen 2002 and Koenig, Guffanti & D'Amico 2017 for
+    other models.
     """
     if not legs:
         raise ValueError("a tour needs at least one leg")
-    flight = _Flight(start, mean_motion, np.zeros(3) if acceleration is None else np.asarray(acceleration))
+    coasts = CircularCoasts(mean_motion) if model is None else model
+    flight = _Flight(start, coasts, np.zeros(3) if acceleration is None else np.asarray(acceleration))
     for number, leg in enumerate(legs):
         stop = leg.stop or number == len(legs) - 1
         if step > 0.0:
@@ -109,8 +114,8 @@ def plan_tour(
 class _Flight:
     """The motion so far, its burns, and how near it came to the chief."""
 
-    def __init__(self, start: Motion, mean_motion: float, acceleration: Array) -> None:
-        self.mean_motion = mean_motion
+    def __init__(self, start: Motion, coasts: Coasts, acceleration: Array) -> None:
+        self.coasts = coasts
         self.acceleration = acceleration
         self.state = np.concatenate((start.position, start.velocity)).astype(np.float64)
         self.time = 0.0
@@ -136,58 +141,45 @@ class _Flight:
         self.times.append(self.time)
         self.impulses.append(impulse)
 
+    def after(self, duration: float) -> Array:
+        """State after a coast from now on, which is not flown."""
+        return self.coasts.moved(self.state, self.time, duration, self.acceleration)
+
     def _move(self, duration: float, acceleration: Array) -> None:
-        offsets = np.linspace(0.0, duration, _SAMPLES)
-        coast = cw.FreeMotion.over(self.mean_motion, offsets)
-        held = cw.HeldInputStep.over(self.mean_motion, offsets)
-        track = (
-            coast.position_from_position(self.state[:3])
-            + coast.position_from_velocity(self.state[3:])
-            + held.position_from_input(acceleration)
-        )
+        offsets, track = self.coasts.track(self.state, self.time, duration, acceleration)
         away = np.linalg.norm(track, axis=1)
         nearest = int(np.argmin(away))
         self.closest = min(self.closest, (float(away[nearest]), self.time + float(offsets[nearest])))
-        self.state = _moved(self.state, self.mean_motion, duration, acceleration)
+        self.state = self.coasts.moved(self.state, self.time, duration, acceleration)
         self.time += duration
 
 
-def _moved(state: Array, mean_motion: float, duration: float, acceleration: Array) -> Array:
-    moved: Array = cw.transition_matrix(mean_motion, duration) @ state
-    return moved + cw.input_matrix(mean_motion, duration) @ acceleration
-
-
 def _fly_impulses(flight: _Flight, leg: Leg, *, stop: bool) -> None:
-    transfer = two_impulse_transfer(
-        Motion(flight.state[:3], flight.state[3:]),
-        Motion(leg.position, np.zeros(3)),
-        flight.mean_motion,
-        leg.duration,
-        flight.acceleration,
-    )
-    flight.kick(transfer.first_impulse)
+    reach = flight.coasts.reach(flight.time, leg.duration)
+    missed = leg.position - flight.after(leg.duration)[:3]
+    flight.kick(_solved(reach, missed))
     flight.coast(leg.duration)
     if stop:
         flight.kick(-flight.state[3:])
 
 
 def _fly_held(flight: _Flight, leg: Leg, number: int, step: float, *, stop: bool) -> None:
-    motion, ratio = flight.mean_motion, leg.duration / step
+    coasts, ratio = flight.coasts, leg.duration / step
     steps = round(ratio)
     if abs(ratio - steps) > _STEP_TOLERANCE * max(1.0, ratio) or steps < _LEAST_STEPS:
         raise ValueError(
             f"leg {number} of {leg.duration:g} s is {ratio:.7g} steps of {step:g} s; it has to be a whole "
             f"number of steps, at least {_LEAST_STEPS}"
         )
-    coast_to_point(motion, steps * step)
-    held = cw.input_matrix(motion, step)
-    after_burn = cw.transition_matrix(motion, (steps - 1) * step)
-    missed = leg.position - _moved(flight.state, motion, steps * step, flight.acceleration)[:3]
+    coasts.reach(flight.time, steps * step)
+    held = coasts.held(flight.time, step)
+    after_burn = coasts.transition(flight.time + step, (steps - 1) * step)
+    missed = leg.position - flight.after(steps * step)[:3]
     flight.burn(_solved((after_burn @ held)[:3], missed), step)
     flight.coast((steps - 1) * step)
     if stop:
-        velocity = _moved(flight.state, motion, step, flight.acceleration)[3:]
-        flight.burn(-_solved(held[3:], velocity), step)
+        velocity = flight.after(step)[3:]
+        flight.burn(-_solved(coasts.held(flight.time, step)[3:], velocity), step)
 
 
 def _solved(matrix: Array, right: Array) -> Array:

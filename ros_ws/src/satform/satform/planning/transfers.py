@@ -226,15 +226,34 @@ def two_impulse_transfer_by_model(
 
     Source: Yamanaka & Ankersen 2002 for an eccentric chief.
     """
+    velocity_to_point(model, departure, duration)
+    return _between(start, target, model.transition(departure, departure + duration), np.zeros(6))
+
+
+def velocity_to_point(model: RelativeMotionModel, departure: float, duration: float) -> Array:
+    """Effect of a velocity at departure on the position after a coast, where any point can be reached.
+
+    Args:
+        model: of the relative motion.
+        departure: time at which the coast begins, s.
+        duration: of the coast, s.
+
+    Returns:
+        Regular matrix, s, shape (3, 3).
+
+    Raises:
+        ValueError: the duration is not positive, or the departure velocity cannot be solved for, as for a
+            whole number of orbits.
+    """
     if not duration > 0.0:
         raise ValueError(f"a transfer takes a positive time, got {duration:g} s")
-    transition = model.transition(departure, departure + duration)
-    if np.linalg.cond(transition[:3, 3:]) > LARGEST_CONDITION:
+    effect: Array = model.transition(departure, departure + duration)[:3, 3:]
+    if np.linalg.cond(effect) > LARGEST_CONDITION:
         raise ValueError(
             f"a transfer of {duration:g} s from {departure:g} s on has no two-impulse solution; choose "
             "another time, no whole number of half orbits"
         )
-    return _between(start, target, transition, np.zeros(6))
+    return effect
 
 
 def _between(start: Motion, target: Motion, transition: Array, pushed: Array) -> Transfer:
