@@ -90,18 +90,27 @@ class PeriodicLqr(Memoryless):
     def _at(self, table: Array, time: float) -> Array:
         """Value of a table at a time, linear between two anomalies, shape (..., 3, 6)."""
         mean = self.mean_anomaly + self.mean_motion * time
-        places = [
-            true_anomaly(anomaly, e) / math.tau % 1.0
+        fractions = [
+            true_anomaly(anomaly, e) / math.tau
             for anomaly, e in zip(np.ravel(mean).tolist(), np.ravel(self.eccentricity).tolist(), strict=True)
         ]
-        place = np.asarray(places, dtype=np.float64).reshape(np.shape(mean)) * table.shape[-3]
-        first = np.floor(place)
-        share = (place - first)[..., None, None]
-        index = np.asarray(first.astype(np.int64) % table.shape[-3])
-        value: Array = (1.0 - share) * _row(table, index) + share * _row(
-            table, np.asarray((index + 1) % table.shape[-3])
-        )
-        return value
+        return _interpolated(table, np.asarray(fractions, dtype=np.float64).reshape(np.shape(mean)))
+
+
+def _interpolated(table: Array, fraction: Array) -> Array:
+    """Values of tables over a revolution, linear between two rows, shape (..., 3, 6).
+
+    Args:
+        table: shape (..., n, 3, 6), or one for all, (n, 3, 6).
+        fraction: of a revolution, shape (...).
+    """
+    count = table.shape[-3]
+    table = np.broadcast_to(table, (*fraction.shape, *table.shape[-3:]))
+    position = np.asarray(fraction % 1.0 * count)
+    first = np.floor(position)
+    weight, index = (position - first)[..., None, None], np.asarray(first.astype(np.int64) % count)
+    value: Array = (1.0 - weight) * _row(table, index) + weight * _row(table, np.asarray((index + 1) % count))
+    return value
 
 
 def _row(table: Array, index: NDArray[np.int64]) -> Array:
@@ -159,12 +168,12 @@ class PeriodicLqrSpec(ControllerSpec):
             abs(pole) ** (1.0 / design.steps) * np.exp(1j * np.angle(pole) / design.steps)
             for pole in np.linalg.eigvals(design.monodromy)
         ]
-        for place, root in enumerate(roots):
+        for row, root in enumerate(roots):
             # Of a pair each has a row, with the other's column beside it; a real one has no such column.
-            transition[place, place] = root.real if abs(root.imag) > 0.0 else abs(root)
-            pair = next((k for k, other in enumerate(roots) if k != place and other == np.conj(root)), None)
+            transition[row, row] = root.real if abs(root.imag) > 0.0 else abs(root)
+            pair = next((k for k, other in enumerate(roots) if k != row and other == np.conj(root)), None)
             if pair is not None and root.imag:
-                transition[place, pair] = root.imag
+                transition[row, pair] = root.imag
         return transition
 
     def _design(self, setting: FlightSetting) -> "PeriodicDesign":
@@ -262,18 +271,9 @@ def _monodromy(
     alike = math.ceil(steps / _MOST_ANALYSED)
     begins: Array = step * np.arange(0, steps, alike, dtype=np.float64)
     ends: Array = begins + step
-    places = [chief.true_anomaly(begin) / math.tau % 1.0 for begin in begins.tolist()]
-    feedback = _interpolated(gain, np.array(places))
+    fractions = [chief.true_anomaly(begin) / math.tau for begin in begins.tolist()]
+    feedback = _interpolated(gain, np.array(fractions))
     loops: Array = motion.transition(begins, ends) - input_matrix(motion, begins, ends) @ feedback
     unit = np.repeat([1.0, 1.0 / chief.mean_motion], 3)
     loops = np.linalg.matrix_power(unit[:, None] * loops / unit, alike)
     return product_in_turn(loops), steps
-
-
-def _interpolated(table: Array, shares: Array) -> Array:
-    """Values of a table over a revolution at shares of it, linear between two entries, first axis first."""
-    place = shares % 1.0 * len(table)
-    first = np.floor(place)
-    weight, index = (place - first)[:, None, None], first.astype(np.int64) % len(table)
-    value: Array = (1.0 - weight) * table[index] + weight * table[(index + 1) % len(table)]
-    return value

@@ -250,15 +250,15 @@ def _intervals(
         Begin and end in s, and whether it held at the first and last sample, of each.
     """
     changes = np.flatnonzero(inside[1:] != inside[:-1])
-    ends = [_change(float(times[place]), float(times[place + 1]), holds) for place in changes]
+    ends = [_change(float(times[row]), float(times[row + 1]), holds) for row in changes]
     if inside[0]:
         ends.insert(0, float(times[0]))
     if inside[-1]:
         ends.append(float(times[-1]))
     pairs = list(zip(ends[::2], ends[1::2], strict=True))
     return [
-        (begin, end, bool(inside[0]) and place == 0, bool(inside[-1]) and place == len(pairs) - 1)
-        for place, (begin, end) in enumerate(pairs)
+        (begin, end, bool(inside[0]) and number == 0, bool(inside[-1]) and number == len(pairs) - 1)
+        for number, (begin, end) in enumerate(pairs)
     ]
 
 
