@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 
 MINIMUM = {"satform": 90.0, "satform_nodes": 80.0, "satform_bringup": 80.0}
-"""Least share of a package's branches that the tests have to take, %."""
+"""Least fraction of a package's branches that the tests have to take, %."""
 
 
 def figures(files: dict[str, dict[str, dict[str, int]]], package: str) -> tuple[float, float]:
@@ -36,10 +36,10 @@ def figures(files: dict[str, dict[str, dict[str, int]]], package: str) -> tuple[
     if not found:
         raise KeyError(f"no coverage data of {package}")
 
-    def share(part: str, whole: str) -> float:
+    def percentage(part: str, whole: str) -> float:
         return 100.0 * sum(entry[part] for entry in found) / sum(entry[whole] for entry in found)
 
-    return share("covered_lines", "num_statements"), share("covered_branches", "num_branches")
+    return percentage("covered_lines", "num_statements"), percentage("covered_branches", "num_branches")
 
 
 def main() -> int:

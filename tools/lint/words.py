@@ -56,6 +56,12 @@ TERMS = {
     "below minimum impulse": ("withheld",),
     "propellant depleted": ("starved",),
     "unauthorised": ("stranger", "strangers"),
+    "short-period variation, spread": ("swing", "swings"),
+    "acceleration, coupling term": ("pull", "pulls", "pulled", "push", "pushes", "pushed"),
+    "rate, speed": ("pace", "paces"),
+    "fraction, ratio": ("share", "shares"),
+    "range, extent": ("reach",),
+    "raise": ("lift", "lifts", "lifted"),
 }
 """Term to use -> words that it replaces."""
 
@@ -99,6 +105,20 @@ AMBIGUOUS = frozenset(
         "given",
     }
     | {"listen", "listens", "listening", "silence", "voice", "patience", "stranger", "strangers", "leftover"}
+    | {
+        "pull",
+        "pulls",
+        "pulled",
+        "push",
+        "pushes",
+        "pushed",
+        "share",
+        "shares",
+        "reach",
+        "lift",
+        "lifts",
+        "lifted",
+    }
 )
 """Words of the list that sentences use in their ordinary meaning, too."""
 

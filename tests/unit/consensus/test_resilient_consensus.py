@@ -191,8 +191,8 @@ def test_extrapolated_values_no_older_than_the_look_ahead_stay_within_the_interv
         said = NeighbourPhases(
             *(np.array([value]) for value in (place - NOMINAL * age, NOMINAL + late, -age, 1.0))
         )
-        pull = spec.build().pulls(np.float64(0.0), np.float64(NOMINAL), said, 0.0)[0]
-        reached = -pull / spec.coupling_gain - (ahead + age) * late
+        coupling = spec.build().couplings(np.float64(0.0), np.float64(NOMINAL), said, 0.0)[0]
+        reached = -coupling / spec.coupling_gain - (ahead + age) * late
         assert reached == pytest.approx(place, abs=1e-6)
 
 
@@ -201,14 +201,14 @@ def test_extrapolated_values_no_older_than_the_look_ahead_stay_within_the_interv
     st.lists(st.sampled_from([-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0]), min_size=1, max_size=8),
     st.integers(0, 4),
 )
-def test_up_to_f_are_ignored_on_either_side_and_they_are_the_most_extreme(pulls, liars):
-    pull = np.array(pulls)
-    ignored = outliers(pull, liars)
-    for side in (pull > 0.0, pull < 0.0):
+def test_up_to_f_are_ignored_on_either_side_and_they_are_the_most_extreme(couplings, liars):
+    coupling = np.array(couplings)
+    ignored = outliers(coupling, liars)
+    for side in (coupling > 0.0, coupling < 0.0):
         assert np.sum(ignored & side) == min(liars, np.sum(side))
         if np.any(ignored & side) and np.any(side & ~ignored):
-            assert np.abs(pull[ignored & side]).min() >= np.abs(pull[side & ~ignored]).max()
-    assert not np.any(ignored & (pull == 0.0))
+            assert np.abs(coupling[ignored & side]).min() >= np.abs(coupling[side & ~ignored]).max()
+    assert not np.any(ignored & (coupling == 0.0))
 
 
 def test_without_tolerated_liars_the_law_has_the_bits_of_the_plain_one():

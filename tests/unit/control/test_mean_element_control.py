@@ -27,7 +27,7 @@ from satform.numeric import stacking
 from satform.orbits.chief import KeplerianChief
 from satform.orbits.inertial_motion import NodalElements
 from satform.orbits.path_reference import Reference
-from satform.orbits.predicted_chief import PredictedChief, moved, state_of, swing_of
+from satform.orbits.predicted_chief import PredictedChief, moved, short_period_of, state_of
 from satform.scenario import load_scenario
 
 PERIOD = 6000.0
@@ -124,7 +124,7 @@ def test_at_rest_on_mean_elements_under_j2_it_spends_far_less_than_the_law_of_os
         mean.eccentricity + offset[2:4],
         mean.mean_argument - offset[5] / math.tan(mean.inclination),
     )
-    position, velocity = predicted.at(0.0).frame.to_lvlh(*state_of(moved(deputy, swing_of(deputy))))
+    position, velocity = predicted.at(0.0).frame.to_lvlh(*state_of(moved(deputy, short_period_of(deputy))))
 
     def reference(time):
         argument = predicted.at(time).mean.mean_argument

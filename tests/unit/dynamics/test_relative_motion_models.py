@@ -18,7 +18,7 @@ MOTION = 1e-4
 RADIANS = brahe.AngleFormat.RADIANS
 
 anomalies = st.floats(-math.pi, math.pi)
-shares = st.floats(-2.0, 2.0)
+fractions = st.floats(-2.0, 2.0)
 
 
 def chief_of(eccentricity: float, anomaly: float) -> KeplerianChief:
@@ -65,7 +65,7 @@ def test_yamanaka_ankersen_differs_from_two_body_motion_by_the_square_of_the_dis
 
 
 @settings(max_examples=50, deadline=None)
-@given(st.floats(0.0, 0.9), anomalies, shares, shares, shares)
+@given(st.floats(0.0, 0.9), anomalies, fractions, fractions, fractions)
 def test_transitions_compose(e: float, anomaly: float, first: float, second: float, third: float) -> None:
     chief = chief_of(e, anomaly)
     begin, middle, end = (share * chief.period for share in (first, second, third))
@@ -82,7 +82,7 @@ def test_transitions_compose(e: float, anomaly: float, first: float, second: flo
 
 
 @settings(max_examples=50, deadline=None)
-@given(anomalies, shares, shares)
+@given(anomalies, fractions, fractions)
 def test_about_a_circular_orbit_it_is_clohessy_wiltshire(anomaly: float, start: float, end: float) -> None:
     chief = chief_of(0.0, anomaly)
     times = start * chief.period, end * chief.period

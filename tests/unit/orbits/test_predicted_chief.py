@@ -14,7 +14,7 @@ from satform.orbits.chief import KeplerianChief
 from satform.orbits.earth import EQUATORIAL_RADIUS, OBLATENESS
 from satform.orbits.inertial_motion import NodalElements, elements_between, nodal_elements
 from satform.orbits.j2_elements import secular_rates
-from satform.orbits.predicted_chief import PredictedChief, moved, nodal_of, state_of, swing_of
+from satform.orbits.predicted_chief import PredictedChief, moved, nodal_of, short_period_of, state_of
 
 AXIS = 7.0e6
 RADIANS = brahe.AngleFormat.RADIANS
@@ -54,7 +54,7 @@ def test_about_a_circle_the_short_period_effect_is_that_of_closed_form(inclinati
     """Gauss's equations on a circle, integrated by hand; k = 3/2 J2 (R/a)^2."""
     k = 1.5 * OBLATENESS * (EQUATORIAL_RADIUS / AXIS) ** 2
     s2 = math.sin(inclination) ** 2
-    found = swing_of(nodal_of(orbit(0.0, inclination, argument - 0.7)))
+    found = short_period_of(nodal_of(orbit(0.0, inclination, argument - 0.7)))
     assert found == pytest.approx(
         k
         * np.array(
@@ -139,7 +139,7 @@ def test_mean_relative_elements_do_not_swing_under_j2(eccentricity, inclination)
     times = np.linspace(60.0, 2.0 * chief.period, 60)
     predicted = PredictedChief.of(chief, oblate=True)
     beside = by_distance(predicted.at(0.0).mean)
-    both = [nodal_of(chief), moved(beside, swing_of(beside))]
+    both = [nodal_of(chief), moved(beside, short_period_of(beside))]
     tracks = [flown(np.concatenate(state_of(one)), times) for one in both]
     pairs = [[nodal_elements(state) for state in moment] for moment in zip(*tracks, strict=True)]
     osculating = np.array([elements_between(*pair) for pair in pairs])

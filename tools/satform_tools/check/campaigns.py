@@ -56,8 +56,8 @@ def warnings(campaign: Campaign, tree: object, file: str) -> list[Problem]:
     for index, sentence in without_effect(campaign):
         found.append(_about(index, sentence, tree, file))
     for index, sentence in decided_before(campaign):
-        place = ("expect", index)
-        found.append(Problem(file, line_of(place, tree), f"expect[{index}]", sentence))
+        path = ("expect", index)
+        found.append(Problem(file, line_of(path, tree), f"expect[{index}]", sentence))
     runs = campaign.cases
     if isinstance(campaign.sampling, SobolSpec) and runs & (runs - 1):
         sentence = (

@@ -81,8 +81,8 @@ def _print(entry: Checked) -> None:
     for problem in entry.problems:
         console.error(str(problem))
     for warning in entry.warnings:
-        place = warning.file if warning.line is None else f"{warning.file}:{warning.line}"
-        console.line(f"{place}: warning: {_text(warning)}", "yellow")
+        location = warning.file if warning.line is None else f"{warning.file}:{warning.line}"
+        console.line(f"{location}: warning: {_text(warning)}", "yellow")
     if not entry.problems:
         console.line(f"{entry.file}: OK", "green")
 

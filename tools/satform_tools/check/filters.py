@@ -49,11 +49,11 @@ def filter_warnings(scenario: Scenario) -> list[str]:
     unknown = unmodelled_acceleration(scenario, estimators)
     found = []
     for index, estimator in estimators.items():
-        pushes, spec = unknown[index], scenario.satellite(index).filter
+        disturbances, spec = unknown[index], scenario.satellite(index).filter
         assert spec is not None  # noqa: S101 - an estimator is built from it
-        expected = max(expected_error_squared(estimator, push) for push in pushes)
+        expected = max(expected_error_squared(estimator, disturbance) for disturbance in disturbances)
         if expected > _CONSISTENT:
-            strength = float(np.max(np.linalg.norm(pushes, axis=-1)))
+            strength = float(np.max(np.linalg.norm(disturbances, axis=-1)))
             found.append(
                 f"filter of {scenario.satellites[index].name}: up to {strength:.3g} m/s^2 act along its "
                 f"orbit that its model, {_MODELS[spec.model]}, does not have; the estimate will be "
@@ -88,27 +88,27 @@ def unmodelled_acceleration(scenario: Scenario, estimators: Mapping[int, Estimat
         state = dynamics.start(
             np.stack([start.position for start in starts]), np.stack([start.velocity for start in starts])
         )
-        pushes: dict[int, list[Array]] = {index: [] for index in estimators}
+        disturbances: dict[int, list[Array]] = {index: [] for index in estimators}
         for step in range(_STEPS):
             before = np.concatenate(dynamics.lvlh(state), axis=-1)
             state = dynamics.advance(state, still, step)
             after = dynamics.lvlh(state)[1]
             for index, estimator in estimators.items():
                 predicted = multiply(estimator.filter.model.over(step).transition, before[index])
-                pushes[index].append((after[index] - predicted[3:]) / timing.step)
-        for index, found in pushes.items():
+                disturbances[index].append((after[index] - predicted[3:]) / timing.step)
+        for index, found in disturbances.items():
             mean, spread = np.mean(found, axis=0), np.std(found, axis=0) / np.sqrt(_STEPS)
             means[index].append(np.where(np.abs(mean) > _NOISE * spread, mean, 0.0))
     return {index: np.array(found) for index, found in means.items()}
 
 
-def expected_error_squared(estimator: Estimator, push: Array) -> float:
+def expected_error_squared(estimator: Estimator, disturbance: Array) -> float:
     """Normalised squared bias that a steady unknown acceleration gives a steady filter.
 
     Args:
         estimator: of one satellite; a model that changes along the chief's orbit is taken as it is at the
             start.
-        push: m/s^2, LVLH, shape (3,).
+        disturbance: m/s^2, LVLH, shape (3,).
 
     Returns:
         What the bias adds to the 6 of a consistent filter.
@@ -132,5 +132,5 @@ def expected_error_squared(estimator: Estimator, push: Array) -> float:
         covariance = updated
         if change < _STILL:
             break
-    bias = np.linalg.solve(np.eye(6) - left @ transition, left @ response @ push)
+    bias = np.linalg.solve(np.eye(6) - left @ transition, left @ response @ disturbance)
     return float(bias @ np.linalg.solve(covariance, bias))

@@ -68,7 +68,7 @@ def expected_errors(scenario: Scenario) -> list[ExpectedError]:
     """Expected error of each model for each satellite; empty where the truth is about no orbit.
 
     Each begins where its plan begins, at the planned velocity where that is free motion and else on the
-    closed ellipse through that place.
+    closed ellipse through that position.
     """
     if _gravity(scenario) == "none":
         return []
@@ -178,9 +178,9 @@ def _circular_model_warnings(scenario: Scenario, entries: list[ExpectedError]) -
         advice += f", and by {oblate:.3g} m more by J2" if oblate > 0.0 else ""
     else:
         advice = "no linear model fits at this distance"
-    place = "dynamics.chief.eccentricity" if scenario.orbit.chief is None else "orbit.chief"
+    field = "dynamics.chief.eccentricity" if scenario.orbit.chief is None else "orbit.chief"
     return [
-        f"{place}: the CW equations about a circular chief orbit are the model of "
+        f"{field}: the CW equations about a circular chief orbit are the model of "
         f"{' and '.join(users)}; with this eccentricity of {chief_orbit(scenario).eccentricity:g} the CW "
         f"motion of {_worst(far, circular=True)}; {advice}"
     ]

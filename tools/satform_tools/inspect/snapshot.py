@@ -111,16 +111,15 @@ def as_renderable(frame: Frame) -> Any:
 
 
 def _head(frame: Frame) -> str:
-    share = f" ({100 * frame.step // frame.last_step} %)" if frame.last_step else ""
-    pace = ""
+    percentage = f" ({100 * frame.step // frame.last_step} %)" if frame.last_step else ""
+    speed = ""
     if not math.isnan(frame.steps_per_second):
-        pace = f", {frame.steps_per_second:,.0f} steps/s"
+        speed = f", {frame.steps_per_second:,.0f} steps/s"
         if frame.step:
             factor = frame.steps_per_second * frame.time / frame.step
-            pace += f", {factor:,.{0 if factor >= 10 else 2}f} x real time"
-    return (
-        f"{frame.title}: {frame.phase}, step {frame.step} of {frame.last_step}{share}, {frame.time:g} s{pace}"
-    )
+            speed += f", {factor:,.{0 if factor >= 10 else 2}f} x real time"
+    step = f"step {frame.step} of {frame.last_step}{percentage}"
+    return f"{frame.title}: {frame.phase}, {step}, {frame.time:g} s{speed}"
 
 
 def _table(frame: Frame) -> Table:

@@ -215,19 +215,19 @@ def _print_speed(result: RunResult) -> None:
     speed = result.speed
     start = f", start {speed.start_seconds:.2f} s" if speed.start_seconds else ""
     took = f"{speed.steps} steps in {speed.seconds:.2f} s{start}"
-    console.line(f"{progress.pace(result.scenario, speed.steps_per_second)} ({took})")
-    shares = speed.shares()
+    console.line(f"{progress.speed_text(result.scenario, speed.steps_per_second)} ({took})")
+    fractions = speed.fractions()
     # The parts are not measured in a flight that ended early.
-    if shares and result.complete:
-        console.line(_shares_text(speed, shares))
+    if fractions and result.complete:
+        console.line(_fractions_text(speed, fractions))
     if speed.ping_pong_seconds is not None:
         console.line(f"round trip of an empty message: {1e6 * speed.ping_pong_seconds:.0f} us")
 
 
-def _shares_text(speed: Speed, shares: dict[str, float]) -> str:
+def _fractions_text(speed: Speed, fractions: dict[str, float]) -> str:
     step = 1e6 * speed.seconds / speed.steps
     parts = [("DDS and waiting", "dds"), ("plant", "plant"), ("slowest satellite", "slowest_satellite")]
     listed = ", ".join(
-        f"{name} {100 * shares[key]:.0f} % ({step * shares[key]:.0f} us)" for name, key in parts
+        f"{name} {100 * fractions[key]:.0f} % ({step * fractions[key]:.0f} us)" for name, key in parts
     )
     return f"step of {step:.0f} us: {listed}"

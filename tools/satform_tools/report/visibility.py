@@ -85,10 +85,10 @@ def chart(found: Timeline | None, names: tuple[str, ...], unit: Unit) -> list[Ch
         return []
     ordered = sorted(rows, key=lambda row: (names.index(row[0]), row[1], row[2]))
     lines = []
-    for place, key in enumerate(ordered):
+    for row, key in enumerate(ordered):
         satellite, kind, other = key
         time = np.array([moment for own in rows[key] for moment in (own.begin, own.end, own.end)])
-        bars = np.array([value for _ in rows[key] for value in (float(place), float(place), math.nan)])
+        bars = np.array([value for _ in rows[key] for value in (float(row), float(row), math.nan)])
         what = {"penumbra": "eclipse", "blocked": f"no sight of {other}"}.get(kind, other)
         lines.append(Line(f"{satellite}: {what}", time / unit.size, bars, names.index(satellite)))
     note = "Eclipses: with the penumbra. Contacts: above the station's elevation mask."

@@ -91,13 +91,13 @@ def approach(task: ApproachTask, *, as_json: bool) -> None:
     if task.step is not None and not task.step > 0.0:
         raise CommandError(f"--step {task.step:g}: a control step takes a positive time")
     legs = [_leg(text) for text in task.points]
-    push = None if task.acceleration is None else _numbers("--acceleration", task.acceleration, 3)
+    acceleration = None if task.acceleration is None else _numbers("--acceleration", task.acceleration, 3)
     try:
         plan = plan_tour(
             _motion(task.start),
             legs,
             2.0 * math.pi / task.period,
-            None if push is None else np.array(push),
+            None if acceleration is None else np.array(acceleration),
             task.step or 0.0,
             _coasts(task),
         )

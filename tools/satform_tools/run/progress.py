@@ -29,10 +29,10 @@ def displayed(scenario: Scenario) -> Iterator[Report]:
     """
 
     def line(done: int, total: int, speed: float) -> str:
-        return f"{done} of {total} steps ({100 * done // total} %), {pace(scenario, speed)}"
+        return f"{done} of {total} steps ({100 * done // total} %), {speed_text(scenario, speed)}"
 
     with bar_or_lines(
-        scenario.name, scenario.timing.steps, line, lambda speed: pace(scenario, speed)
+        scenario.name, scenario.timing.steps, line, lambda speed: speed_text(scenario, speed)
     ) as report:
         yield report
 
@@ -65,7 +65,7 @@ def bar_or_lines(
         yield Throttled(lambda done, total, speed: note(f"{name}: {line(done, total, speed)}"), LINE_PERIOD)
 
 
-def pace(scenario: Scenario, steps_per_second: float) -> str:
+def speed_text(scenario: Scenario, steps_per_second: float) -> str:
     """Speed of a run as text."""
     factor = steps_per_second * scenario.timing.step
     return f"{steps_per_second:,.0f} steps/s, {factor:,.{0 if factor >= 10 else 2}f} x real time"

@@ -62,7 +62,7 @@ class Speed:
         """Simulated seconds each second of wall-clock time."""
         return self.steps_per_second * self.step_length
 
-    def shares(self) -> dict[str, float]:
+    def fractions(self) -> dict[str, float]:
         """Fractions of the step: the plant, the slowest satellite, and the rest, which is DDS and waiting."""
         if self.plant_seconds is None or self.seconds <= 0.0:
             return {}
@@ -174,7 +174,7 @@ class RunResult:
                 **asdict(self.speed),
                 "steps_per_second": self.speed.steps_per_second,
                 "real_time_factor": self.speed.real_time_factor,
-                "shares": self.speed.shares(),
+                "shares": self.speed.fractions(),
             },
             "versions": versions(),
         }

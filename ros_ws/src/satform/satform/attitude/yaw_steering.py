@@ -84,7 +84,7 @@ def sight_triad(line_of_sight: Jet, sun: Array) -> tuple[Jet, Jet, Jet, Jet, Jet
         return first, second, third, scalar_product(to_sun, first), scalar_product(to_sun, third)
     second = _chosen(near, _near_sun(first, normal, squared, sun), _regular(normal, squared, near))
     third = vector_product(first, second)
-    across = _chosen(near, _lifted(squared), scalar_product(to_sun, third))
+    across = _chosen(near, _away_from_zero(squared), scalar_product(to_sun, third))
     return first, second, third, scalar_product(to_sun, first), across
 
 
@@ -102,9 +102,9 @@ def _near_sun(first: Jet, normal: Jet, squared: Jet, sun: Array) -> Jet:
     aside = math.cos(1.0) * aside + math.sin(1.0) * cross(np.broadcast_to(sun, aside.shape), aside)
     fixed = constant(np.broadcast_to(aside, first.value.shape))
     steady = _steady(first, fixed, squared)
-    share = _step_up(squared)
+    fraction = _step_up(squared)
     outside = _regular(normal, squared, squared.value < _CORE)
-    blend = outside * share.along() + steady * (constant(np.ones_like(share.value)) - share).along()
+    blend = outside * fraction.along() + steady * (constant(np.ones_like(fraction.value)) - fraction).along()
     length = scalar_product(blend, blend)
     lost = length.value < _LEAST_SQUARE
     safe = _chosen(lost, constant(np.ones_like(length.value)), length)
@@ -131,7 +131,7 @@ def _step_up(squared: Jet) -> Jet:
     return _function(squared, value, slope, bend)
 
 
-def _lifted(squared: Jet) -> Jet:
+def _away_from_zero(squared: Jet) -> Jet:
     """The sun's component along the third axis, kept away from zero near the sun.
 
     Outside it is less the root of `squared`; inside a polynomial that goes over into it with two

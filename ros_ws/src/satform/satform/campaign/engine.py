@@ -152,11 +152,11 @@ def chunk_size(cases: int, workers: int, satellites: int, series_bytes: int = 0)
     # Fewer chunks where more would have stacks narrower than WIDE_STACK; the same number for every worker.
     wide = workers * math.ceil(WIDE_STACK / max(1, satellites))
     rounds = max(1, min(CHUNKS_PER_WORKER, cases // wide))
-    share = math.ceil(cases / (rounds * workers))
+    chunk = math.ceil(cases / (rounds * workers))
     most = min(
         MOST_CASES_OF_CHUNK, MOST_SATELLITES // max(1, satellites), MOST_SERIES_BYTES // max(1, series_bytes)
     )
-    return max(1, min(share, most))
+    return max(1, min(chunk, most))
 
 
 @dataclass

@@ -92,19 +92,21 @@ class ArcLengthConsensus:
         own = -self.tracking_gain * (rate - nominal_rate)
         if neighbour_states.arc_length.shape[-1] == 0:
             return own
-        weighted = self.weighted_pulls(arc_length, rate, neighbour_states, time)
+        weighted = self.weighted_couplings(arc_length, rate, neighbour_states, time)
         # An accumulation adds strictly one after another, which a sum over an axis does not promise.
         change: Array = own - np.add.accumulate(weighted, axis=-1)[..., -1]
         return change
 
-    def weighted_pulls(
+    def weighted_couplings(
         self, arc_length: Array, rate: Array, neighbour_states: NeighbourPhases, time: float
     ) -> Array:
         """Weighted coupling term of each neighbour, subtracted from deta/dt, m/s^2, shape (..., K)."""
-        weighted: Array = neighbour_states.weight * self.pulls(arc_length, rate, neighbour_states, time)
+        weighted: Array = neighbour_states.weight * self.couplings(arc_length, rate, neighbour_states, time)
         return weighted
 
-    def pulls(self, arc_length: Array, rate: Array, neighbour_states: NeighbourPhases, time: float) -> Array:
+    def couplings(
+        self, arc_length: Array, rate: Array, neighbour_states: NeighbourPhases, time: float
+    ) -> Array:
         """Coupling term of each neighbour before weighting; positive values decelerate the satellite.
 
         Args:
@@ -121,8 +123,8 @@ class ArcLengthConsensus:
             neighbour = neighbour + (time - neighbour_states.stamp) * neighbour_states.rate
         behind = column(arc_length) - neighbour
         slower = column(rate) - neighbour_states.rate
-        pull: Array = column(self.coupling_gain) * behind + column(self.rate_gain) * slower
-        return pull
+        coupling: Array = column(self.coupling_gain) * behind + column(self.rate_gain) * slower
+        return coupling
 
 
 def propagate(arc_length: Array, rate: Array, rate_change: Array, duration: float) -> tuple[Array, Array]:

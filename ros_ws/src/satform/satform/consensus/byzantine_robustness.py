@@ -98,9 +98,9 @@ def robustness(graph: Graph) -> Robustness:
         return Robustness(1, (1,))
     in_edges = _in_edges_from_outside(graph)
     # A set is as reachable as its most reachable member; the empty set belongs to no pair.
-    reach = in_edges.max(axis=0)
-    reach[0] = count
-    r = int(_smallest_over_pairs(np.maximum, reach))
+    reachable = in_edges.max(axis=0)
+    reachable[0] = count
+    r = int(_smallest_over_pairs(np.maximum, reachable))
     return Robustness(r, tuple(_largest_s(in_edges, value) for value in range(1, r + 1)))
 
 

@@ -39,12 +39,12 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
 
     Attributes:
         tolerated_byzantine: F, how many in-neighbours of a satellite may be Byzantine. Up to F neighbours
-            that pull it forward and up to F that pull it back are discarded.
+            that accelerate it and up to F that slow it down are discarded.
     """
 
     tolerated_byzantine: int = 0
 
-    def weighted_pulls(
+    def weighted_couplings(
         self, arc_length: Array, rate: Array, neighbour_states: NeighbourPhases, time: float
     ) -> Array:
         """Coupling term of each neighbour, m/s^2, shape (..., K); 0 for those that are discarded.
@@ -57,32 +57,32 @@ class ResilientArcLengthConsensus(ArcLengthConsensus):
         """
         # Extreme values of a Byzantine neighbour overflow; the result is not used.
         with np.errstate(over="ignore", invalid="ignore"):
-            pull = self.pulls(arc_length, rate, neighbour_states, time)
-        pull = np.where((neighbour_states.weight > 0.0) & np.isfinite(pull), pull, 0.0)
+            coupling = self.couplings(arc_length, rate, neighbour_states, time)
+        coupling = np.where((neighbour_states.weight > 0.0) & np.isfinite(coupling), coupling, 0.0)
         weighted: Array = neighbour_states.weight * np.where(
-            outliers(pull, self.tolerated_byzantine), 0.0, pull
+            outliers(coupling, self.tolerated_byzantine), 0.0, coupling
         )
         return weighted
 
 
-def outliers(pull: Array, tolerated_byzantine: int) -> NDArray[np.bool_]:
+def outliers(coupling: Array, tolerated_byzantine: int) -> NDArray[np.bool_]:
     """Which neighbours a satellite discards: those with the largest coupling terms, up to F of each sign.
 
     Terms of zero are never discarded and may be padding. Of equal terms at the limit, the first are
     discarded among the negative and the last among the positive ones.
 
     Args:
-        pull: of each neighbour, in any unit, shape (..., K).
+        coupling: of each neighbour, in any unit, shape (..., K).
         tolerated_byzantine: F, how many of each sign are discarded.
 
     Returns:
         True for those discarded, shape (..., K).
     """
-    count = pull.shape[-1]
-    order = np.argsort(pull, axis=-1, kind="stable")
+    count = coupling.shape[-1]
+    order = np.argsort(coupling, axis=-1, kind="stable")
     rank = np.argsort(order, axis=-1, kind="stable")
-    lowest = (rank < tolerated_byzantine) & (pull < 0.0)
-    highest = (rank >= count - tolerated_byzantine) & (pull > 0.0)
+    lowest = (rank < tolerated_byzantine) & (coupling < 0.0)
+    highest = (rank >= count - tolerated_byzantine) & (coupling > 0.0)
     either: NDArray[np.bool_] = lowest | highest
     return either
 

@@ -79,10 +79,10 @@ def sampled_modes(eigenvalues: Array | Complex, gains: Gains, step: float) -> Ar
     """
     modes = np.asarray(eigenvalues, dtype=np.complex128)
     free = np.abs(modes) <= _FREE * max(1.0, float(np.max(np.abs(modes), initial=0.0)))
-    pull, damping = gains.coupling * modes, gains.tracking + gains.rate * modes
+    stiffness, damping = gains.coupling * modes, gains.tracking + gains.rate * modes
     # Transition [[1 - p h^2 / 2, h - d h^2 / 2], [-p h, 1 - d h]]: its trace and determinant.
-    half_trace = 1.0 - 0.5 * step * damping - 0.25 * step * step * pull
-    determinant = 1.0 - step * damping + 0.5 * step * step * pull
+    half_trace = 1.0 - 0.5 * step * damping - 0.25 * step * step * stiffness
+    determinant = 1.0 - step * damping + 0.5 * step * step * stiffness
     spread = np.sqrt(half_trace * half_trace - determinant)
     radius: Array = np.maximum(np.abs(half_trace + spread), np.abs(half_trace - spread))
     return np.where(free, abs(1.0 - step * gains.tracking), radius)

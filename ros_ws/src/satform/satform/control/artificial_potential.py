@@ -104,24 +104,24 @@ class DistanceField:
         apart, closing = neighbour.position, neighbour.velocity
         margin, wanted = self._margins(apart)
         if self.barrier:
-            share = wanted / margin
-            ratio = share * share
+            fraction = wanted / margin
+            ratio = fraction * fraction
             stretch, bend = 1.0 - ratio, 4.0 * ratio / margin
             # Inside the safe distance the velocity is at its limit anyway; it is to turn round at the
-            # neighbour's own place at a finite rate.
+            # neighbour's own position at a finite rate.
             steepest = -_STEEPEST * self.speed_limit / (2.0 * self.slope * self.safe_distance)
             bend = np.where(stretch < steepest, 0.0, bend)
             stretch = np.maximum(stretch, steepest)
         else:
             stretch, bend = margin / wanted - 1.0, 2.0 / wanted
         stretch = (2.0 * self.slope * stretch)[..., None]
-        pull = stretch * apart
-        pull_rate = stretch * closing + (2.0 * self.slope * bend * dot(apart, closing))[..., None] * apart
+        gradient = stretch * apart
+        gradient_rate = stretch * closing + (2.0 * self.slope * bend * dot(apart, closing))[..., None] * apart
         limit = self.speed_limit * self.speed_limit
-        growth = np.sqrt(1.0 + dot(pull, pull) / limit)
-        shrink = (dot(pull, pull_rate) / (limit * growth * growth * growth))[..., None]
-        velocity = self.common_velocity - pull / growth[..., None]
-        return Guidance(velocity, pull * shrink - pull_rate / growth[..., None])
+        growth = np.sqrt(1.0 + dot(gradient, gradient) / limit)
+        shrink = (dot(gradient, gradient_rate) / (limit * growth * growth * growth))[..., None]
+        velocity = self.common_velocity - gradient / growth[..., None]
+        return Guidance(velocity, gradient * shrink - gradient_rate / growth[..., None])
 
     def _margins(self, relative_position: Array) -> tuple[Array, Array]:
         """Squared distances beyond the safe one: now (kept positive) and wanted, m^2."""

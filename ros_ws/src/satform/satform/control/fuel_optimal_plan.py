@@ -205,11 +205,11 @@ def _motion_rows(rows: _Rows, problem: FuelProblem, columns: _Columns) -> None:
 
 
 def _limit_rows(rows: _Rows, problem: FuelProblem, columns: _Columns) -> None:
-    """All pushes are within 0 and the limit, and all excess is positive."""
-    pushes = np.concatenate((columns.up.ravel(), columns.down.ravel()))
+    """All accelerations are within 0 and the limit, and all excess is positive."""
+    accelerations = np.concatenate((columns.up.ravel(), columns.down.ravel()))
     limits = np.tile(problem.limit, 2 * len(columns.up))
-    rows.add([(pushes[:, None], np.ones((len(pushes), 1)))], limits)
-    positive = np.concatenate((pushes, columns.excess.ravel(), columns.depth.ravel()))
+    rows.add([(accelerations[:, None], np.ones((len(accelerations), 1)))], limits)
+    positive = np.concatenate((accelerations, columns.excess.ravel(), columns.depth.ravel()))
     rows.add([(positive[:, None], -np.ones((len(positive), 1)))], np.zeros(len(positive)))
 
 

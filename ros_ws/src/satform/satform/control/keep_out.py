@@ -56,13 +56,13 @@ class KeepOut:
         depth: Array = np.where(self.radius > 0.0, self.radius - distance, -plane)
         return depth
 
-    def turning(self, start: Array, goals: Array, share: Array) -> Array:
+    def turning(self, start: Array, goals: Array, fraction: Array) -> Array:
         """Normals that turn at a constant rate from the start's direction to the goal's, before a first plan.
 
         Args:
             start: position now, LVLH, m, shape (3,).
             goals: desired position at the end of each interval, LVLH, m, shape (N, 3).
-            share: how much of the turn is made in each interval, 0 to 1, shape (N,).
+            fraction: how much of the turn is made in each interval, 0 to 1, shape (N,).
 
         Returns:
             Unit normals, shape (N, K, 3).
@@ -73,7 +73,7 @@ class KeepOut:
             first = _direction(counted * (start - centre), counted)
             for step, goal in enumerate(goals):
                 last = _direction(counted * (goal - centre), counted)
-                found[step, region] = _between(first, last, float(share[step]), counted)
+                found[step, region] = _between(first, last, float(fraction[step]), counted)
         return found
 
     def along(self, positions: Array) -> Array:
@@ -95,8 +95,8 @@ class KeepOut:
             for step in range(len(apart) - 1):
                 chord = apart[step + 1] - apart[step]
                 length = float(dot(chord, chord))
-                share = -float(dot(apart[step], chord)) / length if length > 0.0 else 0.0
-                nearest = apart[step] + min(1.0, max(0.0, share)) * chord
+                fraction = -float(dot(apart[step], chord)) / length if length > 0.0 else 0.0
+                nearest = apart[step] + min(1.0, max(0.0, fraction)) * chord
                 found[step, region] = _direction(nearest, counted)
         return found
 
@@ -122,8 +122,8 @@ def _direction(vector: Array, counted: Array) -> Array:
     return np.asarray(np.eye(3)[int(np.argmax(counted))], dtype=np.float64)
 
 
-def _between(first: Array, last: Array, share: float, counted: Array) -> Array:
-    """The unit vector that has turned by a share of the angle from one unit vector to another."""
+def _between(first: Array, last: Array, fraction: float, counted: Array) -> Array:
+    """The unit vector that has turned by a fraction of the angle from one unit vector to another."""
     cosine = min(1.0, max(-1.0, float(dot(first, last))))
     across = last - cosine * first
     if float(np.sqrt(dot(across, across))) < _NO_DIRECTION:
@@ -132,7 +132,7 @@ def _between(first: Array, last: Array, share: float, counted: Array) -> Array:
         # Opposite: turn over the counted axis that is furthest from the first direction.
         axis = int(np.argmin(np.where(counted > 0.0, np.abs(first), np.inf)))
         across = np.eye(3)[axis] - first[axis] * first
-    angle = share * float(np.arccos(cosine))
+    angle = fraction * float(np.arccos(cosine))
     turned = np.cos(angle) * first + np.sin(angle) * _direction(across, counted)
     return np.asarray(turned)
 

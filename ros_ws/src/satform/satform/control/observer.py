@@ -146,9 +146,9 @@ class Observed:
         duration = (gap.count + 1) * gap.length
         remaining = self.held_errors(duration)[..., None]
         miss = gap.motion.position - position
-        share = 1.0 - remaining
+        corrected = 1.0 - remaining
         position = position + (1.0 - remaining * remaining) * miss
-        velocity = velocity + (share * share / duration) * miss
+        velocity = velocity + (corrected * corrected / duration) * miss
         law = memory.law
         if law is not None:
             law = self.law.resume(law, replace(gap, motion=Motion(position, velocity)))

@@ -28,12 +28,12 @@ class _Stretch:
 
     Attributes:
         transition: A, shape (..., m, m).
-        reach: G, likewise.
+        gramian: G, likewise.
         cost: H, likewise.
     """
 
     transition: Array
-    reach: Array
+    gramian: Array
     cost: Array
 
     def then(self, later: "_Stretch") -> "_Stretch":
@@ -41,17 +41,17 @@ class _Stretch:
         size = self.transition.shape[-1]
         identity = np.eye(size)
         # (I + G1 H2)^-1 applied to what follows it.
-        between = identity + self.reach @ later.cost
+        between = identity + self.gramian @ later.cost
         carried = np.linalg.solve(between, self.transition)
-        reached = np.linalg.solve(between, self.reach @ _transposed(later.transition))
+        gramian_ahead = np.linalg.solve(between, self.gramian @ _transposed(later.transition))
         return _Stretch(
             transition=later.transition @ carried,
-            reach=_symmetric(later.reach + later.transition @ reached),
+            gramian=_symmetric(later.gramian + later.transition @ gramian_ahead),
             cost=_symmetric(self.cost + _transposed(self.transition) @ later.cost @ carried),
         )
 
     def __getitem__(self, rows: slice) -> "_Stretch":
-        return _Stretch(self.transition[rows], self.reach[rows], self.cost[rows])
+        return _Stretch(self.transition[rows], self.gramian[rows], self.cost[rows])
 
     def __len__(self) -> int:
         return len(self.transition)
@@ -74,15 +74,15 @@ def periodic_gain(transition: Array, effect: Array, state_cost: Array, command_c
 
     Source: Bittanti & Colaneri, Periodic Systems: Filtering and Control, ch. 13; doubling: Anderson 1978.
     """
-    reach = effect @ np.linalg.solve(command_cost, _transposed(effect))
-    period = _in_turn(_Stretch(transition, _symmetric(reach), state_cost))
+    gramian = effect @ np.linalg.solve(command_cost, _transposed(effect))
+    period = _in_turn(_Stretch(transition, _symmetric(gramian), state_cost))
     after = _limit(period)
     gains = np.empty((len(transition), effect.shape[-1], transition.shape[-1]))
     cost = after
     for step in reversed(range(len(transition))):
         ahead, held = transition[step], effect[step]
-        pulled = held.T @ cost
-        gains[step] = np.linalg.solve(command_cost[step] + pulled @ held, pulled @ ahead)
+        weighted = held.T @ cost
+        gains[step] = np.linalg.solve(command_cost[step] + weighted @ held, weighted @ ahead)
         cost = _symmetric(state_cost[step] + ahead.T @ cost @ (ahead - held @ gains[step]))
     if not np.max(np.abs(cost - after)) <= _SAME * np.max(np.abs(after)):
         raise ValueError("the periodic Riccati equation does not converge for these weights")
@@ -112,10 +112,10 @@ def _in_turn(steps: _Stretch) -> _Stretch:
         pairs, rest = steps[0:even:2].then(steps[1:even:2]), steps[even:]
         steps = _Stretch(
             np.concatenate((pairs.transition, rest.transition)),
-            np.concatenate((pairs.reach, rest.reach)),
+            np.concatenate((pairs.gramian, rest.gramian)),
             np.concatenate((pairs.cost, rest.cost)),
         )
-    return _Stretch(steps.transition[0], steps.reach[0], steps.cost[0])
+    return _Stretch(steps.transition[0], steps.gramian[0], steps.cost[0])
 
 
 def _limit(period: _Stretch) -> Array:

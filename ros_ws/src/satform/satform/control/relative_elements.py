@@ -70,14 +70,18 @@ def elements_from_motion(motion: Motion, mean_motion: Array, argument: Array) ->
     Source: D'Amico & Montenbruck 2006: relative eccentricity and inclination vectors.
     """
     x, y, z = motion.position[..., 0], motion.position[..., 1], motion.position[..., 2]
-    swing = motion.velocity / np.asarray(mean_motion)[..., None]
+    scaled_velocity = motion.velocity / np.asarray(mean_motion)[..., None]
     cosine, sine = np.cos(argument), np.sin(argument)
-    ahead = 3.0 * x + 2.0 * swing[..., 1]
+    ahead = 3.0 * x + 2.0 * scaled_velocity[..., 1]
     return RelativeElements(
         semi_major_axis=x + ahead,
-        mean_longitude=y - 2.0 * swing[..., 0],
-        eccentricity=joined(ahead * cosine + swing[..., 0] * sine, ahead * sine - swing[..., 0] * cosine),
-        inclination=joined(z * sine + swing[..., 2] * cosine, swing[..., 2] * sine - z * cosine),
+        mean_longitude=y - 2.0 * scaled_velocity[..., 0],
+        eccentricity=joined(
+            ahead * cosine + scaled_velocity[..., 0] * sine, ahead * sine - scaled_velocity[..., 0] * cosine
+        ),
+        inclination=joined(
+            z * sine + scaled_velocity[..., 2] * cosine, scaled_velocity[..., 2] * sine - z * cosine
+        ),
     )
 
 
@@ -100,8 +104,8 @@ def motion_from_elements(elements: RelativeElements, mean_motion: Array, argumen
     ahead, outward = ex * cosine + ey * sine, ex * sine - ey * cosine
     axis = elements.semi_major_axis
     position = (axis - ahead, elements.mean_longitude + 2.0 * outward, ix * sine - iy * cosine)
-    swing = (outward, 2.0 * ahead - 1.5 * axis, ix * cosine + iy * sine)
-    return Motion(joined(*position), joined(*swing) * np.asarray(mean_motion)[..., None])
+    scaled_velocity = (outward, 2.0 * ahead - 1.5 * axis, ix * cosine + iy * sine)
+    return Motion(joined(*position), joined(*scaled_velocity) * np.asarray(mean_motion)[..., None])
 
 
 def secular_drift(semi_major_axis: float, inclination: float) -> Array:
@@ -183,14 +187,14 @@ class ElementControl(Memoryless):
         """
         position = motion.position - reference.position
         velocity = motion.velocity - reference.velocity
-        swing = velocity / self.mean_motion[..., None]
-        ahead = 3.0 * position[..., 0] + 2.0 * swing[..., 1]
-        longitude = position[..., 1] - 2.0 * swing[..., 0]
+        scaled_velocity = velocity / self.mean_motion[..., None]
+        ahead = 3.0 * position[..., 0] + 2.0 * scaled_velocity[..., 1]
+        longitude = position[..., 1] - 2.0 * scaled_velocity[..., 0]
         wanted_axis = longitude * (self.longitude_rate / (1.5 * self.mean_motion))
         axis_error = position[..., 0] + ahead - wanted_axis
         along = 2.0 * self.mean_motion * (axis_error + ahead)
-        push = joined(velocity[..., 0], along, velocity[..., 2])
-        acceleration = -self.gain[..., None] * push
+        feedback = joined(velocity[..., 0], along, velocity[..., 2])
+        acceleration = -self.gain[..., None] * feedback
         if self.feedforward:
             acceleration = acceleration + holding_acceleration(reference, self.natural)
         return Action(acceleration, np.zeros_like(acceleration))

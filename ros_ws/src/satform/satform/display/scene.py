@@ -117,7 +117,7 @@ class Scene:
             trail_points: how many pictures a trail reaches back, unless there are very many satellites.
         """
         count = len(plan.names)
-        share = max(TRAIL_POINTS // count, FEWEST_TRAIL_POINTS)
+        length = max(TRAIL_POINTS // count, FEWEST_TRAIL_POINTS)
         self.names = plan.names
         self.interval = picture_interval(plan, snapshots_per_period)
         self._step_length = plan.step
@@ -128,7 +128,7 @@ class Scene:
         self._positions: dict[int, tuple[int, Array, Array]] = {}
         self._turned: dict[int, tuple[float, Array]] = {}
         self._published: dict[int, float] = {}
-        self._trails: list[deque[Pose]] = [deque(maxlen=min(trail_points, share)) for _ in plan.names]
+        self._trails: list[deque[Pose]] = [deque(maxlen=min(trail_points, length)) for _ in plan.names]
         self._last_picture: int | None = None
 
     @property

@@ -115,8 +115,8 @@ def link_colour(age: float, *, receiver_alive: bool, sender_alive: bool) -> Colo
         return GREY
     if not sender_alive:
         return RED
-    share = min(max((age - FRESH_STEPS) / (STALE_STEPS - FRESH_STEPS), 0.0), 1.0)
+    staleness = min(max((age - FRESH_STEPS) / (STALE_STEPS - FRESH_STEPS), 0.0), 1.0)
     red, green, blue, opacity = (
-        (1.0 - share) * fresh + share * stale for fresh, stale in zip(FRESH, STALE, strict=True)
+        (1.0 - staleness) * fresh + staleness * stale for fresh, stale in zip(FRESH, STALE, strict=True)
     )
     return red, green, blue, opacity

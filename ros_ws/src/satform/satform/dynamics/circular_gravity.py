@@ -47,13 +47,13 @@ class CircularGravity:
         if not self.exact:
             return natural_acceleration(motion).at(position, velocity)
         outward, along, across = self.radius + position[..., 0], position[..., 1], position[..., 2]
-        share = self.radius / np.sqrt(outward * outward + along * along + across * across)
-        pull = motion * motion * (share * share * share)
-        excess = motion * motion - pull
+        radius_ratio = self.radius / np.sqrt(outward * outward + along * along + across * across)
+        attraction = motion * motion * (radius_ratio * radius_ratio * radius_ratio)
+        excess = motion * motion - attraction
         return joined(
             excess * outward + 2.0 * motion * velocity[..., 1],
             excess * along - 2.0 * motion * velocity[..., 0],
-            -(pull * across),
+            -(attraction * across),
         )
 
 

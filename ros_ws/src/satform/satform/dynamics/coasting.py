@@ -101,12 +101,12 @@ class CoastingDynamics(InertialDynamics):
             index = step - arcs[0].first
             return CoastingState(end, arcs[0].motion[index], arcs[0].remainder[index], arcs)
         motion, remainder = np.empty_like(state.motion), np.empty_like(state.remainder)
-        pushed = np.ones(len(coasts), bool)
+        thrusting = np.ones(len(coasts), bool)
         for arc in arcs:
             index = step - arc.first
             motion[:, arc.rows], remainder[:, arc.rows] = arc.motion[index], arc.remainder[index]
-            pushed[arc.rows] = False
-        rows = np.flatnonzero(pushed)
+            thrusting[arc.rows] = False
+        rows = np.flatnonzero(thrusting)
         if rows.size:
             moved = self._by_fixed_step(state, acceleration_lvlh, step, rows[rows > 0])
             begin = 0 if rows[0] == 0 else 1

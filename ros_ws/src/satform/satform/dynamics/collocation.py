@@ -155,9 +155,9 @@ def oblate_gravity(position: Array) -> Array:
     squares = position * position
     z_squared = squares[..., 2]
     inverse = 1.0 / (squares[..., 0] + squares[..., 1] + z_squared)
-    pull = inverse * np.sqrt(inverse) * -GRAVITATIONAL_PARAMETER
-    oblate = inverse * (1.5 * OBLATENESS * EQUATORIAL_RADIUS * EQUATORIAL_RADIUS) * pull
-    radial = pull + oblate - oblate * (5.0 * z_squared * inverse)
+    central = inverse * np.sqrt(inverse) * -GRAVITATIONAL_PARAMETER
+    oblate = inverse * (1.5 * OBLATENESS * EQUATORIAL_RADIUS * EQUATORIAL_RADIUS) * central
+    radial = central + oblate - oblate * (5.0 * z_squared * inverse)
     result: Array = position * radial[..., None]
     result[..., 2] += (oblate + oblate) * position[..., 2]
     return result

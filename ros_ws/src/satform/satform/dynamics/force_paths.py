@@ -75,10 +75,10 @@ def _gravity(force: Gravity, times: Sequence[float]) -> PathForce:
         instants: Sequence[int], position: Array, _velocity: Array, _bodies: Sequence[Body]
     ) -> Array:
         result = np.empty(position.shape)
-        for instant, places, rates in zip(instants, position, result, strict=True):
+        for instant, points, rates in zip(instants, position, result, strict=True):
             matrix = matrices[instant]
-            for row, place in enumerate(places):
-                rates[row] = evaluate(place, matrix, model, degree, order)
+            for row, point in enumerate(points):
+                rates[row] = evaluate(point, matrix, model, degree, order)
         return result
 
     return acceleration
@@ -91,18 +91,18 @@ def _tides(force: ThirdBodies, times: Sequence[float]) -> PathForce:
         chosen.append((brahe.GM_SUN, brahe.sun_position))
     if force.moon:
         chosen.append((brahe.GM_MOON, brahe.moon_position))
-    pulls = []
+    third_bodies = []
     for parameter, position_of in chosen:
-        place = np.array([position_of(force.epoch + time) for time in times])[:, None]
-        pulls.append((parameter, place, central_gravity(place, parameter)))
+        point = np.array([position_of(force.epoch + time) for time in times])[:, None]
+        third_bodies.append((parameter, point, central_gravity(point, parameter)))
 
     def acceleration(
         instants: Sequence[int], position: Array, _velocity: Array, _bodies: Sequence[Body]
     ) -> Array:
         result = np.zeros(position.shape)
-        for parameter, place, on_earth in pulls:
-            # Towards the body, less what it pulls the Earth by.
-            result -= central_gravity(place.take(instants, axis=0) - position, parameter)
+        for parameter, point, on_earth in third_bodies:
+            # Towards the body, less its attraction of the Earth.
+            result -= central_gravity(point.take(instants, axis=0) - position, parameter)
             result += on_earth.take(instants, axis=0)
         return result
 
@@ -119,8 +119,8 @@ def _drag(force: Drag, times: Sequence[float]) -> PathForce:
     ) -> Array:
         dense = np.array(
             [
-                [densities[instant](place) for place in places]
-                for instant, places in zip(instants, position, strict=True)
+                [densities[instant](point) for point in points]
+                for instant, points in zip(instants, position, strict=True)
             ]
         )
         areas = np.array([-0.5 * body.drag_coefficient * body.drag_area / body.mass for body in bodies])
@@ -138,13 +138,13 @@ def _sunlight(force: SolarPressure, times: Sequence[float]) -> PathForce:
         instants: Sequence[int], position: Array, _velocity: Array, bodies: Sequence[Body]
     ) -> Array:
         result = np.empty(position.shape)
-        for instant, places, rates in zip(instants, position, result, strict=True):
+        for instant, points, rates in zip(instants, position, result, strict=True):
             sun = suns[instant]
-            for row, (place, body) in enumerate(zip(places, bodies, strict=True)):
-                push = brahe.accel_solar_radiation_pressure(
-                    place, sun, body.mass, body.reflectivity, body.radiation_area, brahe.P_SUN
+            for row, (point, body) in enumerate(zip(points, bodies, strict=True)):
+                pressure = brahe.accel_solar_radiation_pressure(
+                    point, sun, body.mass, body.reflectivity, body.radiation_area, brahe.P_SUN
                 )
-                rates[row] = brahe.eclipse_conical(place, sun) * push
+                rates[row] = brahe.eclipse_conical(point, sun) * pressure
         return result
 
     return acceleration

@@ -157,16 +157,16 @@ def _nearest(
     """Least distance about an instant, m, shape (...), between offsets in s, under constant acceleration."""
     chief = model.chief
     # Half of the way to the next instant, and a little more.
-    reach = 0.55 * chief.period / _SAMPLES_PER_ORBIT * chief.radius(time) / chief.semi_major_axis
+    half_width = 0.55 * chief.period / _SAMPLES_PER_ORBIT * chief.radius(time) / chief.semi_major_axis
     apart, motion = states[..., :3], states[..., 3:]
-    pull = _product(model.system_matrix(np.array([time]))[0], states)[..., 3:]
+    acceleration = _product(model.system_matrix(np.array([time]))[0], states)[..., 3:]
     ahead = np.zeros(states.shape[:-1])
-    low, high = np.maximum(earliest, -reach), np.minimum(latest, reach)
+    low, high = np.maximum(earliest, -half_width), np.minimum(latest, half_width)
     for _ in range(_NEWTON_STEPS):
-        speed = motion + pull * ahead[..., None]
-        offset = apart + (motion + 0.5 * pull * ahead[..., None]) * ahead[..., None]
-        slope, curvature = dot(offset, speed), dot(speed, speed) + dot(offset, pull)
+        speed = motion + acceleration * ahead[..., None]
+        offset = apart + (motion + 0.5 * acceleration * ahead[..., None]) * ahead[..., None]
+        slope, curvature = dot(offset, speed), dot(speed, speed) + dot(offset, acceleration)
         change = np.where(curvature > 0.0, -slope / np.where(curvature > 0.0, curvature, 1.0), 0.0)
         ahead = np.clip(ahead + change, low, high)
-    there = apart + (motion + 0.5 * pull * ahead[..., None]) * ahead[..., None]
+    there = apart + (motion + 0.5 * acceleration * ahead[..., None]) * ahead[..., None]
     return np.minimum(norm(there), norm(apart))

@@ -45,7 +45,7 @@ def advance_held(
     part = duration / parts
     half = 0.5 * part
 
-    def pushed(offset: float) -> Array:
+    def held_acceleration(offset: float) -> Array:
         return command + (total_perturbation(perturbations, step, offset) if perturbations else 0.0)
 
     for number in range(parts):
@@ -54,7 +54,7 @@ def advance_held(
             (number + 0.5) * part,
             (number + 1.0) * part,
         )
-        begin, middle, end = pushed(begins), pushed(middles), pushed(ends)
+        begin, middle, end = held_acceleration(begins), held_acceleration(middles), held_acceleration(ends)
         first = begin + force(begins, position, velocity)
         second_velocity = velocity + half * first
         second = middle + force(middles, position + half * velocity, second_velocity)

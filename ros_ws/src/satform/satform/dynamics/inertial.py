@@ -93,7 +93,7 @@ class InertialDynamics(Dynamics):
         if isinstance(self.integrator, Adaptive):
             motion = self._adaptive(self.integrator, state.motion, acceleration_lvlh, step)
             return replace(state, time=end, motion=motion)
-        push = _Push(self, acceleration_lvlh, step)
+        thrust = _HeldThrust(self, acceleration_lvlh, step)
 
         def derivative(time: float, motion: Array) -> Array:
             position, velocity = motion
@@ -102,8 +102,8 @@ class InertialDynamics(Dynamics):
             rate[1] = self.forces.acceleration(time, position, velocity, self.bodies)
             if self.keplerian_chief:
                 rate[1, 0] = central_gravity(position[0], gravitational_parameter())
-            if push.acts:
-                rate[1, 1:] += push.inertial(time - begin, position[0], velocity[0])
+            if thrust.acts:
+                rate[1, 1:] += thrust.inertial(time - begin, position[0], velocity[0])
             return rate
 
         motion, remainder = self.integrator.advance(
@@ -131,7 +131,7 @@ class InertialDynamics(Dynamics):
     def _adaptive(self, integrator: Adaptive, motion: Array, command: Array, step: int) -> Array:
         """One satellite after another, so that no step size depends on who else flies."""
         begin, duration = step * self.period, self.period
-        push = _Push(self, command, step)
+        thrust = _HeldThrust(self, command, step)
         result = np.empty_like(motion)
         chief, result[:, 0] = integrator.solve(self._chief_rate, begin, motion[:, 0], duration)
         for row in range(1, motion.shape[1]):
@@ -139,10 +139,10 @@ class InertialDynamics(Dynamics):
 
             def rate(time: float, one: Array, body: Sequence[Body] = body, row: int = row) -> Array:
                 acceleration = self.forces.acceleration(time, one[:1], one[1:], body)[0]
-                if push.acts:
+                if thrust.acts:
                     reached = chief(time)
                     acceleration = (
-                        acceleration + push.inertial(time - begin, reached[:3], reached[3:])[row - 1]
+                        acceleration + thrust.inertial(time - begin, reached[:3], reached[3:])[row - 1]
                     )
                 return np.stack((one[1], acceleration))
 
@@ -156,7 +156,7 @@ class InertialDynamics(Dynamics):
         return np.stack((chief[1], acceleration[0]))
 
 
-class _Push:
+class _HeldThrust:
     """Commands and perturbations of one step, turned from LVLH into inertial space."""
 
     def __init__(self, dynamics: InertialDynamics, command: Array, step: int) -> None:

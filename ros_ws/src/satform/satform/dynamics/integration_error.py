@@ -71,8 +71,8 @@ def integration_error(
 def _gravity(_time: float, motion: Array | tuple[Array, Array]) -> Array:
     position = motion[0]
     squared = dot(position, position)
-    pull = position * (-GRAVITATIONAL_PARAMETER / (squared * np.sqrt(squared)))[..., None]
-    return np.stack((motion[1], pull))
+    gravity = position * (-GRAVITATIONAL_PARAMETER / (squared * np.sqrt(squared)))[..., None]
+    return np.stack((motion[1], gravity))
 
 
 def _fixed(integrator: FixedStep, start: Array, length: float, count: int) -> tuple[Array, Array]:

@@ -99,7 +99,7 @@ class InPlaneStep:
         sine = t * float(sinc(np.asarray(angle)))
         versine = 0.5 * t * t * float(sinc(half)) ** 2
         lag = t**3 * float(sine_remainder(np.asarray(angle)))
-        # (angle^2/2 - 1 + cos(angle)) / angle^4, the along-track lag of a held along-track push.
+        # (angle^2/2 - 1 + cos(angle)) / angle^4, the along-track lag of a held along-track acceleration.
         fourth = t**4 * float(sine_remainder(half) * (1.0 + sinc(half))) / 8.0
         w2 = 2.0 * rate
         return cls(
@@ -238,9 +238,9 @@ class LinearJ2Dynamics(Dynamics):
         position, velocity = self._step.advance(state.position, state.velocity, acceleration_lvlh)
         zz, zv, vz, vv = self.cross_track.transition(begin, end)
         z_input, v_input = self.cross_track.response(begin, end)
-        z, rate, push = state.position[:, 2], state.velocity[:, 2], acceleration_lvlh[:, 2]
-        position[:, 2] = zz * z + zv * rate + z_input * push
-        velocity[:, 2] = vz * z + vv * rate + v_input * push
+        z, rate, command = state.position[:, 2], state.velocity[:, 2], acceleration_lvlh[:, 2]
+        position[:, 2] = zz * z + zv * rate + z_input * command
+        velocity[:, 2] = vz * z + vv * rate + v_input * command
         if self.perturbations:
             self._disturb(position, velocity, step)
         return LinearJ2State(position, velocity)

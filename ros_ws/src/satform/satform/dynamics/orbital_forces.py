@@ -168,8 +168,8 @@ class ThirdBodies:
 
     Attributes:
         epoch: brahe's epoch of time zero.
-        sun: whether the Sun pulls.
-        moon: whether the Moon pulls.
+        sun: whether the gravity of the Sun acts.
+        moon: whether that of the Moon acts.
     """
 
     epoch: Any
@@ -229,10 +229,10 @@ class SolarPressure:
         result = np.empty(position.shape)
         for row, (at, body) in enumerate(zip(position, bodies, strict=True)):
             lit = brahe.eclipse_conical(at, sun)
-            push = brahe.accel_solar_radiation_pressure(
+            pressure = brahe.accel_solar_radiation_pressure(
                 at, sun, body.mass, body.reflectivity, body.radiation_area, brahe.P_SUN
             )
-            result[row] = lit * push
+            result[row] = lit * pressure
         return result
 
 

@@ -54,16 +54,16 @@ class YamanakaAnkersenModel:
         e, anomaly = self.chief.eccentricity, self._anomalies(np.asarray(time, float))
         rho = 1.0 + e * np.cos(anomaly)
         turn = self._rate * rho * rho
-        pull = self._rate * self._rate * rho * rho * rho
-        faster = -2.0 * e * np.sin(anomaly) * pull
+        gravity = self._rate * self._rate * rho * rho * rho
+        faster = -2.0 * e * np.sin(anomaly) * gravity
         matrix = np.zeros((*anomaly.shape, 6, 6))
         for axis in range(3):
             matrix[..., axis, 3 + axis] = 1.0
-        matrix[..., 3, 0] = turn * turn + 2.0 * pull
+        matrix[..., 3, 0] = turn * turn + 2.0 * gravity
         matrix[..., 3, 1], matrix[..., 4, 0] = faster, -faster
         matrix[..., 3, 4], matrix[..., 4, 3] = 2.0 * turn, -2.0 * turn
-        matrix[..., 4, 1] = turn * turn - pull
-        matrix[..., 5, 2] = -pull
+        matrix[..., 4, 1] = turn * turn - gravity
+        matrix[..., 5, 2] = -gravity
         return matrix
 
     @property

@@ -125,15 +125,15 @@ class Thruster:
         applied = self._disturbed(applied, errors)
         if fault is not None:
             applied = self._faulty(applied, fault, propulsion, mass)
-        share, burnt = self._burn(applied, mass, propulsion.propellant)
-        applied = applied * share[..., None]
+        fraction, burnt = self._burn(applied, mass, propulsion.propellant)
+        applied = applied * fraction[..., None]
         return applied, replace(
             propulsion,
             propellant=propulsion.propellant - burnt,
             delta_v=propulsion.delta_v + self._effort(applied) * self.step,
             saturated_steps=propulsion.saturated_steps + over,
             below_minimum_impulse_steps=propulsion.below_minimum_impulse_steps + under,
-            propellant_depleted_steps=propulsion.propellant_depleted_steps + (share < 1.0),
+            propellant_depleted_steps=propulsion.propellant_depleted_steps + (fraction < 1.0),
             applied=applied,
             mass=mass,
         )
@@ -186,15 +186,15 @@ class Thruster:
         return np.where(self.per_axis > 0.0, axes_added, norm(acceleration))
 
     def _burn(self, acceleration: Array, mass: Array, propellant: Array) -> tuple[Array, Array]:
-        """The share of the step that the tank can feed, and the propellant it takes, kg."""
+        """The fraction of the step that the tank can feed, and the propellant it takes, kg."""
         exponent = self._effort(acceleration) * self.step / self.exhaust_speed
         wanted = mass * _each(_burnt_fraction, exponent)
         short = wanted > propellant
         if not short.any():
             return np.ones_like(wanted), wanted
         available = _each(math.log, mass / self.dry_mass)
-        share = np.where(short, np.divide(available, exponent, out=np.ones_like(wanted), where=short), 1.0)
-        return share, np.where(short, propellant, wanted)
+        fraction = np.where(short, np.divide(available, exponent, out=np.ones_like(wanted), where=short), 1.0)
+        return fraction, np.where(short, propellant, wanted)
 
 
 def _any_axis(flags: NDArray[np.bool_]) -> Array:

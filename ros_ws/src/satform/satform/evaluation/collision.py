@@ -210,8 +210,8 @@ def _across(separation: Array, velocity: Array) -> Array:
     or move apart, the separation has its full length in the plane across this part.
     """
     squared = dot(separation, separation)
-    share = dot(velocity, separation) / np.where(squared > 0.0, squared, 1.0)
-    part: Array = velocity - separation * share[..., None]
+    ratio = dot(velocity, separation) / np.where(squared > 0.0, squared, 1.0)
+    part: Array = velocity - separation * ratio[..., None]
     return part
 
 

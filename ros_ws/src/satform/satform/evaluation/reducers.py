@@ -248,7 +248,7 @@ class OffsetOf(OverStretch):
         return chosen
 
 
-class SwingOf(OverStretch):
+class HalfRangeOf(OverStretch):
     """Half of the largest satellite's range of a component; of satellites with two numbers or more."""
 
     def __init__(self, stretch: Stretch, series: str, axis: int) -> None:
@@ -266,8 +266,8 @@ class SwingOf(OverStretch):
         self._count = self._count + np.count_nonzero(~np.isnan(values), axis=0)
 
     def found(self) -> Array:
-        swing = np.where(self._count > 1, self._most - self._least, np.nan)
-        half: Array = 0.5 * np.fmax.reduce(swing, axis=1)
+        spread = np.where(self._count > 1, self._most - self._least, np.nan)
+        half: Array = 0.5 * np.fmax.reduce(spread, axis=1)
         return half
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from satform.evaluation.event_reducers import FirstInside, LastOutside
-from satform.evaluation.reducers import ExtremeOf, OffsetOf, SwingOf, quantity
+from satform.evaluation.reducers import ExtremeOf, HalfRangeOf, OffsetOf, quantity
 from satform.evaluation.tracking import LargestOfSteps
 from satform.numeric.elementwise import Array, norm
 from satform.record.flight_block import FlightBlock, base_quantities
@@ -121,7 +121,7 @@ class Ripple(OverWindow):
     """Coordinate in LVLH."""
 
     def reducer(self, flight: FlightShape) -> Reducer:
-        return SwingOf(self.stretch(flight, flight.steps), "position_error", "xyz".index(self.axis))
+        return HalfRangeOf(self.stretch(flight, flight.steps), "position_error", "xyz".index(self.axis))
 
     def describe(self) -> str:
         return self.label or f"ripple in {self.axis}{self.when()}{self.whose()}"

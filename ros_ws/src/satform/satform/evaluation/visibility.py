@@ -155,11 +155,11 @@ def _eclipses(name: str, motion: Motion, times: Array, zero: Any) -> list[Interv
     """Penumbra and umbra by brahe's conical shadow."""
 
     def light(time: float, position: Array | None = None) -> float:
-        place = motion(time) if position is None else position
-        return float(brahe.eclipse_conical(place, brahe.sun_position(zero + time)))
+        point = motion(time) if position is None else position
+        return float(brahe.eclipse_conical(point, brahe.sun_position(zero + time)))
 
     sampled = np.array(
-        [light(time, place) for time, place in zip(times.tolist(), motion(times), strict=True)]
+        [light(time, point) for time, point in zip(times.tolist(), motion(times), strict=True)]
     )
     found = []
     for kind, limit in (("penumbra", 1.0), ("umbra", 0.0)):

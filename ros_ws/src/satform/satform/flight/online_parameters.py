@@ -96,10 +96,10 @@ def changed(spec: Spec, fields: dict[str, Any]) -> Spec:
     data = spec.model_dump()
     for name, value in fields.items():
         *path, last = name.split(".")
-        place: Any = data
+        parent: Any = data
         for part in path:
-            place = place.get(part) if isinstance(place, dict) else None
-        if not isinstance(place, dict) or last not in place:
+            parent = parent.get(part) if isinstance(parent, dict) else None
+        if not isinstance(parent, dict) or last not in parent:
             raise ValueError(f"{name}: there is no such field")
-        place[last] = value
+        parent[last] = value
     return type(spec).model_validate(data)

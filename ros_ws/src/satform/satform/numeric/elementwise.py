@@ -30,8 +30,8 @@ def joined(*components: Array) -> Array:
         Shape (..., n).
     """
     whole = np.empty((*np.shape(components[0]), len(components)))
-    for place, component in enumerate(components):
-        whole[..., place] = component
+    for column, component in enumerate(components):
+        whole[..., column] = component
     return whole
 
 

@@ -106,8 +106,8 @@ def disc_probability(centre: tuple[float, float], deviations: tuple[float, float
     # Along the narrow axis the disc reaches from -radius to radius, of which only the part counts where the
     # density is not negligible beside its largest value in the disc.
     nearest = mean - max(-radius, min(radius, mean))
-    reach = math.sqrt(nearest * nearest + _DECADES * narrow * narrow)
-    begin, end = (math.asin(max(-1.0, min(1.0, (mean + sign * reach) / radius))) for sign in (-1.0, 1.0))
+    extent = math.sqrt(nearest * nearest + _DECADES * narrow * narrow)
+    begin, end = (math.asin(max(-1.0, min(1.0, (mean + sign * extent) / radius))) for sign in (-1.0, 1.0))
     nodes, weights = _rule()
     angle = 0.5 * (begin + end) + 0.5 * (end - begin) * nodes
     along, half_width = radius * np.sin(angle), radius * np.cos(angle)

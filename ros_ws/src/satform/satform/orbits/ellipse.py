@@ -300,14 +300,16 @@ def _closest_in_quadrant(along_major: Array, along_minor: Array, ratio: Array) -
     apex where those two are far off, v^2 = 1 - u^2 <= 2 (s + shortfall) / (s + gap).
     """
     gap = 1.0 - ratio * ratio
-    pull = ratio * along_minor
+    scaled_minor = ratio * along_minor
     shortfall = np.maximum(gap - along_major, _TINY)
-    near_apex_centre = np.minimum(np.cbrt(0.25 * pull * pull * gap), 0.5 * pull * np.sqrt(gap / shortfall))
-    s = np.maximum(np.maximum(pull, along_major - gap), np.maximum(near_apex_centre, _TINY))
+    near_apex_centre = np.minimum(
+        np.cbrt(0.25 * scaled_minor * scaled_minor * gap), 0.5 * scaled_minor * np.sqrt(gap / shortfall)
+    )
+    s = np.maximum(np.maximum(scaled_minor, along_major - gap), np.maximum(near_apex_centre, _TINY))
     for _ in range(_PROJECTION_STEPS):
-        u, v = along_major / (s + gap), pull / s
+        u, v = along_major / (s + gap), scaled_minor / s
         square = u * u + v * v
         slope = u * u / (s + gap) + v * v / s
         s = s + np.maximum(np.sqrt(square) - 1.0, 0.0) * square / np.maximum(slope, _TINY)
-    u, v = np.minimum(along_major / (s + gap), 1.0), pull / s
-    return u, np.where(pull > 0.0, v, np.sqrt(1.0 - u * u))
+    u, v = np.minimum(along_major / (s + gap), 1.0), scaled_minor / s
+    return u, np.where(scaled_minor > 0.0, v, np.sqrt(1.0 - u * u))

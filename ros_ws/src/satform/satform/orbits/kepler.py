@@ -45,7 +45,7 @@ def mean_from_eccentric(eccentric: float, eccentricity: float) -> float:
     return (1.0 - eccentricity) * eccentric + eccentricity * _less_sine(eccentric)
 
 
-def radius_share(eccentric: float, eccentricity: float) -> float:
+def radius_ratio(eccentric: float, eccentricity: float) -> float:
     """Distance from the focus at an eccentric anomaly in rad, in semi-major axes: 1 - e cos(E)."""
     return (1.0 - eccentricity) + 2.0 * eccentricity * math.sin(0.5 * eccentric) ** 2
 
@@ -60,7 +60,7 @@ def _solved(mean: float, eccentricity: float) -> float:
         math.cbrt(12.0 * mean / eccentricity),
     )
     for _ in range(_ITERATIONS):
-        step = (mean_from_eccentric(found, eccentricity) - mean) / radius_share(found, eccentricity)
+        step = (mean_from_eccentric(found, eccentricity) - mean) / radius_ratio(found, eccentricity)
         found -= step
         if abs(step) <= 4e-16 * found:
             break

@@ -96,11 +96,11 @@ def periodic_part(mean: Array) -> Array:
     a, e, _, _, _, _ = mean.T[:, :, None]
     motion = np.sqrt(GRAVITATIONAL_PARAMETER / a**3)
     root = np.sqrt(1.0 - e * e)
-    pace = (root * root / (1.0 + e * np.cos(f))) ** 2 / (motion * root)
+    time_per_anomaly = (root * root / (1.0 + e * np.cos(f))) ** 2 / (motion * root)
     rates = _rates(mean, f)
-    periodic = np.stack([_integrated(rate, pace) for rate in rates], axis=-1)
+    periodic = np.stack([_integrated(rate, time_per_anomaly) for rate in rates], axis=-1)
     # A larger orbit is slower: the periodic part of the axis moves the satellite along the orbit.
-    periodic[..., 5] += _integrated(-1.5 * motion / a * periodic[..., 0], pace)
+    periodic[..., 5] += _integrated(-1.5 * motion / a * periodic[..., 0], time_per_anomaly)
     return np.asarray(periodic[:, 0], dtype=np.float64)
 
 
@@ -132,19 +132,21 @@ def _rates(mean: Array, f: Array) -> tuple[Array, ...]:
     )
 
 
-def _integrated(rate: Array, pace: Array) -> Array:
+def _integrated(rate: Array, time_per_anomaly: Array) -> Array:
     """Periodic part of the integral of a rate over time, without its mean over time.
 
     Args:
         rate: at true anomalies evenly over a revolution, shape (n, points).
-        pace: time per true anomaly there, s/rad, likewise.
+        time_per_anomaly: time per true anomaly there, s/rad, likewise.
     """
-    duration = np.sum(pace, axis=-1, keepdims=True)
-    by_anomaly = (rate - np.sum(rate * pace, axis=-1, keepdims=True) / duration) * pace
+    duration = np.sum(time_per_anomaly, axis=-1, keepdims=True)
+    by_anomaly = (
+        rate - np.sum(rate * time_per_anomaly, axis=-1, keepdims=True) / duration
+    ) * time_per_anomaly
     spectrum = np.fft.rfft(by_anomaly, axis=-1)
     order = np.arange(spectrum.shape[-1])
     spectrum[..., 1:] /= 1j * order[1:]
     spectrum[..., 0] = spectrum[..., -1] = 0.0
     integral = np.fft.irfft(spectrum, n=rate.shape[-1], axis=-1)
-    without_mean: Array = integral - np.sum(integral * pace, axis=-1, keepdims=True) / duration
+    without_mean: Array = integral - np.sum(integral * time_per_anomaly, axis=-1, keepdims=True) / duration
     return without_mean

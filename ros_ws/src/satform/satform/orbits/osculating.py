@@ -20,7 +20,7 @@ from satform.numeric.elementwise import Array
 from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief, mean_anomaly
 from satform.orbits.inertial_motion import GRAVITY, relative_elements
 from satform.orbits.j2_elements import as_array
-from satform.orbits.kepler import eccentric_anomaly, radius_share
+from satform.orbits.kepler import eccentric_anomaly, radius_ratio
 from satform.orbits.mean_elements import mean_chief, osculating_elements
 
 
@@ -60,7 +60,7 @@ class OrbitalState:
         eccentric = eccentric_anomaly(mean, e)
         sine, cosine = math.sin(eccentric), math.cos(eccentric)
         root = math.sqrt((1.0 - e) * (1.0 + e))
-        speed = math.sqrt(GRAVITY / a) / radius_share(eccentric, e)
+        speed = math.sqrt(GRAVITY / a) / radius_ratio(eccentric, e)
         axes = ChiefOrbitSpec.model_construct(inclination=inclination, right_ascension=node)
         to_perigee, ahead, _ = axes.axes(perigee)
         # cos(E) - e, without cancellation near perigee.

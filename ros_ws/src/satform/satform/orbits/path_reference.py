@@ -172,8 +172,8 @@ class Path:
         arc_rate = dot(velocity, point.tangent) / np.maximum(condition, LEAST_CONDITION)
         slope = self._arc_slope(point)
         found = first_period + periods * period
-        share = np.minimum(np.maximum(condition / LEAST_CONDITION, 0.0), 1.0)
-        found = np.where(share < 1.0, near + share * (found - near), found)
+        weight = np.minimum(np.maximum(condition / LEAST_CONDITION, 0.0), 1.0)
+        found = np.where(weight < 1.0, near + weight * (found - near), found)
         return found, arc_rate / (slope + (slope == 0.0))
 
     def _angle_rate(self) -> Array:
@@ -227,11 +227,11 @@ def steady_motion(path: Path, rate: float, samples: int = 4096) -> SteadyMotion:
     period = float(path.period)
     if period == 0.0 or rate == 0.0:
         return SteadyMotion(0.0, 0.0)
-    places = path.generalised_arc_length(np.linspace(0.0, 2.0 * np.pi, samples, endpoint=False))
+    arc_lengths = path.generalised_arc_length(np.linspace(0.0, 2.0 * np.pi, samples, endpoint=False))
     apart = 1e-6 * period
     rates, still = np.full(samples, rate), np.zeros(samples)
-    here = np.linalg.norm(path.reference(places, rates, still).acceleration, axis=-1)
-    ahead = path.reference(places + apart, rates, still).acceleration
-    behind = path.reference(places - apart, rates, still).acceleration
+    here = np.linalg.norm(path.reference(arc_lengths, rates, still).acceleration, axis=-1)
+    ahead = path.reference(arc_lengths + apart, rates, still).acceleration
+    behind = path.reference(arc_lengths - apart, rates, still).acceleration
     jerk = np.linalg.norm(ahead - behind, axis=-1) * abs(rate) / (2.0 * apart)
     return SteadyMotion(float(here.max()), float(jerk.max()))

@@ -31,14 +31,14 @@ class ChiefAtTime:
     Attributes:
         mean: its mean elements.
         osculating: its osculating elements.
-        swing: osculating less mean: semi-major axis (m), both components of the eccentricity vector,
+        short_period: osculating less mean: semi-major axis (m), both components of the eccentricity vector,
             inclination, right ascension and mean argument of latitude (rad), shape (6,).
         frame: its LVLH frame, turning as J2 turns it.
     """
 
     mean: NodalElements
     osculating: NodalElements
-    swing: Array
+    short_period: Array
     frame: LvlhFrame
 
 
@@ -67,21 +67,21 @@ class PredictedChief:
         """The chief `time` s after the start."""
         if not self.oblate:
             mean = nodal_of(self.mean)
-            swing = np.zeros(6)
+            short_period = np.zeros(6)
             mean = moved(mean, np.array([0.0, 0.0, 0.0, 0.0, 0.0, self.mean.mean_motion * time]))
-            return ChiefAtTime(mean, mean, swing, chief_frame(*state_of(mean)))
+            return ChiefAtTime(mean, mean, short_period, chief_frame(*state_of(mean)))
         mean = nodal_of(drifted(self.mean, time))
-        swing = swing_of(mean)
-        osculating = moved(mean, swing)
+        short_period = short_period_of(mean)
+        osculating = moved(mean, short_period)
         position, velocity = state_of(osculating)
         frame = chief_frame(position, velocity, _by_oblateness(position))
-        return ChiefAtTime(mean, osculating, swing, frame)
+        return ChiefAtTime(mean, osculating, short_period, frame)
 
     def mean_beside(self, now: ChiefAtTime, osculating: NodalElements) -> NodalElements:
         """Mean elements of a satellite that is near the chief.
 
-        The chief's swing gives them up to the swing times the relative distance, and the swing of these
-        elements gives them up to its square.
+        The chief's short-period variation gives them up to itself times the relative distance, and that of
+        these elements gives them up to its square.
 
         Args:
             now: the chief at this moment.
@@ -92,11 +92,11 @@ class PredictedChief:
         """
         if not self.oblate:
             return osculating
-        return moved(osculating, -_swing_of_satellite(moved(osculating, -now.swing)))
+        return moved(osculating, -_short_period_of_satellite(moved(osculating, -now.short_period)))
 
 
-def swing_of(mean: NodalElements) -> Array:
-    """Osculating less mean elements under J2, in the order of `ChiefAtTime.swing`, shape (6,)."""
+def short_period_of(mean: NodalElements) -> Array:
+    """Osculating less mean elements under J2, in the order of `ChiefAtTime.short_period`, shape (6,)."""
     ex, ey = mean.eccentricity.tolist()
     perigee = math.atan2(ey, ex)
     whole = (
@@ -107,24 +107,24 @@ def swing_of(mean: NodalElements) -> Array:
         perigee,
         float(mean.mean_argument) - perigee,
     )
-    swing: Array = periodic_part(np.array([whole]))[0]
-    return swing
+    short_period: Array = periodic_part(np.array([whole]))[0]
+    return short_period
 
 
-def _swing_of_satellite(mean: NodalElements) -> Array:
-    """As `swing_of`; not a number where it is not found, so that a flight ends with a sentence."""
+def _short_period_of_satellite(mean: NodalElements) -> Array:
+    """As `short_period_of`; not a number where it is not found, so that a flight ends with a sentence."""
     axis, (ex, ey) = float(mean.semi_major_axis), mean.eccentricity.tolist()
     if not (0.0 < axis < math.inf and math.hypot(ex, ey) < 1.0 and math.isfinite(mean.mean_argument)):
         return np.full(6, np.nan)
     try:
-        return swing_of(mean)
+        return short_period_of(mean)
     except ValueError:
         # Kepler's equation has no solution in double precision, as for eccentricities near 1.
         return np.full(6, np.nan)
 
 
 def moved(elements: NodalElements, by: Array) -> NodalElements:
-    """Elements plus a difference in the order of `ChiefAtTime.swing`, shape (6,)."""
+    """Elements plus a difference in the order of `ChiefAtTime.short_period`, shape (6,)."""
     axis, ex, ey, inclination, node, argument = by
     return NodalElements(
         semi_major_axis=elements.semi_major_axis + axis,
@@ -154,10 +154,10 @@ def state_of(elements: NodalElements) -> tuple[Array, Array]:
     """
     a, (ex, ey) = float(elements.semi_major_axis), elements.eccentricity.tolist()
     root = math.sqrt(1.0 - ex * ex - ey * ey)
-    longitude, share = _eccentric_argument(float(elements.mean_argument), ex, ey), 1.0 / (1.0 + root)
+    longitude, factor = _eccentric_argument(float(elements.mean_argument), ex, ey), 1.0 / (1.0 + root)
     cosine, sine = math.cos(longitude), math.sin(longitude)
-    x = a * ((1.0 - ey * ey * share) * cosine + ex * ey * share * sine - ex)
-    y = a * ((1.0 - ex * ex * share) * sine + ex * ey * share * cosine - ey)
+    x = a * ((1.0 - ey * ey * factor) * cosine + ex * ey * factor * sine - ex)
+    y = a * ((1.0 - ex * ex * factor) * sine + ex * ey * factor * cosine - ey)
     radius, speed = math.hypot(x, y), math.sqrt(GRAVITY / a) / root
     along, across = -speed * (y / radius + ey), speed * (x / radius + ex)
     sn, cn = math.sin(elements.right_ascension), math.cos(elements.right_ascension)

@@ -96,6 +96,6 @@ def _from_larger_axis(along: Array, larger: Array, smaller: Array) -> Array:
     focus = larger * larger - smaller * smaller
     product = larger * along
     inside = product < focus
-    share = np.where(inside, product / np.where(focus > 0.0, focus, 1.0), 0.0)
-    aside = smaller * np.sqrt(np.maximum(1.0 - share * share, 0.0))
-    return np.where(inside, np.hypot(larger * share - along, aside), np.abs(along - larger))
+    cosine = np.where(inside, product / np.where(focus > 0.0, focus, 1.0), 0.0)
+    aside = smaller * np.sqrt(np.maximum(1.0 - cosine * cosine, 0.0))
+    return np.where(inside, np.hypot(larger * cosine - along, aside), np.abs(along - larger))

@@ -23,7 +23,7 @@ SHORTEST_ORBITS = 2.0
 LONGEST_ORBITS = 50.0
 """Longest plan: the number of choices grows with the third power of its orbits."""
 _ALIKE = 1e-9
-"""Costs of two choices that differ by this share count as the same."""
+"""Costs of two choices that differ by this fraction count as the same."""
 _NOTHING = 1e-12
 """Share of all delta-v below which a pulse is left out."""
 _DIRECTIONS = 72
@@ -161,12 +161,12 @@ def plan_elements(
     change = change_to_make(start, wanted, mean_motion, duration)
     until = argument + mean_motion * duration
     pulses = [
-        *((place, 1, size) for place, size in _tangential(change, mean_motion, argument, until)),
-        *((place, 2, size) for place, size in _normal(change, mean_motion, argument)),
+        *((argument, 1, size) for argument, size in _tangential(change, mean_motion, argument, until)),
+        *((argument, 2, size) for argument, size in _normal(change, mean_motion, argument)),
     ]
     all_delta_v = sum(abs(size) for _, _, size in pulses)
     pulses = sorted(pulse for pulse in pulses if abs(pulse[2]) > _NOTHING * all_delta_v)
-    arguments = np.array([place for place, _, _ in pulses])
+    arguments = np.array([argument for argument, _, _ in pulses])
     impulses = np.zeros((len(pulses), 3))
     for row, (_, axis, size) in enumerate(pulses):
         impulses[row, axis] = size
@@ -213,14 +213,14 @@ def elements_after_pulses(
 
 @dataclass(frozen=True)
 class _InPlane:
-    """What the tangential pulses have to add up to, and the places that they may have.
+    """What the tangential pulses have to add up to, and the arguments of latitude that they may have.
 
     Attributes:
         axis: sum of the pulses, m/s.
-        eccentricity: sum of the pulses times the unit vectors of their places, m/s, shape (2,).
+        eccentricity: sum of the pulses times the unit vectors of their arguments, m/s, shape (2,).
         longitude: sum of the pulses times the angles from them to the end, m/s.
-        begin: first place, rad.
-        until: last place, rad.
+        begin: first argument of latitude, rad.
+        until: last one, rad.
     """
 
     axis: float
@@ -230,7 +230,7 @@ class _InPlane:
     until: float
 
     def arguments(self, direction: float) -> Array:
-        """Arguments of latitude of a direction (rad) from the first place to the last, rad."""
+        """Arguments of latitude of a direction (rad) from the first to the last, rad."""
         slack = _ALIKE * (self.until - self.begin)
         lowest = math.ceil((self.begin - slack - direction) / math.tau)
         highest = math.floor((self.until + slack - direction) / math.tau)
@@ -298,7 +298,7 @@ def _pulses_of(wanted: _InPlane, direction: float) -> _Pulses | None:
     """The three pulses of least delta-v in a direction and its partner; None where there are not three.
 
     Semi-major axis and eccentricity give the sum of the pulses in each of the two directions. One of the
-    sums is made by two pulses some orbits apart, and their shares follow from the longitude.
+    sums is made by two pulses some orbits apart, and their sizes follow from the longitude.
     """
     partner = wanted.partner(direction)
     if partner is None:
@@ -311,14 +311,14 @@ def _pulses_of(wanted: _InPlane, direction: float) -> _Pulses | None:
 
 
 def _split(wanted: _InPlane, pair: Array, total: float, singles: Array, single: float) -> _Pulses | None:
-    """The best of all choices of two of the first places (rad), with a sum in m/s, and one of the second."""
+    """The best of all choices of two first arguments (rad), with a sum in m/s, and one second one."""
     if len(pair) < 2 or not len(singles):
         return None
     one, two = np.triu_indices(len(pair), 1)
     first, second, third = np.broadcast_arrays(pair[one][:, None], pair[two][:, None], singles[None, :])
     left = wanted.longitude - single * (wanted.until - third) - total * (wanted.until - second)
-    share = left / (second - first)
-    sizes = np.stack((share, total - share, np.full_like(share, single)))
+    first_size = left / (second - first)
+    sizes = np.stack((first_size, total - first_size, np.full_like(first_size, single)))
     cost = np.sum(np.abs(sizes), axis=0)
     # Of equal choices the one whose largest pulse is smallest.
     largest = np.where(cost <= np.min(cost) * (1.0 + _ALIKE), np.max(np.abs(sizes), axis=0), np.inf)

@@ -148,7 +148,7 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
         here = cw.transition_matrix(setting.mean_motion, setting.step)
         held = cw.input_matrix(setting.mean_motion, setting.step)
         departure = round(self.start_time / setting.step)
-        push = np.array(self.known_acceleration, dtype=np.float64)
+        disturbance = np.array(self.known_acceleration, dtype=np.float64)
         departures, stops, transitions, commands, targets = [], [], [], [], []
         for number, waypoint in enumerate(self.waypoints):
             steps = round(waypoint.duration / setting.step)
@@ -161,7 +161,7 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
             after_burn = cw.transition_matrix(setting.mean_motion, (steps - 1) * setting.step)
             commands.append(np.linalg.inv((after_burn @ held)[:3]))
             transitions.append(transition)
-            moved = cw.input_matrix(setting.mean_motion, steps * setting.step)[:3] @ push
+            moved = cw.input_matrix(setting.mean_motion, steps * setting.step)[:3] @ disturbance
             targets.append(np.array(waypoint.position) - moved)
             departures.append(departure)
             departure += steps
@@ -178,7 +178,7 @@ class ImpulsiveGuidanceSpec(ControllerSpec):
             position_to_rest=here[3:, :3].copy(),
             velocity_to_rest=here[3:, 3:].copy(),
             command_for_rest=np.asarray(np.linalg.inv(held[3:]), dtype=np.float64),
-            rest_velocity=np.asarray(0.0 - held[3:] @ push, dtype=np.float64),
+            rest_velocity=np.asarray(0.0 - held[3:] @ disturbance, dtype=np.float64),
         )
 
 

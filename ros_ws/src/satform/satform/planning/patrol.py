@@ -66,7 +66,7 @@ class PatrolGoal:
         light_angle: rad.
         budget: sum of all changes of speed that is not exceeded, m/s.
         keep_out: distance to every target below which the watcher never comes, m.
-        altitude_reach: largest change of altitude between two targets, m.
+        largest_altitude_change: largest change of altitude between two targets, m.
         altitude_grid: between the changes that are tried first, m.
     """
 
@@ -74,7 +74,7 @@ class PatrolGoal:
     light_angle: float = math.radians(30.0)
     budget: float = 0.45
     keep_out: float = 35e3
-    altitude_reach: float = 8e3
+    largest_altitude_change: float = 8e3
     altitude_grid: float = 500.0
 
 
@@ -214,7 +214,7 @@ class _Search:
 
     def best(self, width: int) -> _Draft | None:
         """The best plan that is found, None when every one breaks a constraint."""
-        count = round(self.goal.altitude_reach / self.goal.altitude_grid)
+        count = round(self.goal.largest_altitude_change / self.goal.altitude_grid)
         changes = [self.goal.altitude_grid * index for index in range(-count, count + 1)]
         kept = [_Draft((), (), ())]
         for _ in self.patrol.targets:
@@ -256,14 +256,14 @@ class _Search:
         return replace(draft, clear=whole)
 
     def _refined(self, draft: _Draft) -> _Draft:
-        reach, best = 0.5 * self.goal.altitude_grid, draft
-        while reach > _FINEST_CHANGE:
+        shift_size, best = 0.5 * self.goal.altitude_grid, draft
+        while shift_size > _FINEST_CHANGE:
             before = best
             for leg in range(len(best.changes)):
-                for shift in (-reach, reach):
+                for shift in (-shift_size, shift_size):
                     trial = self._shifted(best, leg, shift)
                     best = best if trial is None else min(best, trial, key=self.cost)
-            reach = 0.5 * reach if best is before else reach
+            shift_size = 0.5 * shift_size if best is before else shift_size
         return best
 
     def _shifted(self, draft: _Draft, leg: int, shift: float) -> _Draft | None:
@@ -289,8 +289,8 @@ def burn_in_lvlh(patrol: Patrol, burns: Sequence[Burn], burn: Burn, chief_longit
     Returns:
         m/s, shape (3,). The watcher's direction of flight is taken square to its radius.
     """
-    place = watcher_position(patrol, burns, np.array([burn.time]))[0]
+    position = watcher_position(patrol, burns, np.array([burn.time]))[0]
     motion = math.sqrt(GRAVITATIONAL_PARAMETER / GEOSTATIONARY_RADIUS**3)
     chief = greenwich_angle(patrol.start_day) + chief_longitude + motion * burn.time
-    ahead = math.atan2(place[1], place[0]) - chief
+    ahead = math.atan2(position[1], position[0]) - chief
     return burn.speed_change * np.array([-math.sin(ahead), math.cos(ahead), 0.0])

@@ -134,11 +134,11 @@ def closest_pass(
     """
     time, distance = closest_approach(patrol, burns, target, since, patrol.duration)
     moment = np.array([time])
-    place = target_position(patrol, target, moment)[0]
-    apart = watcher_position(patrol, burns, moment)[0] - place
+    position = target_position(patrol, target, moment)[0]
+    apart = watcher_position(patrol, burns, moment)[0] - position
     sun = sun_direction(patrol.start_day + time / 86400.0)
     cosine = float(dot(apart, sun)) / max(distance, 1e-3)
-    shadowed = in_cylindrical_shadow(place, sun)
+    shadowed = in_cylindrical_shadow(position, sun)
     return Encounter(time, distance, math.acos(min(1.0, max(-1.0, cosine))), not shadowed)
 
 
@@ -172,7 +172,7 @@ def _nearest(
     sampled: tuple[Array, Array],
     enough: float,
 ) -> tuple[float, float]:
-    """Time and distance of the nearest approach, from the watcher's places at some times.
+    """Time and distance of the nearest approach, from the watcher's positions at some times.
 
     A minimum of the samples is refined unless its neighbourhood, in which the watcher moves no farther past
     the target than from sample to sample, cannot reach what is known already, nor what is enough.

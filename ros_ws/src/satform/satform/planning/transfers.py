@@ -201,8 +201,8 @@ def two_impulse_transfer(
     Source: Clohessy & Wiltshire 1960: rendezvous in two impulses.
     """
     transition, _ = coast_to_point(mean_motion, duration)
-    push = np.zeros(3) if disturbance is None else disturbance
-    return _between(start, target, transition, push @ cw.input_matrix(mean_motion, duration).T)
+    constant = np.zeros(3) if disturbance is None else disturbance
+    return _between(start, target, transition, constant @ cw.input_matrix(mean_motion, duration).T)
 
 
 def two_impulse_transfer_by_model(
@@ -256,11 +256,11 @@ def velocity_to_point(model: RelativeMotionModel, departure: float, duration: fl
     return effect
 
 
-def _between(start: Motion, target: Motion, transition: Array, pushed: Array) -> Transfer:
-    """The impulses at both ends of a coast that ends `pushed` (6,) from where it would."""
-    drift = start.position @ transition[:3, :3].T + pushed[..., :3]
+def _between(start: Motion, target: Motion, transition: Array, offset: Array) -> Transfer:
+    """The impulses at both ends of a coast that ends `offset` (6,) from where it would."""
+    drift = start.position @ transition[:3, :3].T + offset[..., :3]
     departure = (target.position - drift) @ np.linalg.inv(transition[:3, 3:]).T
-    arrival = start.position @ transition[3:, :3].T + departure @ transition[3:, 3:].T + pushed[..., 3:]
+    arrival = start.position @ transition[3:, :3].T + departure @ transition[3:, 3:].T + offset[..., 3:]
     return Transfer(departure - start.velocity, target.velocity - arrival, arrival)
 
 

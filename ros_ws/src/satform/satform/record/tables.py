@@ -76,7 +76,7 @@ def columns(satellites: Sequence[str], time: Array, quantities: Mapping[str, Arr
             )
         else:
             components = enumerate(_COMPONENTS[whole.shape[-1]])
-            found.update({f"{name}_{part}": whole[..., place].ravel() for place, part in components})
+            found.update({f"{name}_{part}": whole[..., column].ravel() for column, part in components})
     return found
 
 

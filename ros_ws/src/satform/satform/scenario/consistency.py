@@ -87,9 +87,9 @@ def _equipment_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
             continue
         inherits_all = inherits_all or not given
         for field, sentence in scenario.satellite(index).equipment_complaints(scenario.setting):
-            place = ("satellites", index, field) if field in given else ("satellite_defaults", field)
-            if (place, sentence) not in complaints:
-                complaints.append((place, sentence))
+            path = ("satellites", index, field) if field in given else ("satellite_defaults", field)
+            if (path, sentence) not in complaints:
+                complaints.append((path, sentence))
     return complaints
 
 
@@ -107,8 +107,8 @@ def _controller_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
         try:
             require_protocol(law.build(setting), law)
         except ValueError as error:
-            place = ("satellite_defaults",) if own.controller is None else ("satellites", index)
-            complaints.append(((*place, "controller"), str(error)))
+            path = ("satellite_defaults",) if own.controller is None else ("satellites", index)
+            complaints.append(((*path, "controller"), str(error)))
     return complaints
 
 
@@ -147,19 +147,19 @@ def _graph_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
 
 
 def _following_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
-    shares_motion = scenario.consensus.announces == "motion"
+    sends_motion = scenario.consensus.announces == "motion"
     complaints: list[Complaint] = []
     for index, own in enumerate(scenario.satellites):
         law = scenario.satellite(index).controller
-        if law is None or (law.follows == "neighbour") == shares_motion:
+        if law is None or (law.follows == "neighbour") == sends_motion:
             continue
-        sent = "their motion" if shares_motion else "their arc length"
+        sent = "their motion" if sends_motion else "their arc length"
         sentence = (
             f"satellite {own.name} has a controller that follows a {law.follows}, but satellites send "
             f"each other {sent}; consensus kind motion goes with controllers that follow a neighbour"
         )
         complaints.append((("satellites", index), sentence))
-    if complaints or not shares_motion:
+    if complaints or not sends_motion:
         return complaints
     try:
         graph = scenario.communication_graph()
@@ -250,7 +250,7 @@ def _link_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
         return []
     names = [satellite.name for satellite in scenario.satellites]
     found = scenario.links.complaints(names, scenario.timing.step)
-    return [(("links", *place), sentence) for place, sentence in found]
+    return [(("links", *path), sentence) for path, sentence in found]
 
 
 def _schedule_complaints(scenario: ScenarioDefinition) -> list[Complaint]:

@@ -89,12 +89,12 @@ def _loopbacks(hosts: Sequence[HostSpec]) -> list[Complaint]:
 def _unknown_parts(hosts: Sequence[HostSpec], parts: Sequence[str]) -> list[Complaint]:
     complaints: list[Complaint] = []
     for index, host in enumerate(hosts):
-        for place, part in enumerate(host.runs):
+        for row, part in enumerate(host.runs):
             if part in parts:
                 continue
             close = difflib.get_close_matches(part, parts, n=1)
             meant = f"did you mean {close[0]}?" if close else f"there are {', '.join(parts)}"
-            complaints.append((("hosts", index, "runs", place), f"there is no {part} to be run; {meant}"))
+            complaints.append((("hosts", index, "runs", row), f"there is no {part} to be run; {meant}"))
     return complaints
 
 

@@ -26,8 +26,8 @@ class Problem:
     sentence: str
 
     def __str__(self) -> str:
-        place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return f"{place}: {self.field}: {self.sentence}" if self.field else f"{place}: {self.sentence}"
+        location = self.file if self.line is None else f"{self.file}:{self.line}"
+        return f"{location}: {self.field}: {self.sentence}" if self.field else f"{location}: {self.sentence}"
 
 
 class ScenarioError(ValueError):

@@ -99,7 +99,7 @@ def parse_scenario(
     scenario, found = checked(Scenario, flown, tree, file, changed, files)
     if found and beyond:
         # Found once more in the whole, where every problem has the place that the file gives it.
-        outside = {f"{field}[{place}]" for field, places in beyond.items() for place in places}
+        outside = {f"{field}[{row}]" for field, rows in beyond.items() for row in rows}
         _, every = checked(Scenario, data, tree, file, changed, files)
         found = [problem for problem in every if not problem.field.startswith(tuple(outside))] or found
     if scenario is None or found:

@@ -62,18 +62,18 @@ def fault_complaints(
     complaints: list[Complaint] = []
     back: dict[str, int] = {}
     for index, fault in enumerate(faults):
-        place = ("faults", index)
+        path = ("faults", index)
         if fault.satellite not in satellites:
             sentence = f"there is no satellite {fault.satellite}; there are {', '.join(sorted(satellites))}"
-            complaints.append(((*place, "satellite"), sentence))
-        complaints += [((*place, field), text) for field, text in fault.complaints(timing.duration)]
+            complaints.append(((*path, "satellite"), sentence))
+        complaints += [((*path, field), text) for field, text in fault.complaints(timing.duration)]
         satellite = satellites.get(fault.satellite)
         if fault.needs and satellite is not None and getattr(satellite, fault.needs) is None:
             sentence = f"{fault.satellite} has no {fault.needs} that could fail in this way: give it one"
-            complaints.append((place, sentence))
+            complaints.append((path, sentence))
         if fault.corrupts_phase and announces != "arc_length":
             sentence = "satellites that send each other their motion send no phase to falsify"
-            complaints.append((place, sentence))
+            complaints.append((path, sentence))
         if not isinstance(fault, SatelliteLostSpec):
             continue
         if fault.rejoin_at is not None and fault.memory == "checkpoint" and checkpoint_period is None:
@@ -81,13 +81,13 @@ def fault_complaints(
                 f"{fault.satellite} rejoins from its checkpoint, but none are stored: give the scenario "
                 "a checkpoint_period, or the fault memory: plan"
             )
-            complaints.append((place, sentence))
+            complaints.append((path, sentence))
         if back.get(fault.satellite, -1) >= step_at(fault.at, timing.step):
             sentence = (
                 f"{fault.satellite} does not fly at {fault.at:g} s, so that it cannot be lost then; list "
                 "its losses in their order, each later than its return from the one before"
             )
-            complaints.append((place, sentence))
+            complaints.append((path, sentence))
         back[fault.satellite] = (
             MOST_STEPS if fault.rejoin_at is None else step_at(fault.rejoin_at, timing.step)
         )

@@ -88,14 +88,14 @@ def set_value(data: Any, key: str, value: Any) -> list[FieldPath] | str:
     """
     parts = path_parts(key)
     nodes: list[tuple[FieldPath, Any]] = [((), data)]
-    for place, part in enumerate(parts):
+    for number, part in enumerate(parts):
         steps: list[tuple[FieldPath, Any, int | str]] = []
         for path, node in nodes:
             own = _steps(node, part)
             if own is None:
                 return _unknown([*path, part], node)
             steps += [(path, node, step) for step in own]
-        if place == len(parts) - 1:
+        if number == len(parts) - 1:
             for _, node, step in steps:
                 node[step] = deepcopy(value)
             return [(*path, step) for path, _, step in steps]

@@ -171,8 +171,8 @@ def start_complaints(
             if not np.all(np.isfinite([motion.position, motion.velocity])):
                 raise ValueError("it stands for no finite position and velocity")
         except ValueError as error:
-            place = ("satellites", index, "start")
-            found.append((place, f"the start of satellite {satellite.name}: {error}"))
+            path = ("satellites", index, "start")
+            found.append((path, f"the start of satellite {satellite.name}: {error}"))
     return found
 
 

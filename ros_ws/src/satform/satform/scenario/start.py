@@ -48,14 +48,14 @@ def coincident_with_followed(
     Returns:
         Index of each such satellite, and a sentence.
     """
-    places = [
+    positions = [
         start_position(satellite) if start is None else start.position
         for satellite, start in zip(satellites, starts, strict=True)
     ]
     found = []
     for index, satellite in enumerate(satellites):
         for other in graph.neighbours(index):
-            if np.array_equal(places[index], places[other]):
+            if np.array_equal(positions[index], positions[other]):
                 sentence = (
                     f"satellite {satellite.name} starts in the same place as {satellites[other].name}, which "
                     "it follows: from there no direction leads to the distance that it is to keep"
@@ -100,8 +100,8 @@ def _singular(satellite: SatelliteSpec, nominal_period: float) -> str:
                 f"a period of satellite {satellite.name}, the perimeter divided by scale, is {period:g} m of "
                 f"generalised arc length, which is more than {_LONGEST_PERIOD:g} m"
             )
-        places = np.linspace(0.0, 1.0, _SAMPLES) * period
-        motion = path.reference(places, np.full(_SAMPLES, period / nominal_period), np.zeros(_SAMPLES))
+        arc_lengths = np.linspace(0.0, 1.0, _SAMPLES) * period
+        motion = path.reference(arc_lengths, np.full(_SAMPLES, period / nominal_period), np.zeros(_SAMPLES))
         parts = np.concatenate((motion.position, motion.velocity, motion.acceleration), axis=-1)
     if np.all(np.abs(parts) < _LARGEST):
         return ""

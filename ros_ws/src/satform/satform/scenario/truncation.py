@@ -59,8 +59,8 @@ def within_the_end(data: dict[str, Any], beyond: ListIndices) -> dict[str, Any]:
     }
     labels = [
         expectation.describe()
-        for place in sorted(beyond.get("expect", ()))
-        if (expectation := _expectation(data["expect"][place])) is not None
+        for row in sorted(beyond.get("expect", ()))
+        if (expectation := _expectation(data["expect"][row])) is not None
     ]
     if labels:
         kept["omitted_expectations"] = [*data.get("omitted_expectations", []), *labels]
@@ -91,7 +91,7 @@ def _beyond(written: Any, field: str, lies_beyond: Any) -> set[int]:
     entries = written.get(field)
     if not isinstance(entries, list):
         return set()
-    return {place for place, entry in enumerate(entries) if lies_beyond(entry)}
+    return {row for row, entry in enumerate(entries) if lies_beyond(entry)}
 
 
 def _expectation(entry: Any) -> Expectation | None:

@@ -153,7 +153,7 @@ class _CheckedParser(RoundTripParser):
         """Count what an event adds; gives what is wrong with it, empty when nothing is."""
         if isinstance(event, CollectionEndEvent):
             ended = self._open.pop()
-            self._reach(ended.height + 1)
+            self._record_depth(ended.height + 1)
             if ended.anchor is not None:
                 self._named[ended.anchor] = (self._values - ended.before, ended.height + 1)
         elif isinstance(event, AliasEvent):
@@ -161,7 +161,7 @@ class _CheckedParser(RoundTripParser):
                 return f"the alias *{event.anchor} stands within what it stands for, without an end"
             values, height = self._named.get(event.anchor, (1, 0))
             self._values += values
-            self._reach(height)
+            self._record_depth(height)
         elif isinstance(event, NodeEvent):
             if isinstance(event, CollectionStartEvent):
                 self._open.append(_Open(event.anchor, self._values))
@@ -170,7 +170,7 @@ class _CheckedParser(RoundTripParser):
             self._values += 1
         return ""
 
-    def _reach(self, height: int) -> None:
+    def _record_depth(self, height: int) -> None:
         if self._open:
             self._open[-1].height = max(self._open[-1].height, height)
 

@@ -272,12 +272,12 @@ class BatchedStep:
         blank = np.zeros((len(nodes), 6 if self._announces == "arc_length" else 2))
         parts = (messages, blank) if self._announces == "arc_length" else (blank, messages)
         torque = decision.wheel_torque
-        pushes = np.concatenate(
+        commands = np.concatenate(
             (decision.acceleration, np.zeros((len(nodes), 3)) if torque is None else torque), axis=-1
         ).tolist()
         announced = np.concatenate(parts, axis=-1).tolist()
-        for own, push, message in zip(publishers, pushes, announced, strict=True):
-            own.publish_command(_COMMAND.pack(*now, step, *push, *stamp, *message, 0, 0.0))
+        for own, command, message in zip(publishers, commands, announced, strict=True):
+            own.publish_command(_COMMAND.pack(*now, step, *command, *stamp, *message, 0, 0.0))
         before, after = AROUND_NUMBERS[self._announces]
         for own, message in zip(publishers, messages.tolist(), strict=True):
             own.publish_announcement(self._announcement.pack(*stamp, step + 1, *before, *message, *after))
