@@ -16,10 +16,10 @@ from satform.dynamics.coasting import CoastingDynamics, CoastingState
 from satform.dynamics.cw_error import two_body
 from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.models import InertialDynamicsSpec
-from satform.dynamics.orbital_forces import brahe_epoch
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.stacked_models import StackedDynamics
 from satform.numeric.elementwise import Array
+from satform.orbits.time_scales import brahe_epoch
 
 EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
 RADIUS = 6.878137e6

@@ -19,6 +19,7 @@ from satform.dynamics.integrators import Adaptive, FixedStep, rk4, rk8
 from satform.orbits.chief import ChiefOrbitSpec
 from satform.orbits.earth_orientation import without_file
 from satform.orbits.frames import ClosedEarthRotation, lvlh_frame
+from satform.orbits.time_scales import brahe_epoch
 
 DATA = Path(__file__).parents[1] / "data"
 MANIFEST = json.loads((DATA / "manifest.json").read_text())
@@ -308,7 +309,7 @@ def by_brahe_after_45_minutes(epoch, **others):
 
 
 def test_brahes_own_propagator_agrees_about_sun_moon_and_sunlight():
-    epoch, value = orbital_forces.brahe_epoch(EPOCH), brahe.ParameterSource.value
+    epoch, value = brahe_epoch(EPOCH), brahe.ParameterSource.value
     low = brahe.EphemerisSource.LowPrecision
     peer = by_brahe_after_45_minutes(
         epoch,
@@ -325,7 +326,7 @@ def test_brahes_own_propagator_agrees_about_sun_moon_and_sunlight():
 def test_brahes_own_propagator_agrees_about_drag_to_one_part_in_a_hundred():
     # brahe's propagator asks for the density at inertial coordinates, here it is asked for in the true
     # equator of date, to which the atmosphere belongs: a tenth of a percent of the density.
-    epoch, value = orbital_forces.brahe_epoch(EPOCH), brahe.ParameterSource.value
+    epoch, value = brahe_epoch(EPOCH), brahe.ParameterSource.value
     peer = by_brahe_after_45_minutes(
         epoch,
         drag=brahe.DragConfiguration(brahe.AtmosphericModel.HARRIS_PRIESTER, value(2.0), value(2.2)),

@@ -12,12 +12,12 @@ from pydantic import ValidationError
 from satform.dynamics.atmosphere import HarrisPriester, Nrlmsise00, atmosphere_of
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
 from satform.dynamics.models import InertialDynamicsSpec
-from satform.dynamics.orbital_forces import brahe_epoch
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import EPOCH
 from satform.orbits.chief import earth_angle_at
 from satform.orbits.earth_orientation import without_file
 from satform.orbits.frames import ClosedEarthRotation
+from satform.orbits.time_scales import brahe_epoch
 
 LARGEST, LEAST = 3.526e-11, 1.708e-11
 """At 300 km, kg/m^3 (Montenbruck & Gill, table 3.8)."""

@@ -14,8 +14,9 @@ from satform.dynamics.force_paths import along
 from satform.numeric.elementwise import Array
 from satform.orbits.earth_orientation import without_file
 from satform.orbits.frames import ClosedEarthRotation
+from satform.orbits.time_scales import brahe_epoch
 
-EPOCH = forces.brahe_epoch(datetime(2024, 3, 1, tzinfo=UTC))
+EPOCH = brahe_epoch(datetime(2024, 3, 1, tzinfo=UTC))
 EQUATOR = without_file().inertial_to_equator_of_date(EPOCH)
 CLOSED, FULL = ClosedEarthRotation(0.3), forces.FullEarthRotation(EPOCH)
 BODIES = (forces.Body(150.0, 2.0, 2.2, 3.0, 1.5), forces.Body(40.0, 0.5, 2.0, 1.0, 1.0))

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from satform.dynamics.j2_element_model import J2ElementModel, oblate_acceleration
+from satform.dynamics.j2_element_model import J2ElementModel
 from satform.dynamics.relative_motion_models import relative_motion_model
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.orbits.chief import KeplerianChief
 from satform.orbits.frames import chief_frame
-from satform.orbits.j2_elements import as_array
+from satform.orbits.j2_elements import as_array, oblate_acceleration
 
 RADIANS = brahe.AngleFormat.RADIANS
 
@@ -24,13 +24,13 @@ def chief_of(eccentricity: float, inclination: float = 1.1) -> KeplerianChief:
 def numeric(start: np.ndarray, times: np.ndarray) -> np.ndarray:
     def rate(_time: float, state: np.ndarray) -> np.ndarray:
         pull = -brahe.GM_EARTH / np.linalg.norm(state[:3]) ** 3 * state[:3]
-        return np.concatenate((state[3:], pull + oblate_acceleration(state[:3])))
+        return np.concatenate((state[3:], pull + oblate_acceleration(state[:3], brahe.GM_EARTH)))
 
     return solve_ivp(rate, (0.0, times[-1]), start, "DOP853", times, rtol=3e-13, atol=1e-7).y.T
 
 
 def relative(chief: np.ndarray, satellite: np.ndarray) -> np.ndarray:
-    frame = chief_frame(chief[:3], chief[3:], oblate_acceleration(chief[:3]))
+    frame = chief_frame(chief[:3], chief[3:], oblate_acceleration(chief[:3], brahe.GM_EARTH))
     return np.concatenate(frame.to_lvlh(satellite[:3], satellite[3:]))
 
 
@@ -43,7 +43,7 @@ def test_it_follows_numeric_motion_under_j2_twenty_times_as_well_as_the_two_body
     start = distance * np.array([0.3, -0.8, 0.5, *(chief.mean_motion * np.array([0.4, -0.6, 0.2]))])
     times = np.linspace(0.0, 3.0 * chief.period, 25)
     state = brahe.state_koe_to_eci(as_array(chief), RADIANS)
-    frame = chief_frame(state[:3], state[3:], oblate_acceleration(state[:3]))
+    frame = chief_frame(state[:3], state[3:], oblate_acceleration(state[:3], brahe.GM_EARTH))
     satellite = np.concatenate(frame.to_inertial(start[:3], start[3:]))
     flown = np.array(
         [relative(*pair) for pair in zip(numeric(state, times), numeric(satellite, times), strict=True)]

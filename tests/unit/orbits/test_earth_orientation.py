@@ -13,12 +13,13 @@ from pydantic import ValidationError
 
 from earth_orientation_table import finals
 from satform.dynamics.models import InertialDynamicsSpec
-from satform.dynamics.orbital_forces import FullEarthRotation, brahe_epoch
+from satform.dynamics.orbital_forces import FullEarthRotation
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import GravitySpec
 from satform.files.named_file import FileSource, NamedFile
 from satform.flight.simulate import simulate
 from satform.orbits.earth_orientation import from_file, without_file
+from satform.orbits.time_scales import brahe_epoch
 from satform.scenario import ScenarioError, load_scenario, parse_scenario, save_scenario
 from satform_tools import check
 from satform_tools.check import files as check_files

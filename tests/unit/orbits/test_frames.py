@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from satform.dynamics.orbital_forces import FullEarthRotation, Gravity, brahe_epoch
+from satform.dynamics.orbital_forces import FullEarthRotation, Gravity
 from satform.orbits import frames
+from satform.orbits.time_scales import brahe_epoch
 
 DATA = Path(__file__).parents[2] / "data"
 MANIFEST = json.loads((DATA / "manifest.json").read_text())

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from satform.dynamics.orbital_forces import gravitational_parameter
 from satform.orbits.chief import KeplerianChief
-from satform.orbits.inertial_motion import GRAVITY, relative_elements
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008 as GRAVITY
+from satform.orbits.inertial_motion import relative_elements
 from satform.orbits.j2_elements import as_array
 from satform.orbits.mean_elements import mean_chief
 from satform.orbits.osculating import OrbitalState, deputy_elements, osculating_relative_elements

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from satform.dynamics.cw_error import ChiefOrbit
 from satform.dynamics.integration_error import integration_error
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
 from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
 from satform.flight.simulate import simulate
+from satform.orbits.chief import KeplerianChief
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform_tools import check
 from satform_tools.check.linearisation import expected_errors, oblateness_effect
@@ -236,7 +236,7 @@ def test_the_integrators_error_is_that_of_a_flight(
     expected = integration_error(
         FixedStep(TABLEAUS[kind](), step),
         step,
-        ChiefOrbit(rate, eccentricity, 0.3),
+        KeplerianChief.from_mean_motion(rate, eccentricity, 0.3),
         np.array([0.0, 2000.0, 0.0]),
         math.tau / rate,
     )
@@ -246,7 +246,7 @@ def test_the_integrators_error_is_that_of_a_flight(
 
 
 def test_a_loose_tolerance_is_seen_too() -> None:
-    chief, at = ChiefOrbit(math.sqrt(MU / 7.0e6**3)), np.array([0.0, 2000.0, 0.0])
+    chief, at = KeplerianChief.from_mean_motion(math.sqrt(MU / 7.0e6**3)), np.array([0.0, 2000.0, 0.0])
     tight, loose = (integration_error(Adaptive(one, 1e-6), 60.0, chief, at, 5800.0) for one in (1e-12, 1e-4))
     assert tight.inertial < 1e-2
     assert loose.inertial > 1.0

@@ -16,6 +16,7 @@ from satform.dynamics.models import (
 )
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.numeric.elementwise import Array
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
 
 ORBITS: Mapping[str, float] = {
     "low orbit, 700 km": 7.078137e6,
@@ -29,7 +30,6 @@ MODELS = ("cw", "linear_j2", "cw_perturbed")
 """Compared with `inertial`; the last is the one that the page recommends."""
 DEGREE, TRUE_DEGREE = 10, 20
 """Of the gravity fields of `cw_perturbed` and of `inertial`."""
-_GRAVITATIONAL_PARAMETER = 3.986004415e14
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def rows(
     """
     found = []
     for orbit, semi_major_axis in orbits.items():
-        rate = math.sqrt(_GRAVITATIONAL_PARAMETER / semi_major_axis**3)
+        rate = math.sqrt(GRAVITATIONAL_PARAMETER_EGM2008 / semi_major_axis**3)
         motions = starts(rate, separation)
         setting = DynamicsSetting(rate, revolutions * math.tau / rate / steps, len(motions))
         position, velocity = (np.array(part) for part in zip(*motions.values(), strict=True))

@@ -15,11 +15,12 @@ from scipy.integrate import solve_ivp
 
 from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.models import InertialDynamicsSpec
-from satform.dynamics.orbital_forces import brahe_epoch, gravitational_parameter
+from satform.dynamics.orbital_forces import gravitational_parameter
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import FixedStepSpec, GravitySpec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import ChiefOrbitSpec
+from satform.orbits.time_scales import brahe_epoch
 
 DEGREE = 10
 SPAN = 2700.0

@@ -16,8 +16,8 @@ def earth_orientation_warnings(scenario: Scenario) -> list[str]:
     file = spec.gravity.orientation_file
     if file is None:
         return []
-    from satform.dynamics.orbital_forces import brahe_epoch  # noqa: PLC0415
     from satform.orbits.earth_orientation import from_file  # noqa: PLC0415 - brahe is slow to import
+    from satform.orbits.time_scales import brahe_epoch  # noqa: PLC0415
 
     orientation = from_file(file)
     moments = (spec.epoch, spec.epoch + timedelta(seconds=scenario.timing.duration))

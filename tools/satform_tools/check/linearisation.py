@@ -9,13 +9,14 @@ from typing import get_args
 import numpy as np
 
 from satform.common.spec import specs
-from satform.dynamics.cw_error import ChiefOrbit, cw_error, eccentric_error, free_motion
+from satform.dynamics.cw_error import cw_error, eccentric_error, free_motion
 from satform.dynamics.formula_model import FormulaDynamicsSpec
 from satform.dynamics.j2_element_model import LOWEST_INCLINATION, J2ElementModel
 from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.flight.compile import flight_plan
+from satform.orbits.chief import KeplerianChief
 from satform.scenario import Scenario
 
 _NOTEWORTHY = 0.01
@@ -116,13 +117,11 @@ def oblateness_effect(scenario: Scenario, entry: ExpectedError) -> float:
     return float(np.max(np.linalg.norm((apart @ start)[:, :3], axis=-1)))
 
 
-def chief_orbit(scenario: Scenario) -> ChiefOrbit:
+def chief_orbit(scenario: Scenario) -> KeplerianChief:
     """The chief's two-body orbit; circular where the truth model knows no other."""
     given = scenario.orbit.chief
     chief = scenario.chief if given is None else given.orbit.keplerian(scenario.orbit.rate)
-    if chief is None:
-        return ChiefOrbit(scenario.orbit.rate)
-    return ChiefOrbit(scenario.orbit.rate, chief.eccentricity, chief.true_anomaly(0.0))
+    return KeplerianChief.from_mean_motion(scenario.orbit.rate) if chief is None else chief
 
 
 def linearisation_warnings(scenario: Scenario) -> list[str]:

@@ -10,14 +10,13 @@ revolution.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from satform.dynamics.cw import propagate
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.numeric.elementwise import Array
-from satform.orbits.chief import KeplerianChief, mean_anomaly
+from satform.orbits.chief import KeplerianChief
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import chief_frame, lvlh_frame
 
@@ -27,35 +26,7 @@ _CLOSED = 0.1
 _ITERATIONS = 50
 
 
-@dataclass(frozen=True)
-class ChiefOrbit:
-    """A chief on a two-body orbit.
-
-    Attributes:
-        mean_motion: rad/s.
-        eccentricity: 0 to below 1.
-        true_anomaly: at the start, rad.
-    """
-
-    mean_motion: float
-    eccentricity: float = 0.0
-    true_anomaly: float = 0.0
-
-    @property
-    def semi_major_axis(self) -> float:
-        """In m, by Kepler's third law."""
-        return math.cbrt(GRAVITATIONAL_PARAMETER / (self.mean_motion * self.mean_motion))
-
-    def state(self) -> tuple[Array, Array]:
-        """Position in m and velocity in m/s at the start, in radial, transverse and normal axes."""
-        parameter = self.semi_major_axis * (1.0 - self.eccentricity**2)
-        along = 1.0 + self.eccentricity * math.cos(self.true_anomaly)
-        speed = math.sqrt(GRAVITATIONAL_PARAMETER / parameter)
-        radial_speed = speed * self.eccentricity * math.sin(self.true_anomaly)
-        return np.array([parameter / along, 0.0, 0.0]), np.array([radial_speed, speed * along, 0.0])
-
-
-def cw_error(position_lvlh: Array, velocity_lvlh: Array, chief: ChiefOrbit, duration: float) -> float:
+def cw_error(position_lvlh: Array, velocity_lvlh: Array, chief: KeplerianChief, duration: float) -> float:
     """Largest distance between CW and two-body motion of a satellite without control.
 
     Args:
@@ -77,15 +48,15 @@ def cw_error(position_lvlh: Array, velocity_lvlh: Array, chief: ChiefOrbit, dura
     return float(np.max(np.linalg.norm(found - expected, axis=-1)))
 
 
-def eccentric_error(position_lvlh: Array, velocity_lvlh: Array, chief: ChiefOrbit, duration: float) -> float:
+def eccentric_error(
+    position_lvlh: Array, velocity_lvlh: Array, chief: KeplerianChief, duration: float
+) -> float:
     """The same of the model of Yamanaka and Ankersen, which knows the eccentricity; as `cw_error`."""
     times = _sampled(duration)
     found = _relative_two_body(position_lvlh, velocity_lvlh, chief, times)
     if found is None:
         return math.inf
-    mean = mean_anomaly(chief.true_anomaly, chief.eccentricity)
-    orbit = KeplerianChief(chief.semi_major_axis, chief.eccentricity, 0.0, 0.0, 0.0, mean)
-    transitions = YamanakaAnkersenModel(orbit).transition(np.zeros_like(times), times)
+    transitions = YamanakaAnkersenModel(chief).transition(np.zeros_like(times), times)
     expected = transitions[:, :3] @ np.concatenate((position_lvlh, velocity_lvlh))
     return float(np.max(np.linalg.norm(found - expected, axis=-1)))
 
@@ -95,10 +66,10 @@ def _sampled(duration: float) -> Array:
 
 
 def _relative_two_body(
-    position_lvlh: Array, velocity_lvlh: Array, chief: ChiefOrbit, times: Array
+    position_lvlh: Array, velocity_lvlh: Array, chief: KeplerianChief, times: Array
 ) -> Array | None:
     """Position in LVLH at times, m, shape (n, 3); None where a body is on no ellipse."""
-    chief_position, chief_velocity = chief.state()
+    chief_position, chief_velocity = chief.state_in_own_axes()
     frame = chief_frame(chief_position, chief_velocity)
     start = frame.to_inertial(position_lvlh, velocity_lvlh)
     of_chief = two_body(chief_position, chief_velocity, times)

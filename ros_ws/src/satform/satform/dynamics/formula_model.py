@@ -15,7 +15,8 @@ from pydantic import Field
 from satform.common.spec import Complaint, Number, Positive, Spec
 from satform.dynamics.circular_gravity import CircularGravity, GravityKind, circular_gravity
 from satform.dynamics.cw_model import CwState
-from satform.dynamics.held_runge_kutta import advance_held, parts_of
+from satform.dynamics.held_runge_kutta import advance_held
+from satform.dynamics.integrators import substeps
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import Dynamics, DynamicsSetting
 from satform.dynamics.specs import PerturbedDynamicsSpec, substep_complaints
@@ -148,5 +149,5 @@ class FormulaDynamicsSpec(PerturbedDynamicsSpec):
             gravity=circular_gravity(self.gravity, setting.mean_motion),
             perturbations=self.build_perturbations(setting),
             duration=setting.step,
-            parts=parts_of(setting.step, self.maximum_step),
+            parts=substeps(setting.step, self.maximum_step),
         )

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The classical Runge-Kutta method for motion in LVLH under a held command, in equal parts of a step."""
 
-import math
 from collections.abc import Callable
 
 from satform.dynamics.cw_model import CwState
@@ -12,11 +11,6 @@ from satform.numeric.elementwise import Array
 
 Force = Callable[[float, Array, Array], Array]
 """Acceleration (m/s^2) from the time since the start of the step (s), position (m) and velocity (m/s)."""
-
-
-def parts_of(step: float, maximum_step: float) -> int:
-    """Number of equal parts of a step (s), none longer than asked (s)."""
-    return max(1, math.ceil(step / maximum_step * (1.0 - 1e-12)))
 
 
 def advance_held(

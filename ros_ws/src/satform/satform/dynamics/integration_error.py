@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.dynamics.collocation import Collocation, accelerations, change
-from satform.dynamics.cw_error import ChiefOrbit, two_body
+from satform.dynamics.cw_error import two_body
 from satform.dynamics.integrators import Adaptive, FixedStep, substeps
 from satform.numeric.elementwise import Array, dot
+from satform.orbits.chief import KeplerianChief
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import chief_frame
 
@@ -34,7 +35,7 @@ class IntegrationError:
 def integration_error(
     integrator: FixedStep | Adaptive | Collocation,
     step: float,
-    chief: ChiefOrbit,
+    chief: KeplerianChief,
     position_lvlh: Array,
     duration: float,
 ) -> IntegrationError:
@@ -51,7 +52,7 @@ def integration_error(
         The largest errors at the ends of steps. For a fixed step that is too short to be tried out it is
         extrapolated from a longer one by the order of the method.
     """
-    frame = chief_frame(*chief.state())
+    frame = chief_frame(*chief.state_in_own_axes())
     satellite = frame.to_inertial(position_lvlh, np.zeros(3))
     start = np.stack(
         (np.stack((frame.origin_position, satellite[0])), np.stack((frame.origin_velocity, satellite[1])))

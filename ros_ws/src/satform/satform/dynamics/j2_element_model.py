@@ -18,9 +18,9 @@ import numpy as np
 
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
-from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.frames import chief_frame
-from satform.orbits.j2_elements import as_array, drifted, element_transition
+from satform.orbits.j2_elements import as_array, drifted, element_transition, oblate_acceleration
 from satform.orbits.mean_elements import mean_chief, osculating_elements
 
 _PROBE = 1e-5
@@ -126,18 +126,8 @@ def motions_from_mean_elements(chiefs: Sequence[KeplerianChief]) -> list[Array]:
     found = []
     for states in np.split(brahe.state_koe_to_eci(osculating, radians), len(chiefs)):
         position, velocity = states[:, :3], states[:, 3:]
-        frame = chief_frame(position[0], velocity[0], oblate_acceleration(position[0]))
+        acceleration = oblate_acceleration(position[0], GRAVITATIONAL_PARAMETER)
+        frame = chief_frame(position[0], velocity[0], acceleration)
         moved = np.concatenate(frame.to_lvlh(position[1:], velocity[1:]), axis=-1)
         found.append(np.asarray((moved[:6] - moved[6:]).T / (2.0 * _PROBE), dtype=np.float64))
     return found
-
-
-def oblate_acceleration(position: Array) -> Array:
-    """Inertial acceleration by J2 at an inertial position in m, shape (3,), m/s^2.
-
-    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 8.
-    """
-    radius = float(np.linalg.norm(position))
-    strength = 1.5 * OBLATENESS * GRAVITATIONAL_PARAMETER * EQUATORIAL_RADIUS**2 / radius**5
-    lift = 5.0 * (float(position[2]) / radius) ** 2
-    return np.asarray(-strength * position * (np.array([1.0, 1.0, 3.0]) - lift), dtype=np.float64)

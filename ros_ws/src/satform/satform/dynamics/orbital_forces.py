@@ -21,9 +21,10 @@ from satform.dynamics.atmosphere import Atmosphere, atmosphere_of
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
 from satform.dynamics.specs import BodySpec, GravitySpec
 from satform.numeric.elementwise import Array, dot
-from satform.orbits.chief import as_utc, earth_angle_at
+from satform.orbits.chief import earth_angle_at
 from satform.orbits.earth_orientation import EarthOrientation, from_file, without_file
 from satform.orbits.frames import ClosedEarthRotation, EarthRotation
+from satform.orbits.time_scales import brahe_epoch
 
 MAXIMUM_DEGREE = 120
 
@@ -54,14 +55,6 @@ def central_gravity(position: Array, parameter: float) -> Array:
     squared = dot(position, position)
     acceleration: Array = position * (-parameter / (squared * np.sqrt(squared)))[..., None]
     return acceleration
-
-
-def brahe_epoch(epoch: datetime) -> Any:
-    """An epoch of brahe from a date; without a time zone it is UTC."""
-    utc = as_utc(epoch)
-    second = utc.second + 1e-6 * utc.microsecond
-    scale: Any = brahe.TimeSystem.UTC
-    return brahe.Epoch.from_datetime(utc.year, utc.month, utc.day, utc.hour, utc.minute, second, 0.0, scale)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ import numpy as np
 from satform.common.spec import Complaint, NonNegative, Number, Positive
 from satform.dynamics.circular_gravity import CircularGravity, GravityKind, circular_gravity
 from satform.dynamics.cw_model import CwState
-from satform.dynamics.held_runge_kutta import advance_held, parts_of
+from satform.dynamics.held_runge_kutta import advance_held
+from satform.dynamics.integrators import substeps
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import Dynamics, DynamicsSetting
 from satform.dynamics.specs import PerturbedDynamicsSpec, substep_complaints
@@ -100,6 +101,6 @@ class VelocityDependentDynamicsSpec(PerturbedDynamicsSpec):
             quadratic=self.quadratic,
             perturbations=self.build_perturbations(setting),
             duration=setting.step,
-            parts=parts_of(setting.step, self.maximum_step),
+            parts=substeps(setting.step, self.maximum_step),
             gravity=circular_gravity(self.gravity, setting.mean_motion),
         )

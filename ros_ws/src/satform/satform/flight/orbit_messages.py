@@ -19,11 +19,11 @@ from brahe.ccsds import OEM, OMM
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from satform.dynamics.orbital_forces import brahe_epoch
 from satform.numeric.elementwise import Array, norm
 from satform.orbits.chief import as_utc
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.earth_orientation import without_file
+from satform.orbits.time_scales import brahe_epoch
 from satform.record.flight_record import FlightRecord
 
 CHIEF = "chief"

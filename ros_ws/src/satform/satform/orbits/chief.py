@@ -45,13 +45,12 @@ class ChiefOrbitSpec(Spec):
         Source: Schaub & Junkins, ch. 9 (orbit elements to Cartesian coordinates).
         """
         radial, transverse, _ = self.axes(self.argument_of_latitude)
-        semi_major_axis = semi_major_axis_of(mean_motion, gravitational_parameter)
-        true_anomaly = self.argument_of_latitude - self.argument_of_perigee
-        parameter = semi_major_axis * (1.0 - self.eccentricity**2)
-        radius = parameter / (1.0 + self.eccentricity * math.cos(true_anomaly))
-        speed = math.sqrt(gravitational_parameter / parameter)
-        radial_speed = speed * self.eccentricity * math.sin(true_anomaly)
-        transverse_speed = speed * (1.0 + self.eccentricity * math.cos(true_anomaly))
+        radius, radial_speed, transverse_speed = _polar_state(
+            semi_major_axis_of(mean_motion, gravitational_parameter),
+            self.eccentricity,
+            self.argument_of_latitude - self.argument_of_perigee,
+            gravitational_parameter,
+        )
         return radius * radial, radial_speed * radial + transverse_speed * transverse
 
     def axes(self, argument_of_latitude: float) -> tuple[Array, Array, Array]:
@@ -93,6 +92,16 @@ class ChiefOrbitSpec(Spec):
 def semi_major_axis_of(mean_motion: float, gravitational_parameter: float) -> float:
     """Semi-major axis in m from the mean motion in rad/s, by Kepler's third law."""
     return math.cbrt(gravitational_parameter / (mean_motion * mean_motion))
+
+
+def _polar_state(
+    semi_major_axis: float, eccentricity: float, true_anomaly: float, gravitational_parameter: float
+) -> tuple[float, float, float]:
+    """Radius (m), radial and transverse speed (m/s) from a in m, e, true anomaly in rad, GM in m^3/s^2."""
+    parameter = semi_major_axis * (1.0 - eccentricity**2)
+    along = 1.0 + eccentricity * math.cos(true_anomaly)
+    speed = math.sqrt(gravitational_parameter / parameter)
+    return parameter / along, speed * eccentricity * math.sin(true_anomaly), speed * along
 
 
 def true_anomaly(mean_anomaly: float, eccentricity: float) -> float:
@@ -157,6 +166,20 @@ class KeplerianChief:
     argument_of_perigee: float
     mean_anomaly: float
 
+    @classmethod
+    def from_mean_motion(
+        cls, mean_motion: float, eccentricity: float = 0.0, true_anomaly: float = 0.0
+    ) -> "KeplerianChief":
+        """A chief in the inertial x-y plane with its perigee on the x axis.
+
+        Args:
+            mean_motion: rad/s.
+            eccentricity: below 1.
+            true_anomaly: at time zero, rad.
+        """
+        axis = semi_major_axis_of(mean_motion, GRAVITATIONAL_PARAMETER)
+        return cls(axis, eccentricity, 0.0, 0.0, 0.0, mean_anomaly(true_anomaly, eccentricity))
+
     @property
     def mean_motion(self) -> float:
         """Angular rate of the mean anomaly, rad/s."""
@@ -183,6 +206,12 @@ class KeplerianChief:
         """Distance from the Earth's centre `time` s after the start, m."""
         parameter = self.semi_major_axis * (1.0 - self.eccentricity**2)
         return parameter / (1.0 + self.eccentricity * math.cos(self.true_anomaly(time)))
+
+    def state_in_own_axes(self) -> tuple[Array, Array]:
+        """Position in m and velocity in m/s at time zero, in radial, transverse and normal axes."""
+        shape = (self.semi_major_axis, self.eccentricity, self.true_anomaly(0.0))
+        radius, radial_speed, transverse_speed = _polar_state(*shape, GRAVITATIONAL_PARAMETER)
+        return np.array([radius, 0.0, 0.0]), np.array([radial_speed, transverse_speed, 0.0])
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,10 @@
 import math
 
 GRAVITATIONAL_PARAMETER = 3.986004418e14
-"""With the atmosphere, m^3/s^2 (WGS 84)."""
+"""With the atmosphere, m^3/s^2 (WGS 84); of laws, plans and linear models."""
+
+GRAVITATIONAL_PARAMETER_EGM2008 = 3.986004415e14
+"""Of the gravity field EGM2008, with which truth models propagate, m^3/s^2."""
 
 EQUATORIAL_RADIUS = 6378137.0
 """m (WGS 84)."""

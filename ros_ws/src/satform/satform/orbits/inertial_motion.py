@@ -11,14 +11,12 @@ import numpy as np
 
 from satform.numeric.elementwise import Array, cross, dot, joined, norm
 from satform.orbits.chief import KeplerianChief
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
 from satform.orbits.frames import LvlhFrame, lvlh_frame
 
 RELATIVE_ELEMENTS = ("da", "dlambda", "dex", "dey", "dix", "diy")
 """Quasi-nonsingular relative orbital elements in their order (D'Amico), each times the chief's
 semi-major axis."""
-
-GRAVITY = 3.986004415e14
-"""The Earth's GM of EGM2008, with which truth models propagate, m^3/s^2."""
 
 _EQUATORIAL = 1e-6
 """Sine of the inclination below which an orbit has no node."""
@@ -149,13 +147,13 @@ def nodal_elements(state: Array) -> NodalElements:
     momentum = cross(position, velocity)
     size = norm(momentum)
     with np.errstate(invalid="ignore", divide="ignore"):
-        semi_major_axis = 1.0 / (2.0 / radius - speed_squared / GRAVITY)
+        semi_major_axis = 1.0 / (2.0 / radius - speed_squared / GRAVITATIONAL_PARAMETER_EGM2008)
         axis = np.where(semi_major_axis > 0.0, semi_major_axis, np.nan)
         radial, normal = position / radius[..., None], momentum / size[..., None]
         right_ascension = np.arctan2(normal[..., 0], -normal[..., 1])
         node = joined(np.cos(right_ascension), np.sin(right_ascension), np.zeros_like(right_ascension))
         ahead = cross(normal, node)
-        vector = cross(velocity, momentum) / GRAVITY - radial
+        vector = cross(velocity, momentum) / GRAVITATIONAL_PARAMETER_EGM2008 - radial
         along, across = dot(vector, node), dot(vector, ahead)
         latitude = np.arctan2(dot(radial, ahead), dot(radial, node))
         eccentricity = np.hypot(along, across)

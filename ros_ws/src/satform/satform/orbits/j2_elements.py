@@ -106,6 +106,27 @@ def element_transition(chief: KeplerianChief, duration: float) -> Array:
     return transition
 
 
+def oblate_acceleration(position: Array, gravitational_parameter: float) -> Array:
+    """Acceleration by J2 about the inertial z axis.
+
+    Args:
+        position: inertial, m, shape (3,).
+        gravitational_parameter: GM, m^3/s^2.
+
+    Returns:
+        Inertial, m/s^2, shape (3,).
+
+    Source: Vallado, Fundamentals of Astrodynamics and Applications, ch. 8.
+    """
+    square = float(position @ position)
+    size = -1.5 * OBLATENESS * gravitational_parameter * EQUATORIAL_RADIUS**2
+    above = 5.0 * float(position[2]) ** 2 / square
+    acceleration: Array = (
+        size / (square * square * math.sqrt(square)) * position * (np.array([1.0, 1.0, 3.0]) - above)
+    )
+    return acceleration
+
+
 def as_array(chief: KeplerianChief) -> Array:
     """(a, e, i, right ascension, argument of perigee, mean anomaly), m and rad, as brahe takes them."""
     return np.array(

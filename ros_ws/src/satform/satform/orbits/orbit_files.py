@@ -55,7 +55,7 @@ class OrbitMotion(Protocol):
 
 
 @dataclass(frozen=True)
-class MeanElements(OrbitMotion):
+class Sgp4Motion(OrbitMotion):
     """An element set of SGP4.
 
     Attributes:
@@ -84,7 +84,7 @@ class MeanElements(OrbitMotion):
 
 
 @dataclass(frozen=True)
-class Ephemeris(OrbitMotion):
+class TabulatedMotion(OrbitMotion):
     """Tabulated states.
 
     Attributes:
@@ -114,7 +114,7 @@ class Ephemeris(OrbitMotion):
         return _state(self.compute, date, self.what)
 
 
-def from_lines(lines: Sequence[str], what: str) -> MeanElements:
+def from_lines(lines: Sequence[str], what: str) -> Sgp4Motion:
     """Motion by two-line elements.
 
     Args:
@@ -146,7 +146,7 @@ def from_lines(lines: Sequence[str], what: str) -> MeanElements:
     return _propagator(lambda: _brahe().SGPPropagator.from_tle(first, second), what)
 
 
-def from_tle(file: NamedFile) -> MeanElements:
+def from_tle(file: NamedFile) -> Sgp4Motion:
     """Motion by a file of two-line elements.
 
     Raises:
@@ -155,7 +155,7 @@ def from_tle(file: NamedFile) -> MeanElements:
     return from_lines(_content(file).splitlines(), file.name)
 
 
-def from_omm(file: NamedFile) -> MeanElements:
+def from_omm(file: NamedFile) -> Sgp4Motion:
     """Motion by the mean elements of an OMM file in key-value notation, XML or JSON.
 
     Raises:
@@ -195,7 +195,7 @@ def from_omm(file: NamedFile) -> MeanElements:
     )
 
 
-def from_oem(file: NamedFile) -> Ephemeris:
+def from_oem(file: NamedFile) -> TabulatedMotion:
     """Motion by the ephemeris of an OEM file of one segment in key-value notation, XML or JSON.
 
     Between two states position and velocity are each interpolated by Lagrange's polynomial of the degree that
@@ -233,7 +233,7 @@ def from_oem(file: NamedFile) -> Ephemeris:
     else:
         trajectory.set_interpolation_method(method.lagrange(max(1, min(degree, count - 1))))
         compute = trajectory.state_gcrf
-    return Ephemeris(compute, dates[0], dates[-1], file.name)
+    return TabulatedMotion(compute, dates[0], dates[-1], file.name)
 
 
 def _by_hermite(trajectory: Any, epochs: Sequence[Any], points: int) -> Callable[[Any], Array]:
@@ -314,10 +314,10 @@ def _only(field: str, found: str | None, allowed: set[str], file: NamedFile) -> 
         raise ValueError(f"{file.name}: found {field} {found}; it should be {' or '.join(sorted(allowed))}")
 
 
-def _propagator(make: Any, what: str) -> MeanElements:
+def _propagator(make: Any, what: str) -> Sgp4Motion:
     try:
         # The propagator turns its first state into GCRF.
-        return MeanElements(_with_earth(J2000, lambda _: make()), what)
+        return Sgp4Motion(_with_earth(J2000, lambda _: make()), what)
     except _failures() as error:
         raise ValueError(f"{what} has no elements that SGP4 takes: {error}") from None
 

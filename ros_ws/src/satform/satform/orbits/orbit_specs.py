@@ -15,7 +15,7 @@ from satform.common.spec import Spec
 from satform.files.named_file import NamedFile
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import Angle, ChiefOrbitSpec, mean_anomaly
-from satform.orbits.inertial_motion import GRAVITY
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
 from satform.orbits.orbit_files import OrbitMotion, from_lines, from_oem, from_omm, from_tle
 from satform.orbits.osculating import OrbitalState
 from satform.orbits.time_scales import TimeScale, utc_of
@@ -210,7 +210,7 @@ class ChiefFields(OrbitSource):
     @property
     def mean_motion(self) -> float:
         """Osculating mean motion at time zero, rad/s."""
-        return math.sqrt(GRAVITY / self._osculating[1] ** 3)
+        return math.sqrt(GRAVITATIONAL_PARAMETER_EGM2008 / self._osculating[1] ** 3)
 
     @cached_property
     def _osculating(self) -> tuple[ChiefOrbitSpec, float]:
@@ -267,7 +267,7 @@ class OemOrbitSpec(ChiefFields, OemFields):
     """Date of time zero, in `time_scale`, within the ephemeris; its first state's when left out."""
 
 
-ChiefSpec = Annotated[
+OrbitSpec = Annotated[
     KeplerianOrbitSpec | CartesianOrbitSpec | TleOrbitSpec | OmmOrbitSpec | OemOrbitSpec,
     Field(discriminator="kind"),
 ]

@@ -18,7 +18,8 @@ import numpy as np
 
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import ChiefOrbitSpec, KeplerianChief, mean_anomaly
-from satform.orbits.inertial_motion import GRAVITY, relative_elements
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
+from satform.orbits.inertial_motion import relative_elements
 from satform.orbits.j2_elements import as_array
 from satform.orbits.kepler import eccentric_anomaly, radius_ratio
 from satform.orbits.mean_elements import mean_chief, osculating_elements
@@ -60,7 +61,7 @@ class OrbitalState:
         eccentric = eccentric_anomaly(mean, e)
         sine, cosine = math.sin(eccentric), math.cos(eccentric)
         root = math.sqrt((1.0 - e) * (1.0 + e))
-        speed = math.sqrt(GRAVITY / a) / radius_ratio(eccentric, e)
+        speed = math.sqrt(GRAVITATIONAL_PARAMETER_EGM2008 / a) / radius_ratio(eccentric, e)
         axes = ChiefOrbitSpec.model_construct(inclination=inclination, right_ascension=node)
         to_perigee, ahead, _ = axes.axes(perigee)
         # cos(E) - e, without cancellation near perigee.
@@ -98,7 +99,7 @@ class OrbitalState:
         radius, speed2 = float(np.linalg.norm(position)), float(velocity @ velocity)
         momentum = np.cross(position, velocity)
         size = float(np.linalg.norm(momentum))
-        energy = 0.5 * speed2 - GRAVITY / radius if radius > 0.0 else math.inf
+        energy = 0.5 * speed2 - GRAVITATIONAL_PARAMETER_EGM2008 / radius if radius > 0.0 else math.inf
         if not (energy < 0.0 and size > 0.0):
             raise ValueError(
                 f"a speed of {math.sqrt(speed2):.6g} m/s at {radius:.6g} m from the Earth's centre makes no "
@@ -110,7 +111,7 @@ class OrbitalState:
         tilt = float(np.linalg.norm(node))
         node = node / tilt if tilt > 0.0 else np.array([1.0, 0.0, 0.0])
         ahead = np.cross(normal, node)
-        vector = np.cross(velocity, momentum) / GRAVITY - radial
+        vector = np.cross(velocity, momentum) / GRAVITATIONAL_PARAMETER_EGM2008 - radial
         orbit = ChiefOrbitSpec(
             inclination=math.atan2(tilt, float(normal[2])),
             right_ascension=math.atan2(float(node[1]), float(node[0])),
@@ -118,7 +119,7 @@ class OrbitalState:
             eccentricity=min(float(np.linalg.norm(vector)), math.nextafter(1.0, 0.0)),
             argument_of_perigee=math.atan2(float(vector @ ahead), float(vector @ node)),
         )
-        return orbit, -0.5 * GRAVITY / energy
+        return orbit, -0.5 * GRAVITATIONAL_PARAMETER_EGM2008 / energy
 
 
 def deputy_elements(chief: Array, relative: Array) -> Array:

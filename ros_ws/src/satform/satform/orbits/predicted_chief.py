@@ -14,10 +14,10 @@ import numpy as np
 
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
-from satform.orbits.earth import EQUATORIAL_RADIUS, OBLATENESS
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
 from satform.orbits.frames import LvlhFrame, chief_frame
-from satform.orbits.inertial_motion import GRAVITY, NodalElements
-from satform.orbits.j2_elements import as_array, drifted
+from satform.orbits.inertial_motion import NodalElements
+from satform.orbits.j2_elements import as_array, drifted, oblate_acceleration
 from satform.orbits.mean_elements import mean_chief, periodic_part
 
 _ITERATIONS = 12
@@ -74,7 +74,8 @@ class PredictedChief:
         short_period = short_period_of(mean)
         osculating = moved(mean, short_period)
         position, velocity = state_of(osculating)
-        frame = chief_frame(position, velocity, _by_oblateness(position))
+        acceleration = oblate_acceleration(position, GRAVITATIONAL_PARAMETER_EGM2008)
+        frame = chief_frame(position, velocity, acceleration)
         return ChiefAtTime(mean, osculating, short_period, frame)
 
     def mean_beside(self, now: ChiefAtTime, osculating: NodalElements) -> NodalElements:
@@ -158,21 +159,12 @@ def state_of(elements: NodalElements) -> tuple[Array, Array]:
     cosine, sine = math.cos(longitude), math.sin(longitude)
     x = a * ((1.0 - ey * ey * factor) * cosine + ex * ey * factor * sine - ex)
     y = a * ((1.0 - ex * ex * factor) * sine + ex * ey * factor * cosine - ey)
-    radius, speed = math.hypot(x, y), math.sqrt(GRAVITY / a) / root
+    radius, speed = math.hypot(x, y), math.sqrt(GRAVITATIONAL_PARAMETER_EGM2008 / a) / root
     along, across = -speed * (y / radius + ey), speed * (x / radius + ex)
     sn, cn = math.sin(elements.right_ascension), math.cos(elements.right_ascension)
     si, ci = math.sin(elements.inclination), math.cos(elements.inclination)
     node, ahead = np.array([cn, sn, 0.0]), np.array([-sn * ci, cn * ci, si])
     return x * node + y * ahead, along * node + across * ahead
-
-
-def _by_oblateness(position: Array) -> Array:
-    """Acceleration by J2, m/s^2, shape (3,)."""
-    square = float(position @ position)
-    strength = -1.5 * OBLATENESS * GRAVITY * EQUATORIAL_RADIUS**2 / (square * square * math.sqrt(square))
-    above = 5.0 * float(position[2]) ** 2 / square
-    acceleration: Array = strength * position * (np.array([1.0, 1.0, 3.0]) - above)
-    return acceleration
 
 
 def _eccentric_argument(mean_argument: float, ex: float, ey: float) -> float:

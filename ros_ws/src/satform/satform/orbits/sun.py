@@ -4,13 +4,13 @@
 
 import math
 from datetime import datetime, timedelta
-from typing import Any
 
 import numpy as np
 
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import J2000, as_utc
 from satform.orbits.frames import earth_rotation_angle
+from satform.orbits.time_scales import brahe_epoch
 
 
 def sun_direction(days: float) -> Array:
@@ -37,11 +37,7 @@ def sun_position(days: float) -> Array:
     """
     import brahe  # noqa: PLC0415  slow to import, and few scenarios look at the sun
 
-    at = J2000 + timedelta(days=days)
-    second = at.second + 1e-6 * at.microsecond
-    utc: Any = brahe.TimeSystem.UTC
-    epoch = brahe.Epoch.from_datetime(at.year, at.month, at.day, at.hour, at.minute, second, 0.0, utc)
-    position: Array = brahe.sun_position(epoch)
+    position: Array = brahe.sun_position(brahe_epoch(J2000 + timedelta(days=days)))
     return position
 
 

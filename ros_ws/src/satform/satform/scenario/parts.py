@@ -16,7 +16,7 @@ from satform.equipment.sensor import NavigationSpec
 from satform.equipment.thruster import ThrusterSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
-from satform.orbits.orbit_specs import ChiefSpec
+from satform.orbits.orbit_specs import OrbitSpec
 from satform.orbits.start_specs import StartSpec
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
@@ -32,7 +32,7 @@ class Orbit(Spec):
     """Angular rate, rad/s."""
     semi_major_axis: Annotated[float, Field(ge=1.0, le=1e12, strict=True)] | None = None
     """Radius of the orbit about the Earth's centre, m."""
-    chief: ChiefSpec | None = None
+    chief: OrbitSpec | None = None
     """The whole orbit at time zero, by elements, a state or a file; the mean motion, the truth model's chief
     and the date of time zero follow from it."""
     allow_below_surface: bool = False

@@ -20,8 +20,9 @@ from satform.control.relative_elements import RelativeElements, motion_from_elem
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief, as_utc, semi_major_axis_of
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
 from satform.orbits.frames import LvlhFrame
-from satform.orbits.inertial_motion import GRAVITY, relative_elements
+from satform.orbits.inertial_motion import relative_elements
 from satform.orbits.osculating import (
     OrbitalState,
     deputy_elements,
@@ -119,7 +120,8 @@ def chief_at_start(
         elements, epoch = orbit.chief.at_time_zero.elements(), orbit.chief.time_zero
     elif known is not None:
         plane = (known.inclination, known.right_ascension, known.argument_of_perigee, known.mean_anomaly)
-        elements = np.array([semi_major_axis_of(rate, GRAVITY), known.eccentricity, *plane])
+        axis = semi_major_axis_of(rate, GRAVITATIONAL_PARAMETER_EGM2008)
+        elements = np.array([axis, known.eccentricity, *plane])
     return ChiefAtStart(
         mean_motion=rate,
         elements=elements,
