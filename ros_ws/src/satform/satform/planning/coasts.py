@@ -31,7 +31,7 @@ class Coasts(Protocol):
     def held(self, begin: float, duration: float) -> Array:
         """Effect of an acceleration that is held over one control step, shape (6, 3)."""
 
-    def reach(self, begin: float, duration: float) -> Array:
+    def position_effect(self, begin: float, duration: float) -> Array:
         """Effect of a velocity on the position after a coast, s, shape (3, 3).
 
         Raises:
@@ -63,8 +63,8 @@ class CircularCoasts:
         """Effect of a held acceleration; as in `Coasts.held`."""
         return cw.input_matrix(self.mean_motion, duration)
 
-    def reach(self, begin: float, duration: float) -> Array:
-        """Effect of a velocity on the position; as in `Coasts.reach`."""
+    def position_effect(self, begin: float, duration: float) -> Array:
+        """Effect of a velocity on the position; as in `Coasts.position_effect`."""
         return coast_to_point(self.mean_motion, duration)[1]
 
     def moved(self, state: Array, begin: float, duration: float, acceleration: Array) -> Array:
@@ -107,8 +107,8 @@ class ModelCoasts:
         """Effect of a held acceleration; as in `Coasts.held`. Exact to the seventh power of the duration."""
         return input_matrix(self.model, begin, begin + duration)
 
-    def reach(self, begin: float, duration: float) -> Array:
-        """Effect of a velocity on the position; as in `Coasts.reach`."""
+    def position_effect(self, begin: float, duration: float) -> Array:
+        """Effect of a velocity on the position; as in `Coasts.position_effect`."""
         return velocity_to_point(self.model, begin, duration)
 
     def moved(self, state: Array, begin: float, duration: float, acceleration: Array) -> Array:

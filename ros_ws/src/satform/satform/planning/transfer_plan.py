@@ -155,9 +155,9 @@ class _Flight:
 
 
 def _fly_impulses(flight: _Flight, leg: Leg, *, stop: bool) -> None:
-    reach = flight.coasts.reach(flight.time, leg.duration)
+    effect = flight.coasts.position_effect(flight.time, leg.duration)
     missed = leg.position - flight.after(leg.duration)[:3]
-    flight.kick(_solved(reach, missed))
+    flight.kick(_solved(effect, missed))
     flight.coast(leg.duration)
     if stop:
         flight.kick(-flight.state[3:])
@@ -171,7 +171,7 @@ def _fly_held(flight: _Flight, leg: Leg, number: int, step: float, *, stop: bool
             f"leg {number} of {leg.duration:g} s is {ratio:.7g} steps of {step:g} s; it has to be a whole "
             f"number of steps, at least {_LEAST_STEPS}"
         )
-    coasts.reach(flight.time, steps * step)
+    coasts.position_effect(flight.time, steps * step)
     held = coasts.held(flight.time, step)
     after_burn = coasts.transition(flight.time + step, (steps - 1) * step)
     missed = leg.position - flight.after(steps * step)[:3]
