@@ -19,8 +19,10 @@ QUICK = {
     "compare_controllers": 400.0,
     "formation_pointing": 40.0,
     "geo_in_plane_circle": 800.0,
+    "ground_contacts": 400.0,
     "attitude_cape_canaveral": 10.0,
     "directed_triangle": 4.0,
+    "eccentric_navigation": 9600.0,
     "eccentric_rigid": 900.0,
     "geo_sphere_lqr": 100.0,
     "integral_action": 50.0,
@@ -28,7 +30,8 @@ QUICK = {
     "keep_out_transfer": 400.0,
     "mean_elements": 3600.0,
 }
-"""Flown in every test run, with the duration in s: they have every control law, and formulas as truth."""
+"""Flown in every test run, with the duration in s: they have every control law, the models of filters,
+and formulas as truth."""
 
 MORE = {
     "attitude_limited_wheels": 20.0,
