@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_continuous_lyapunov
 
 from flights import SCENARIOS, shortened
 from satform_tools import console
@@ -145,6 +146,142 @@ def test_show_prints_reaching_times_and_the_lyapunov_function_at_the_start(
     for key, authority in (("reaching_time", 0.1), ("longest_reaching_time", 0.09)):
         wanted = [math.log1p(0.1 * error / authority) / 0.1 for error in (50.0, 50.0, 20.0)]
         assert start[key] == pytest.approx(wanted, rel=1e-9)
+
+
+def hill(motion):
+    """State and input matrix of the Clohessy-Wiltshire equations."""
+    state = np.zeros((6, 6))
+    state[:3, 3:] = np.eye(3)
+    state[3, 0], state[3, 4], state[4, 3], state[5, 2] = (
+        3.0 * motion**2,
+        2.0 * motion,
+        -2.0 * motion,
+        -(motion**2),
+    )
+    return state, np.vstack((np.zeros((3, 3)), np.eye(3)))
+
+
+def cost_of_flight(state, command, gain, weights, start):
+    """Integral of x'Qx + u'Ru of a closed loop from a start, by Lyapunov's equation."""
+    q, r = weights
+    rate = -(q + gain.T @ r @ gain)
+    return float(start @ solve_continuous_lyapunov((state - command @ gain).T, rate) @ start)
+
+
+def test_show_prints_the_cost_to_go_of_linear_quadratic_regulators(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    weights = "position_weight: 0.01, velocity_weight: 0.05, command_weight: 1.0"
+    changes = "satellite_defaults.position_error=[100.0, -80.0, 60.0]"
+    for law, form in (
+        (f"{{kind: lqr, {weights}}}", 6),
+        (f"{{kind: lqi, {weights}, integral_weight: 1.0e-7, command_path: error, feedforward: true}}", 9),
+    ):
+        command = ["show", "compare_controllers", "--set", changes, "--set", f"satellites.1.controller={law}"]
+        assert cli.main([*command, "--json"]) == 0
+        found = next(
+            entry for entry in json.loads(capsys.readouterr().out)["satellites"] if entry["name"] == "lqr"
+        )
+        motion = 2.0 * math.pi / 6000.0
+        state, thrust = hill(motion)
+        costs = [0.01] * 3 + [0.05] * 3 + [1e-7] * (form - 6)
+        if form == 9:
+            state = np.block([[state, np.zeros((6, 3))], [np.eye(3), np.zeros((3, 6))]])
+            thrust = np.vstack((thrust, np.zeros((3, 3))))
+        start = np.array([100.0, -80.0, 60.0] + [0.0] * (form - 3))
+        gain, effort = np.array(found["feedback"]["gain"]), np.eye(3) / motion**2
+        wanted = cost_of_flight(state, thrust, gain, (np.diag(costs), effort), start)
+        assert found["lyapunov"]["value"] == pytest.approx(wanted, rel=1e-6)
+        assert (found["lyapunov"]["unit"], found["lyapunov"]["form"]) == ("s", "x'Px")
+    assert cli.main(command) == 0
+    printed = capsys.readouterr().out
+    assert re.search(rf"lqr +{re.escape(f'{wanted:.6g}')} +s +x'Px", printed)
+
+
+def test_show_prints_what_is_known_of_other_lyapunov_functions(capsys: pytest.CaptureFixture[str]) -> None:
+    # s = 2 l e + e' with the velocity of the reference: (0.4 s^-1 times 5, -4, 3 m)^2 / 2.
+    adaptive = shown("adaptive_tracking", capsys)["patches"]["lyapunov"]
+    assert adaptive["value"] == pytest.approx(0.5 * 0.4**2 * 50.0, rel=1e-9)
+    assert "without the part of the estimates" in adaptive["form"]
+    # From rest at (0, 0, 0), the neighbour at (45, 5, 4) m: s = -common velocity + g / m, (2) to (4).
+    potential = shown("directed_triangle", capsys)["sat1"]["lyapunov"]
+    apart = np.array([-45.0, -5.0, -4.0])
+    margin, wanted = apart @ apart - 100.0, 100.0**2 - 100.0
+    pull = 0.01 * 2.0 * apart * (1.0 - (wanted / margin) ** 2)
+    speed = -np.array([0.5, 0.2, 0.0]) + pull / math.sqrt(1.0 + pull @ pull / 9.0)
+    assert potential["value"] == pytest.approx(0.5 * speed @ speed, rel=1e-9)
+    # 10 m above a free motion that has the wanted elements: 40 m of semi-major axis, 30 m of the e-vector.
+    changes = ("dynamics={kind: cw}", "nominal_motion.period=6000", "satellites.0.position_error=[10, 0, 0]")
+    words = [word for change in changes for word in ("--set", change)]
+    assert cli.main(["show", "mean_elements", *words, "--json"]) == 0
+    mean, osculating, _ = json.loads(capsys.readouterr().out)["satellites"]
+    assert mean["lyapunov"]["value"] == pytest.approx(0.5 * (40.0**2 + 30.0**2), rel=1e-6)
+    assert osculating["lyapunov"] is None
+
+
+def tschauner_hempel(times, axis, eccentricity):
+    """State matrix of relative motion about an eccentric chief at times since perigee, shape (n, 6, 6)."""
+    motion = math.sqrt(398600.4418e9 / axis**3)
+    eccentric = motion * times
+    for _ in range(60):
+        miss = eccentric - eccentricity * np.sin(eccentric) - motion * times
+        eccentric = eccentric - miss / (1.0 - eccentricity * np.cos(eccentric))
+    radius = axis * (1.0 - eccentricity * np.cos(eccentric))
+    turning = motion * axis**2 * math.sqrt(1.0 - eccentricity**2) / radius**2
+    rising = motion * axis**2 * eccentricity * np.sin(eccentric) / radius
+    pull, swerve = 398600.4418e9 / radius**3, -2.0 * turning * rising / radius
+    matrix = np.zeros((len(times), 6, 6))
+    matrix[:, :3, 3:] = np.eye(3)
+    matrix[:, 3, 0], matrix[:, 3, 1], matrix[:, 3, 4] = turning**2 + 2.0 * pull, swerve, 2.0 * turning
+    matrix[:, 4, 0], matrix[:, 4, 1], matrix[:, 4, 3] = -swerve, turning**2 - pull, -2.0 * turning
+    matrix[:, 5, 2] = -pull
+    return matrix
+
+
+def test_show_prints_the_gain_of_a_periodic_regulator_over_the_orbit(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Against a backward Riccati recursion on numerically integrated Tschauner-Hempel equations."""
+    command = ["show", "eccentric_rigid", "--set", "timing.step=60.0"]
+    assert cli.main([*command, "--json"]) == 0
+    feedback = json.loads(capsys.readouterr().out)["satellites"][0]["feedback"]
+    assert feedback["gain"] is None
+    angles = [math.degrees(entry["true_anomaly"]) for entry in feedback["gains_over_orbit"]]
+    assert angles == pytest.approx([0.0, 90.0, 180.0, 270.0])
+
+    axis, eccentricity = 20.0e6, 0.6
+    motion = math.sqrt(398600.4418e9 / axis**3)
+    count = round(2.0 * math.pi / motion / 60.0)
+    step, parts = 2.0 * math.pi / motion / count, 8
+    # Transition and effect of a held command of all steps at once, by the classical Runge-Kutta method.
+    state = np.broadcast_to(np.hstack((np.eye(6), np.zeros((6, 3)))), (count, 6, 9)).copy()
+    push, part = np.vstack((np.zeros((3, 9)), np.hstack((np.zeros((3, 6)), np.eye(3))))), step / parts
+    for number in range(parts):
+        begin = step * np.arange(count) + number * part
+        first, middle, last = (
+            tschauner_hempel(begin + offset, axis, eccentricity) for offset in (0.0, part / 2, part)
+        )
+        k1 = first @ state + push
+        k2 = middle @ (state + part / 2 * k1) + push
+        k3 = middle @ (state + part / 2 * k2) + push
+        k4 = last @ (state + part * k3) + push
+        state = state + part / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    cost, effort, weight = np.zeros((6, 6)), np.eye(3) / motion**2, np.diag([1e-4] * 3 + [0.0] * 3)
+    gains = np.zeros((count, 3, 6))
+    for number in range(4 * count - 1, -1, -1):
+        ahead, held = state[number % count, :, :6], state[number % count, :, 6:]
+        gains[number % count] = np.linalg.solve(effort + held.T @ cost @ held, held.T @ cost @ ahead)
+        cost = weight + ahead.T @ cost @ (ahead - held @ gains[number % count])
+    found = [np.array(entry["gain"]) for entry in feedback["gains_over_orbit"]]
+    scale = np.repeat([1.0, motion], 3) / np.abs(gains[0][:, :3]).max()
+    assert np.abs((found[0] - gains[0]) * scale).max() < 1e-5
+    apogee = 0.5 * (gains[count // 2] + gains[(count + 1) // 2])
+    assert np.abs((found[2] - apogee) * scale).max() < 1e-5
+    assert np.abs((found[0] - apogee) * scale).max() > 0.3
+
+    assert cli.main(command) == 0
+    printed = capsys.readouterr().out
+    assert "gain of periodic, u = -K e, at a true anomaly of the chief of 270 deg:" in printed
 
 
 def test_show_prints_pointing_gains_inertia_and_the_lyapunov_function_of_attitudes(

@@ -11,6 +11,7 @@ from satform.attitude.guidance import reference_at_start
 from satform.attitude.mrp_tracking import attitude_error, attitude_transition
 from satform.consensus.arc_length import ArcLengthConsensus
 from satform.control.feedback_gains import feedback, sampled_poles
+from satform.control.periodic_lqr import PeriodicLqr
 from satform.control.protocol import ControlStep
 from satform.control.sliding_mode import SlidingMode, reaching_time
 from satform.equipment.navigation_filter import Estimator, estimation_transition
@@ -25,6 +26,9 @@ from satform_tools.console import Table
 COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "integral x", "integral y", "integral z")
 """What the columns of a gain multiply."""
 
+
+_ANOMALIES = 4
+"""True anomalies, evenly from 0, at which a gain that repeats with the orbit is shown."""
 
 _REAL = 1e-5
 """Share of a pole below which its imaginary part is not printed: rounding of poles that are nearly equal."""
@@ -42,8 +46,9 @@ def feedback_of(scenario: Scenario, index: int, plan: FlightPlan) -> dict[str, A
         plan: of the satellite.
 
     Returns:
-        `gain` K of u = -K e with rows x, y, z (SI units), or None; `closed_loop_poles`, `observer_poles` and
-        `filter_poles`, 1/s, complex ones as pairs, empty where there are none.
+        `gain` K of u = -K e with rows x, y, z (SI units), or None; `gains_over_orbit`, likewise at true
+        anomalies of the chief (rad), of a law whose gain repeats with them; `closed_loop_poles`,
+        `observer_poles` and `filter_poles`, 1/s, complex ones as pairs, empty where there are none.
     """
     spec, setting = scenario.satellite(index).controller, flight_setting(scenario, index)
     assert spec is not None  # noqa: S101 - the scenario's validator has seen to it
@@ -61,10 +66,18 @@ def feedback_of(scenario: Scenario, index: int, plan: FlightPlan) -> dict[str, A
         filter_poles = _filter_poles(plan.estimator, setting.step)
     return {
         "gain": gain,
+        "gains_over_orbit": _gains_over_orbit(plan.controller),
         "closed_loop_poles": _numbers(poles),
         "observer_poles": _numbers(observer_poles),
         "filter_poles": _numbers(filter_poles),
     }
+
+
+def _gains_over_orbit(law: Any) -> list[dict[str, Any]]:
+    if not isinstance(law, PeriodicLqr):
+        return []
+    rows = [index * len(law.gain) // _ANOMALIES for index in range(_ANOMALIES)]
+    return [{"true_anomaly": math.tau * row / len(law.gain), "gain": law.gain[row].tolist()} for row in rows]
 
 
 def _filter_poles(estimator: Estimator | None, step: float) -> tuple[complex, ...]:
@@ -156,13 +169,12 @@ def print_feedback(satellites: list[dict[str, Any]]) -> None:
     for found, names in alike.values():
         whose = truncated.names(names)
         if found["gain"] is not None:
-            headings = ("K [1/s², 1/s, 1/s³]", *COLUMNS[: len(found["gain"][0])])
-            rows = [
-                (axis, *(_digits(value) for value in row))
-                for axis, row in zip("xyz", found["gain"], strict=True)
-            ]
             console.line(f"gain of {whose}, u = -K e:")
-            console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
+            _print_gain(found["gain"])
+        for entry in found["gains_over_orbit"]:
+            anomaly = math.degrees(entry["true_anomaly"])
+            console.line(f"gain of {whose}, u = -K e, at a true anomaly of the chief of {anomaly:g} deg:")
+            _print_gain(entry["gain"])
         for key, words in (
             ("closed_loop_poles", "closed-loop poles"),
             ("observer_poles", "observer poles"),
@@ -172,6 +184,12 @@ def print_feedback(satellites: list[dict[str, Any]]) -> None:
                 console.line(f"{words} of {whose}: {_poles(found[key])} 1/s")
     if alike:
         console.line()
+
+
+def _print_gain(gain: list[list[float]]) -> None:
+    headings = ("K [1/s², 1/s, 1/s³]", *COLUMNS[: len(gain[0])])
+    rows = [(axis, *(_digits(value) for value in row)) for axis, row in zip("xyz", gain, strict=True)]
+    console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
 
 
 def print_start(satellites: list[dict[str, Any]]) -> None:

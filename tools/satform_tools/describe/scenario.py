@@ -29,7 +29,8 @@ from satform_tools.check.controllers import declared_disturbance
 from satform_tools.check.disturbances import describe_schedule
 from satform_tools.check.reference_motion import steady_motions
 from satform_tools.describe import orbit as describe_orbit
-from satform_tools.describe.feedback import attitude_of, feedback_of, start_of
+from satform_tools.describe.feedback import attitude_of, desired_at_start, feedback_of, start_of
+from satform_tools.describe.lyapunov import lyapunov_of
 
 ALLOWED = {"value", "relative", "absolute", "below", "above"}
 """Fields of an expectation that give the allowed range."""
@@ -176,6 +177,7 @@ def _satellite(
         "controller": spec.controller.model_dump(mode="json"),
         "feedback": known[same],
         "sliding": start_of(plan, disturbance),
+        "lyapunov": lyapunov_of(scenario, index, plan, desired_at_start(plan)),
         "attitude": attitude_of(scenario, index, plan),
     }
 

@@ -13,6 +13,7 @@ from satform_tools import console, truncated
 from satform_tools.console import Table
 from satform_tools.describe import orbit as describe_orbit
 from satform_tools.describe.feedback import print_attitudes, print_feedback, print_start
+from satform_tools.describe.lyapunov import print_lyapunov
 from satform_tools.describe.scenario import ALLOWED, describe
 
 
@@ -91,6 +92,7 @@ def _print_satellites(satellites: list[dict[str, Any]]) -> None:
     console.line()
     print_feedback(satellites)
     print_start(satellites)
+    print_lyapunov(satellites)
     print_attitudes(satellites)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from satform.common.spec import NonNegativePerAxis, PositivePerAxis
 from satform.control.anti_windup import Saturation
-from satform.control.lqr import holding_acceleration, relative_motion_gain
+from satform.control.lqr import holding_acceleration, relative_motion_cost, relative_motion_gain
 from satform.control.protocol import Action, ControllerSpec, ControlStep, FlightSetting, Gap, Motion
 from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
@@ -130,6 +130,17 @@ class Lqi:
         feedback = self.position_gain(motion.position) + self.velocity_gain(motion.velocity)
         return PositionIntegral(-self.inverse_integral_gain(feedback))
 
+    def resting(self, reference: Reference) -> Array:
+        """Integral with which the law holds a reference on which the satellite is, m s, shape (..., 3)."""
+        wanted = np.zeros_like(reference.position)
+        if self.command_path == "integral":
+            wanted = wanted - (
+                self.position_gain(reference.position) + self.velocity_gain(reference.velocity)
+            )
+        if not self.feedforward:
+            wanted = wanted - holding_acceleration(reference, self.natural)
+        return self.inverse_integral_gain(wanted)
+
     def resume(self, memory: PositionIntegral, gap: Gap) -> PositionIntegral:
         """The integral is kept, since it compensates a lasting disturbance; the gap is not integrated."""
         return memory
@@ -224,3 +235,10 @@ class LqiSpec(ControllerSpec):
             saturation=Saturation.of(setting),
             tracking=np.asarray(float(self.anti_windup == "back_calculation")),
         )
+
+    def cost_matrix(self, setting: FlightSetting) -> Array:
+        """P of the Lyapunov function x'Px of the error (position, velocity, integral), SI units, (9, 9)."""
+        weights = np.array([*self.position_weight, *self.velocity_weight, *self.integral_weight])
+        effort = np.array(self.command_weight) / setting.mean_motion**2
+        model = integral_model(setting.mean_motion)
+        return relative_motion_cost(model, np.repeat([0.0, -1.0, 1.0], 3), weights, effort)

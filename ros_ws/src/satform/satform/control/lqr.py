@@ -70,17 +70,65 @@ def relative_motion_gain(
     Raises:
         ValueError: the weights give no stabilising gain.
     """
+    scaled = _scaled(model, time_powers, state_weight, command_weight)
+    gain = linear_quadratic_gain(*scaled.problem)
+    return gain * scaled.second * scaled.bandwidth**2
+
+
+def relative_motion_cost(
+    model: tuple[Array, Array], time_powers: Array, state_weight: Array, command_weight: Array
+) -> Array:
+    """Least cost from any state: the matrix P of the Lyapunov function x'Px, as of `relative_motion_gain`.
+
+    Args:
+        model: state matrix (m, m) and input matrix (m, 3), SI units.
+        time_powers: as of `relative_motion_gain`, shape (m,).
+        state_weight: diagonal of Q, SI units, shape (m,).
+        command_weight: diagonal of R, SI units, shape (3,).
+
+    Returns:
+        P in SI units, such that x'Px is in s, shape (m, m).
+
+    Source: Anderson & Moore, Optimal Control: Linear Quadratic Methods, ch. 3.
+    """
+    from scipy.linalg import solve_continuous_are  # noqa: PLC0415  slow to import, and not needed in flight
+
+    scaled = _scaled(model, time_powers, state_weight, command_weight)
+    cost = np.asarray(solve_continuous_are(*scaled.problem), dtype=np.float64)
+    return scaled.effort * scaled.bandwidth**3 * (scaled.second[:, None] * cost * scaled.second)
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """A regulator's problem in the time unit of its closed loop.
+
+    Attributes:
+        problem: state and input matrix, Q and R.
+        second: in which the states are, shape (m,).
+        bandwidth: its reciprocal is the unit of time, 1/s.
+        effort: unit of R.
+    """
+
+    problem: tuple[Array, Array, Array, Array]
+    second: Array
+    bandwidth: float
+    effort: float
+
+
+def _scaled(
+    model: tuple[Array, Array], time_powers: Array, state_weight: Array, command_weight: Array
+) -> _Scaled:
     state, command = model
     effort = float(np.exp(np.mean(np.log(command_weight))))
     bandwidth = float(np.max((state_weight / effort) ** (0.5 / (2.0 + time_powers))))
     second = bandwidth**time_powers
-    gain = linear_quadratic_gain(
+    problem = (
         second[:, None] * state / second / bandwidth,
         second[:, None] * command * bandwidth,
         np.diag(state_weight / second**2) / (effort * bandwidth**4),
         np.diag(command_weight) / effort,
     )
-    return gain * second * bandwidth**2
+    return _Scaled(problem, second, bandwidth, effort)
 
 
 @functools.lru_cache(maxsize=256)
@@ -210,3 +258,10 @@ class LqrSpec(ControllerSpec):
             velocity_reference=self.velocity_reference,
             feedforward=self.feedforward,
         )
+
+    def cost_matrix(self, setting: FlightSetting) -> Array:
+        """P of the Lyapunov function x'Px of the error (position, velocity), SI units, shape (6, 6)."""
+        weights = np.array([*self.position_weight, *self.velocity_weight])
+        effort = np.array(self.command_weight) / setting.mean_motion**2
+        model = cw.system_matrices(setting.mean_motion)
+        return relative_motion_cost(model, np.repeat([0.0, -1.0], 3), weights, effort)

@@ -78,11 +78,7 @@ class MeanElementControl(Memoryless):
     ) -> tuple[float, float, float]:
         rate = float(self.mean_motion[row])
         argument = rate * step.time if now is None else float(now.mean.mean_argument)
-        wanted = self.wanted[row]
-        if math.isnan(wanted[0]):
-            wanted = elements_from_motion(desired, np.asarray(rate), np.asarray(argument)).as_array()
-        axis, longitude, ex, ey, ix, iy = (self._elements(own, rate, argument, now) - wanted).tolist()
-        axis -= longitude * float(self.longitude_rate[row]) / (1.5 * rate)
+        axis, ex, ey, ix, iy = self._errors(row, own, desired, now, argument)
         cosine, sine = math.cos(argument), math.sin(argument)
         in_plane, normal = axis + cosine * ex + sine * ey, cosine * ix + sine * iy
         exponent, gain = int(self.exponent[row]), float(self.gain[row])
@@ -90,6 +86,38 @@ class MeanElementControl(Memoryless):
         along = -0.25 * rate * gain * _effect(in_plane, most, exponent) * in_plane
         across = -rate * gain * _effect(normal, math.hypot(ix, iy), exponent) * normal
         return 0.0, along, across
+
+    def _errors(
+        self,
+        row: tuple[int, ...],
+        own: Motion,
+        desired: Motion,
+        now: ChiefAtTime | None,
+        argument: float,
+    ) -> tuple[float, float, float, float, float]:
+        """Errors of semi-major axis, with the drift that is wanted, e-vector and i-vector, m."""
+        rate, wanted = float(self.mean_motion[row]), self.wanted[row]
+        if math.isnan(wanted[0]):
+            wanted = elements_from_motion(desired, np.asarray(rate), np.asarray(argument)).as_array()
+        axis, longitude, ex, ey, ix, iy = (self._elements(own, rate, argument, now) - wanted).tolist()
+        axis -= longitude * float(self.longitude_rate[row]) / (1.5 * rate)
+        return axis, ex, ey, ix, iy
+
+    def lyapunov(self, motion: Motion, reference: Reference, step: ControlStep) -> float:
+        """Lyapunov function of one satellite: half the square of its errors.
+
+        Args:
+            motion: measured position and velocity, LVLH, shape (3,).
+            reference: desired position and velocity, LVLH, shape (3,).
+            step: whose time says where the chief is.
+
+        Returns:
+            m^2.
+        """
+        now = None if self.chief is None else _chief_at(self.chief, step.time)
+        argument = float(self.mean_motion) * step.time if now is None else float(now.mean.mean_argument)
+        desired = Motion(reference.position, reference.velocity)
+        return 0.5 * sum(error * error for error in self._errors((), motion, desired, now, argument))
 
     def _elements(self, own: Motion, rate: float, argument: float, now: ChiefAtTime | None) -> Array:
         """Mean relative elements, m, shape (6,)."""
