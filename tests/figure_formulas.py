@@ -366,6 +366,8 @@ def collision(expectation: Any, flight: Flight) -> float:
         _, nearest, k = closest
         columns = flight.columns(pair)
         closing = flight.arrays["velocity"][k, columns[0]] - flight.arrays["velocity"][k, columns[1]]
+        # Of a circular chief; the frame turns with it.
+        closing = closing + flight.mean_motion * np.array([-nearest[1], nearest[0], 0.0])
         squared = nearest[0] * nearest[0] + nearest[1] * nearest[1] + nearest[2] * nearest[2]
         product = nearest[0] * closing[0] + nearest[1] * closing[1] + nearest[2] * closing[2]
         across = closing - nearest * (product / squared if squared > 0.0 else product)

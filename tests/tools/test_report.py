@@ -18,6 +18,7 @@ from arro3.io import read_parquet
 
 from flights import shipped, shortened
 from satform.control.protocol import FlightSetting
+from satform.evaluation import visibility
 from satform.flight.simulate import simulate
 from satform.orbits.chief import KeplerianChief
 from satform.plot import prediction
@@ -27,6 +28,7 @@ from satform.record.archive import load_record, save_record
 from satform.record.flight_record import FlightRecord
 from satform.record.quantities import QUANTITIES
 from satform_tools.cli import main as cli
+from satform_tools.report.page import content
 from satform_tools.report.page.charts import _envelope, charts
 from satform_tools.report.page.render import page_of
 from satform_tools.report.page.thinning import extremes
@@ -387,6 +389,8 @@ def test_the_figures_of_four_satellites_about_an_eccentric_chief_and_of_many() -
     chief = KeplerianChief(2.0e7, 0.5, 0.1, 0.0, 0.0, 0.0)
     summary = summarise(flight, FlightSetting(chief.mean_motion, 10.0, chief=chief))
     assert summary.tetrahedron_quality == pytest.approx(3.0)
+    (table,) = content.pairs(summary)
+    assert table.title == "Pairs of satellites; least tetrahedron quality 3 (3 is regular)"
     assert len(summary.pairs) == 6
     assert all(math.isnan(pair.radial_normal_distance) for pair in summary.pairs)
     assert math.isnan(summary.satellites[0].delta_v_per_orbit)
@@ -396,7 +400,7 @@ def test_the_figures_of_four_satellites_about_an_eccentric_chief_and_of_many() -
 
 
 def test_a_flight_with_a_date_is_exported_as_orbit_messages_with_its_contacts(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The station sees the chief at the start.
     station = "stations=[{name: quito, latitude: 0.1 deg, longitude: -78.5 deg}]"
@@ -407,6 +411,7 @@ def test_a_flight_with_a_date_is_exported_as_orbit_messages_with_its_contacts(
     assert cli.main(["report", str(out), "--export", "oem", "--export", "omm", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [own["other"] for own in told["timeline"] if own["kind"] == "contact"] == ["quito"] * 3
+    assert told["lines_of_sight_left_out"] is False
     objects = ["chief", "sat1", "sat2", "sat3"]
     names = [Path(file).name for file in told["files"]]
     assert names[-8:] == [f"{name}.{kind}" for kind in ("oem", "omm") for name in objects]
@@ -414,6 +419,9 @@ def test_a_flight_with_a_date_is_exported_as_orbit_messages_with_its_contacts(
     page = numbers_of(out / "report" / "report.html")
     bars = next(chart for chart in page["graphs"] if chart["key"] == "timeline")
     assert [line["name"] for line in bars["lines"]] == [f"sat{number}: quito" for number in (1, 2, 3)]
+    monkeypatch.setattr(visibility, "MOST_PAIRS", 2)
+    assert cli.main(["report", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lines_of_sight_left_out"] is True
 
 
 def test_without_sgp4_the_export_of_mean_elements_is_refused_in_a_sentence(

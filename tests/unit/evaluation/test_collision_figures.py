@@ -6,9 +6,12 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import brahe
 import numpy as np
 import pytest
-from scipy.stats import ncx2
+from scipy.integrate import dblquad
+from scipy.linalg import null_space
+from scipy.stats import multivariate_normal, ncx2
 
 from flight_arrays import Flight
 from flights import SCENARIOS
@@ -16,6 +19,7 @@ from random_flights import one_flight, reduced
 from satform.control.protocol import FlightSetting
 from satform.control.relative_elements import RelativeElements, motion_from_elements
 from satform.dynamics.free_drift import least_free_distances
+from satform.evaluation import collision
 from satform.evaluation.collision import CollisionProbability, PassiveSafety, RadialNormalDistance
 from satform.evaluation.control_effort import DeltaVPerOrbit
 from satform.evaluation.evaluate import figures_of
@@ -94,11 +98,67 @@ def test_collision_probability_is_the_largest_of_the_pairs() -> None:
     assert figure(two, flight) == pytest.approx(round_probability(25.0, 30.0, 15.0), rel=1e-6)
 
 
-def test_without_relative_motion_there_is_no_encounter_and_no_figure() -> None:
-    flight = flight_of(a=at_rest(0.0, 0.0, 0.0), b=PASSING, c=at_rest(25.0, 0.0, 0.0))
+def test_without_relative_motion_in_inertial_space_there_is_no_encounter_and_no_figure() -> None:
+    flight = flight_of(
+        a=at_rest(0.0, 0.0, 0.0), b=PASSING, c=at_rest(0.0, 0.0, 25.0), d=at_rest(25.0, 0.0, 0.0)
+    )
     every = CollisionProbability(combined_radius=15.0, standard_deviation=30.0, **BOUND)
     assert math.isnan(figure(every, flight))
-    assert not math.isnan(figure(every.model_copy(update={"satellites": ("a", "b")}), flight))
+    passing = every.model_copy(update={"satellites": ("a", "b")})
+    assert not math.isnan(figure(passing, flight))
+    # What is at rest beside the orbit's normal in LVLH moves as the frame turns.
+    turning = figure(every.model_copy(update={"satellites": ("a", "d")}), flight)
+    assert turning == pytest.approx(round_probability(25.0, 30.0, 15.0), rel=1e-9)
+    assert math.isnan(
+        figures_of([every.model_copy(update={"satellites": ("a", "b")})], flight.record, None)[0]
+    )
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.6])
+def test_the_encounter_plane_of_a_slow_pass_is_across_the_velocity_in_inertial_space(
+    eccentricity: float,
+) -> None:
+    # 40 m ahead with 5 cm/s along the normal at 300 s: the frame turns as fast as the satellite passes.
+    flight = flight_of(a=at_rest(0.0, 0.0, 0.0), b=straight((0.0, 40.0, -15.0), (0.0, 0.0, 0.05)))
+    axis = math.cbrt(brahe.GM_EARTH / MEAN_MOTION**2)
+    elements = np.array([axis, eccentricity, 0.9, 0.3, 0.2, 5.5])
+    chief = KeplerianChief(*elements.tolist())
+    deviations = (35.0, 25.0, 6.0)
+    spec = CollisionProbability(combined_radius=15.0, standard_deviation=deviations, **BOUND)
+    found = figure(spec, flight, FlightSetting(MEAN_MOTION, STEP, chief=chief if eccentricity else None))
+    # The same encounter from the inertial states of both bodies, by brahe, and its plane by their difference.
+    elements[5] += MEAN_MOTION * 300.0
+    reference = brahe.state_koe_to_eci(elements, brahe.AngleFormat.RADIANS)
+    other = brahe.state_rtn_to_eci(reference, np.array([0.0, 40.0, 0.0, 0.0, 0.0, 0.05]))
+    separation, velocity = np.split(other - reference, 2)
+    plane = null_space(velocity[None]).T
+    turned = brahe.rotation_rtn_to_eci(reference)
+    covariance = plane @ turned @ np.diag(np.square(deviations)) @ turned.T @ plane.T
+    density = multivariate_normal(-plane @ separation, covariance)
+    expected, _ = dblquad(
+        lambda angle, radius: radius * density.pdf([radius * math.cos(angle), radius * math.sin(angle)]),
+        *(0.0, 15.0, 0.0, math.tau),
+        epsrel=1e-8,
+    )
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_passive_safety_that_would_take_hours_is_refused() -> None:
+    timing = Timing(step=1.0, duration=1e6)
+    names = {f"sat{number}" for number in range(10)}
+    (sentence,) = PassiveSafety(orbits=10.0, every=1, **BOUND).complaints(names, timing)
+    assert "45 pairs is 5.4e+10 samples, and at most 5e+08 are computed: give every at least 109" in sentence
+    assert PassiveSafety(orbits=10.0, every=109, **BOUND).complaints(names, timing) == []
+
+
+def test_passive_safety_about_an_eccentric_chief_computes_no_circular_motion(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    flight = flight_of(a=at_rest(0.0, 0.0, 0.0), b=PASSING)
+    chief = KeplerianChief(2.0e7, 0.6, 1.0, 0.0, 0.0, 3.0)
+    monkeypatch.setattr(collision, "least_free_distance", None)
+    setting = FlightSetting(chief.mean_motion, STEP, chief=chief)
+    assert math.isfinite(figure(PassiveSafety(orbits=0.2, every=20, **BOUND), flight, setting))
 
 
 def test_before_the_pass_the_separation_counts_with_its_full_length() -> None:

@@ -22,6 +22,7 @@ from satform_tools.check.sampling import sampling_warnings
 from satform_tools.check.start import start_warnings
 from satform_tools.check.thrust import thrust_warnings
 from satform_tools.check.times import time_warnings
+from satform_tools.check.visibility import visibility_warnings
 
 SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     start_warnings,
@@ -37,6 +38,7 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     predictive_plan_warnings,
     filter_warnings,
     pointing_warnings,
+    visibility_warnings,
 )
 """Every subject that is looked at."""
 

@@ -162,6 +162,7 @@ def _data(
         "early_end": None if stored.record.early_end is None else stored.record.early_end.data(),
         "summary": summarise(stored.record, stored.scenario.setting).data(),
         "timeline": visibility.data(timeline),
+        "lines_of_sight_left_out": timeline is not None and timeline.pairs_left_out,
         "judged": bool(verdicts),
         "expectations": [asdict(verdict) for verdict in verdicts],
         "omitted_expectations": list(stored.scenario.omitted_expectations),

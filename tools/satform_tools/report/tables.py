@@ -12,6 +12,7 @@ from satform_tools import console
 from satform_tools.console import Table, number
 from satform_tools.run import progress
 from satform_tools.run.flight_summary import Summary
+from satform_tools.run.pair_figures import PAIR_HEADINGS, tetrahedron_text
 from satform_tools.run.run_result import RunResult, Speed
 
 _PASS, _MISS, _NOTE = "green", "bold red", "yellow"
@@ -162,20 +163,12 @@ def _print_filters(summary: Summary) -> None:
 
 
 def _print_pairs(summary: Summary) -> None:
-    headings = ("pair", "smallest distance [m]", "at [s]", "radial/normal distance [m]")
-    rows = [
-        (
-            f"{entry.first}, {entry.second}",
-            number(entry.smallest_distance),
-            number(entry.closest_at),
-            number(entry.radial_normal_distance),
-        )
-        for entry in summary.pairs
-    ]
+    rows = [entry.row() for entry in summary.pairs]
     if rows:
-        console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
-    if not math.isnan(summary.tetrahedron_quality):
-        console.line(f"least tetrahedron quality {number(summary.tetrahedron_quality)} (3 is regular)")
+        console.table(Table(PAIR_HEADINGS, rows, frozenset(range(1, len(PAIR_HEADINGS)))))
+    quality = tetrahedron_text(summary.tetrahedron_quality)
+    if quality:
+        console.line(quality)
 
 
 def _print_punctuality(clock: dict[str, Any]) -> None:

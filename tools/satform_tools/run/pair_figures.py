@@ -16,9 +16,18 @@ from satform.orbits.tetrahedron import glassmeier_quality
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
 from satform.record.stretch import Stretch
+from satform_tools.console import number
 
 MOST_SATELLITES = 8
 """Satellites whose pairs are listed one by one."""
+
+PAIR_HEADINGS = (
+    "pair",
+    "smallest distance [m]",
+    "at [s]",
+    "least radial/normal distance [m]",
+)
+"""Headings of the table of pairs."""
 
 _MOST_STATES = 2000
 """States at most whose radial/normal distance is computed."""
@@ -42,6 +51,11 @@ class PairSummary:
     smallest_distance: float
     closest_at: float
     radial_normal_distance: float
+
+    def row(self) -> tuple[str, ...]:
+        """Texts under `PAIR_HEADINGS`."""
+        figures = (self.smallest_distance, self.closest_at, self.radial_normal_distance)
+        return (f"{self.first}, {self.second}", *map(number, figures))
 
 
 def pair_summaries(record: FlightRecord, setting: FlightSetting | None) -> tuple[PairSummary, ...]:
@@ -70,6 +84,11 @@ def least_tetrahedron_quality(record: FlightRecord) -> float:
     if len(record.satellites) != 4:
         return math.nan
     return float(np.min(glassmeier_quality(record.position)))
+
+
+def tetrahedron_text(quality: float) -> str:
+    """The least quality factor in words; empty where there is none."""
+    return "" if math.isnan(quality) else f"least tetrahedron quality {number(quality)} (3 is regular)"
 
 
 def _radial_normal(

@@ -19,6 +19,7 @@ from satform_tools.console import number
 from satform_tools.report.comparison import Comparison, Expected
 from satform_tools.report.event_log import Event
 from satform_tools.run.flight_summary import Summary
+from satform_tools.run.pair_figures import PAIR_HEADINGS, tetrahedron_text
 from satform_tools.run.run_result import versions
 from satform_tools.run.stored_run import StoredRun
 
@@ -217,24 +218,14 @@ def figures(summary: Summary, title: str) -> PageTable:
     return PageTable(title, headings, rows, frozenset(range(1, len(headings))))
 
 
-def pairs(summary: Summary, title: str) -> list[PageTable]:
+def pairs(summary: Summary) -> list[PageTable]:
     """Pairs of satellites in figures, as a list of one table; none of a lone satellite or of many."""
-    headings = (
-        "satellites",
-        "smallest distance [m]",
-        "at [s]",
-        "radial/normal distance [m], least of a revolution",
-    )
-    rows = [
-        (
-            f"{entry.first}, {entry.second}",
-            number(entry.smallest_distance),
-            number(entry.closest_at),
-            number(entry.radial_normal_distance),
-        )
-        for entry in summary.pairs
-    ]
-    return [PageTable(title, headings, rows, frozenset({1, 2, 3}))] if rows else []
+    rows = [entry.row() for entry in summary.pairs]
+    if not rows:
+        return []
+    quality = tetrahedron_text(summary.tetrahedron_quality)
+    title = f"Pairs of satellites; {quality}" if quality else "Pairs of satellites"
+    return [PageTable(title, PAIR_HEADINGS, rows, frozenset(range(1, len(PAIR_HEADINGS))))]
 
 
 def events(found: list[Event]) -> PageTable:

@@ -52,7 +52,7 @@ def page_of(stored: StoredRun, timeline: Timeline | None = None) -> str:
         "no_events": content.no_events(stored),
         "tables_last": [
             content.figures(summary, "Flight in figures"),
-            *content.pairs(summary, "Pairs of satellites"),
+            *content.pairs(summary),
             *visibility.table(timeline),
         ],
         "scenarios": [content.scenario_text(stored.scenario, "Scenario")],

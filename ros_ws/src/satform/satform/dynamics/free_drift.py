@@ -12,7 +12,7 @@ from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.numeric.elementwise import Array, dot, norm
 from satform.orbits.chief import KeplerianChief
 
-_SAMPLES_PER_ORBIT = 120
+SAMPLES_PER_ORBIT = 120
 """Instants at which the motion is computed exactly; between two of them it is nearly uniform."""
 
 _NEWTON_STEPS = 6
@@ -42,7 +42,7 @@ def least_free_distance(
     # One map for all states of a chief, not one for each.
     rate = np.atleast_1d(np.asarray(mean_motion, dtype=np.float64))
     shape = np.broadcast_shapes(rate.shape, position.shape[:-1])
-    count = max(1, math.ceil(orbits * _SAMPLES_PER_ORBIT))
+    count = max(1, math.ceil(orbits * SAMPLES_PER_ORBIT))
     spacing = math.tau * orbits / count / rate
     end = count * spacing
     least, at = np.full(shape, np.inf), np.zeros(shape)
@@ -126,8 +126,8 @@ def least_free_distances(
 
 def _instants(chief: KeplerianChief, begin: float, end: float) -> Iterator[float]:
     """Times at multiples of a part of a revolution of the eccentric anomaly that lie in a stretch, s."""
-    rate, part = chief.mean_motion, math.tau / _SAMPLES_PER_ORBIT
-    count = math.floor(chief.mean_anomaly_at(begin) / part) - 1 - _SAMPLES_PER_ORBIT
+    rate, part = chief.mean_motion, math.tau / SAMPLES_PER_ORBIT
+    count = math.floor(chief.mean_anomaly_at(begin) / part) - 1 - SAMPLES_PER_ORBIT
     time = begin
     while time <= end:
         count += 1
@@ -157,7 +157,7 @@ def _nearest(
     """Least distance about an instant, m, shape (...), between offsets in s, under constant acceleration."""
     chief = model.chief
     # Half of the way to the next instant, and a little more.
-    half_width = 0.55 * chief.period / _SAMPLES_PER_ORBIT * chief.radius(time) / chief.semi_major_axis
+    half_width = 0.55 * chief.period / SAMPLES_PER_ORBIT * chief.radius(time) / chief.semi_major_axis
     apart, motion = states[..., :3], states[..., 3:]
     acceleration = _product(model.system_matrix(np.array([time]))[0], states)[..., 3:]
     ahead = np.zeros(states.shape[:-1])

@@ -6,6 +6,7 @@ Their models are `satform.orbits.collision_probability`, `satform.orbits.radial_
 `satform.dynamics.free_drift`.
 """
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import Annotated, Literal
@@ -16,10 +17,10 @@ from pydantic import Field, model_validator
 from satform.common.spec import Positive, PositivePerAxis, Vector
 from satform.control.protocol import FlightSetting, Motion
 from satform.control.relative_elements import elements_from_motion
-from satform.dynamics.free_drift import least_free_distance, least_free_distances
+from satform.dynamics.free_drift import SAMPLES_PER_ORBIT, least_free_distance, least_free_distances
 from satform.evaluation.pairs import Approaches, ClosestApproaches, OfPairs, between, pairs_of
 from satform.evaluation.reducers import ExtremeOf, OverStretch
-from satform.numeric.elementwise import Array, dot
+from satform.numeric.elementwise import Array, dot, joined
 from satform.orbits.collision_probability import collision_probability
 from satform.orbits.radial_normal import least_radial_normal_distance
 from satform.record.flight_block import FlightBlock
@@ -30,14 +31,18 @@ from satform.scenario.parts import SatelliteSpec, Timing
 LARGEST_ECCENTRICITY = 0.01
 """Of the chief's orbit, up to which the Clohessy-Wiltshire equations are used."""
 
+MOST_FREE_SAMPLES = 500_000_000
+"""Instants of free motion, of all states and pairs, that passive safety computes: some minutes."""
+
 _MOTION = ("position", "velocity")
 
 
 class CollisionProbability(OfPairs):
     """Probability that two satellites collide at their closest approach, the largest of the pairs.
 
-    Foster's integral in the encounter plane. The relative position has a normal distribution about the true
-    one, whose covariance is given, or is the sum of those of both satellites' filters.
+    Foster's integral in the encounter plane, across the relative velocity in inertial space. The relative
+    position has a normal distribution about the true one, whose covariance is given, or is the sum of those
+    of both satellites' filters.
     """
 
     kind: Literal["collision_probability"] = "collision_probability"
@@ -77,9 +82,8 @@ class CollisionProbability(OfPairs):
     def reducer(self, flight: FlightShape) -> Reducer:
         matrix = self._matrix()
         stretch = self.stretch(flight, flight.states, of_bodies=True)
-        return ClosestApproaches(
-            stretch, flight.step, partial(self._largest, matrix=matrix), covariances=matrix is None
-        )
+        figure = partial(self._largest, matrix=matrix, settings=flight.settings)
+        return ClosestApproaches(stretch, flight.step, figure, covariances=matrix is None)
 
     def describe(self) -> str:
         return self.label or f"collision probability{self.when()}{self.whose()}"
@@ -89,10 +93,10 @@ class CollisionProbability(OfPairs):
             return np.array(self.covariance)
         return None if self.standard_deviation is None else np.diag(np.square(self.standard_deviation))
 
-    def _largest(self, found: Approaches, matrix: Array | None) -> Array:
+    def _largest(self, found: Approaches, matrix: Array | None, settings: tuple[FlightSetting, ...]) -> Array:
         """The largest probability of each run's pairs, shape (R,)."""
         runs, pairs = found.time.shape
-        across = _across(found.separation, found.velocity)
+        across = _across(found.separation, inertial_velocity(found, settings))
         probabilities = np.empty((runs, pairs))
         for run, pair in np.ndindex(runs, pairs):
             covariance = found.covariance[run, pair] if matrix is None else matrix
@@ -141,6 +145,21 @@ class PassiveSafety(OfPairs):
     every: Annotated[int, Field(ge=1, le=1_000_000)] = 10
     """Steps from a state whose free motion is computed to the next one."""
 
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
+        own = super().complaints(satellites, timing)
+        count = len(satellites) if self.satellites is None else len(self.satellites)
+        end = timing.duration if self.before is None else self.before
+        states = 1 + math.floor((end - self.after) / timing.step) // self.every
+        samples = math.comb(count, 2) * states * max(1, math.ceil(self.orbits * SAMPLES_PER_ORBIT))
+        if not own and samples > MOST_FREE_SAMPLES:
+            every, pairs = math.ceil(self.every * samples / MOST_FREE_SAMPLES), math.comb(count, 2)
+            own.append(
+                f"free motion over {self.orbits:g} orbits from {states} states of {pairs} pairs is "
+                f"{samples:.2g} samples, and at most {MOST_FREE_SAMPLES:.0e} are computed: give every at "
+                f"least {every}, or fewer orbits or satellites"
+            )
+        return own
+
     def holds_in_part(self) -> bool:
         return self.extreme_holds_in_part("minimum")
 
@@ -159,7 +178,8 @@ class _LeastFreeDistance(OverStretch):
     def __init__(self, stretch: Stretch, flight: FlightShape, orbits: float, every: int) -> None:
         super().__init__(stretch, _motion, _MOTION)
         self._pairs, self._first, self._step = pairs_of(stretch), stretch.first, flight.step
-        self._rates, self._chiefs = flight.mean_motions[:, None], [own.chief for own in flight.settings]
+        self._rates, chiefs = flight.mean_motions[:, None], [own.chief for own in flight.settings]
+        self._eccentric = {run: own for run, own in enumerate(chiefs) if own and own.eccentricity > 0.0}
         self._orbits, self._every = orbits, every
         self._least: Array = np.full((), np.inf)
 
@@ -169,15 +189,16 @@ class _LeastFreeDistance(OverStretch):
         if not len(values):
             return
         apart = between(values, self._pairs)
-        distance, _ = least_free_distance(apart[..., :3], apart[..., 3:], self._rates, self._orbits)
+        distance = np.empty(apart.shape[:-1])
+        circular = [run for run in range(apart.shape[1]) if run not in self._eccentric]
+        if circular:
+            own, rates = apart[:, circular], np.broadcast_to(self._rates, (apart.shape[1], 1))[circular]
+            distance[:, circular], _ = least_free_distance(own[..., :3], own[..., 3:], rates, self._orbits)
         steps = part.first + skipped + self._every * np.arange(len(values))
         times = np.asarray(self._step * steps, dtype=np.float64)
-        for run, chief in enumerate(self._chiefs):
-            if chief is not None and chief.eccentricity > 0.0:
-                own = apart[:, run]
-                distance[:, run] = least_free_distances(
-                    chief, times, own[..., :3], own[..., 3:], self._orbits
-                )
+        for run, chief in self._eccentric.items():
+            own = apart[:, run]
+            distance[:, run] = least_free_distances(chief, times, own[..., :3], own[..., 3:], self._orbits)
         self._least = np.minimum(self._least, distance.min(axis=(0, 2)))
 
     def found(self) -> Array:
@@ -201,6 +222,27 @@ def radial_normal_distances(values: Array, pairs: tuple[tuple[int, int], ...], r
     # Where the chief is on its orbit turns both vectors alike, which leaves the distance as it is.
     elements = elements_from_motion(Motion(apart[..., :3], apart[..., 3:]), rates, np.zeros(()))
     return least_radial_normal_distance(elements.as_array())
+
+
+def inertial_velocity(found: Approaches, settings: tuple[FlightSetting, ...]) -> Array:
+    """Relative velocity against inertial space, in LVLH components.
+
+    Args:
+        found: R runs with P pairs each, with velocities in the rotating frame.
+        settings: of each run; none where the chief is not known.
+
+    Returns:
+        m/s, shape (R, P, 3); NaN where the chief is not known.
+    """
+    rates = np.full(found.time.shape, np.nan)
+    for run, setting in enumerate(settings):
+        chief, times = setting.chief, found.time[run].tolist()
+        if chief is None or chief.eccentricity == 0.0:
+            rates[run] = setting.mean_motion
+        else:
+            rates[run] = [chief.angular_rate(time) if math.isfinite(time) else math.nan for time in times]
+    x, y = found.separation[..., 0], found.separation[..., 1]
+    return found.velocity + joined(-rates * y, rates * x, np.zeros_like(rates))
 
 
 def _across(separation: Array, velocity: Array) -> Array:

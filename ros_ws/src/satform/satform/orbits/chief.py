@@ -207,6 +207,11 @@ class KeplerianChief:
         parameter = self.semi_major_axis * (1.0 - self.eccentricity**2)
         return parameter / (1.0 + self.eccentricity * math.cos(self.true_anomaly(time)))
 
+    def angular_rate(self, time: float) -> float:
+        """Rate of the true anomaly, at which the LVLH frame turns, `time` s after the start, rad/s."""
+        ratio = self.semi_major_axis / self.radius(time)
+        return self.mean_motion * ratio * ratio * math.sqrt(1.0 - self.eccentricity**2)
+
     def state_in_own_axes(self) -> tuple[Array, Array]:
         """Position in m and velocity in m/s at time zero, in radial, transverse and normal axes."""
         shape = (self.semi_major_axis, self.eccentricity, self.true_anomaly(0.0))
