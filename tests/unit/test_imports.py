@@ -68,6 +68,7 @@ TAKE_A_SCENARIO = {
     "satform_bringup.supervisor.run",
     "satform.bag.reader",
     "satform_nodes.bag.writer",
+    "satform_nodes.preload",
     "satform_nodes.recorder.node",
     "satform_nodes.runtime.lifecycle",
 }

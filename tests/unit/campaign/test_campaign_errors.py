@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from flights import SCENARIOS
-from satform.campaign.loader import is_campaign, load_campaign, parse_campaign, save_campaign
+from satform.campaign.campaign_file import is_campaign
+from satform.campaign.loader import load_campaign, parse_campaign, save_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.scenario_file import CampaignSource
 from satform.scenario import ScenarioError

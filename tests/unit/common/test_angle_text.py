@@ -9,7 +9,7 @@ import re
 import jsonschema
 import pytest
 
-from satform.common.spec import specs
+from satform.common.spec import field_description, specs
 from satform.scenario import ScenarioError, parse_scenario
 from satform_tools.describe import json_schema
 from satform_tools.describe.field_text import GROUPS, type_text
@@ -91,6 +91,7 @@ def test_every_scalar_field_that_asks_for_radians_offers_degrees() -> None:
             for name, field in spec.model_fields.items():
                 words = type_text(field)
                 scalar = words.startswith("number")
-                if scalar and asks.search(field.description or "") and "deg" not in words:
-                    missing.append(f"{kind}.{name}: {field.description}")
+                said = field_description(spec, name)
+                if scalar and asks.search(said) and "deg" not in words:
+                    missing.append(f"{kind}.{name}: {said}")
     assert missing == []

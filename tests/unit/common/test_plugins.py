@@ -7,13 +7,14 @@ import os
 import subprocess
 import sys
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from satform.common.spec import PerAxis, Plugin, PositivePerAxis, Spec, specs
+from satform.common.spec import PerAxis, Plugin, PositivePerAxis, Spec, installed_entry_points, specs
 from satform.control.protocol import ControllerSpec
 from satform.orbits.curve_specs import CircleSpec
 
@@ -263,9 +264,12 @@ def test_without_the_package_its_names_are_unknown_and_those_shipped_are_offered
 
 
 @pytest.fixture
-def installed(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def installed(package: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The package made visible to this process, for groups that nothing else asks for."""
     monkeypatch.syspath_prepend(str(package))
+    installed_entry_points.cache_clear()
+    yield
+    installed_entry_points.cache_clear()
 
 
 @pytest.mark.usefixtures("installed")
@@ -318,13 +322,13 @@ def test_a_curve_registered_as_a_controller_is_refused() -> None:
 
     assert Vehicle.model_validate({"controller": {"push": 1.0}}).controller.kind == "steady_push"
     with pytest.raises(TypeError, match=r"PolarCircleSpec is registered in outside.mixed but is not a Contr"):
-        TypeAdapter(Annotated[ControllerSpec, Plugin("outside.mixed")])
+        TypeAdapter(Annotated[ControllerSpec, Plugin("outside.mixed")]).rebuild()
 
 
 def test_a_group_without_entry_points_is_refused() -> None:
     assert specs("outside.empty") == {}
     with pytest.raises(TypeError, match=r"no entry point is registered in the group outside.empty"):
-        TypeAdapter(Annotated[ControllerSpec, Plugin("outside.empty")])
+        TypeAdapter(Annotated[ControllerSpec, Plugin("outside.empty")]).rebuild()
 
 
 @pytest.mark.parametrize("group", ["curves", "controllers", "perturbations", "dynamics", "topologies"])

@@ -8,6 +8,7 @@ from unittest.mock import Mock
 import pytest
 
 from flights import shortened
+from satform.common.spec import field_description
 from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
 from satform_nodes.satellite.flight_loop import fly_all
@@ -31,8 +32,7 @@ def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated()
 
 
 def test_the_pages_say_so() -> None:
-    described = Scenario.model_fields["node_timeout"].description
-    assert described is not None
+    described = field_description(Scenario, "node_timeout")
     assert "the plant counts as lost after twice that time" in " ".join(described.split())
     for page in ("verification.md", "multi_host.md"):
         assert "twice that" in (DOCS / page).read_text(encoding="utf-8")

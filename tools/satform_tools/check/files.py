@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from satform.campaign.loader import is_campaign
+from satform.campaign.campaign_file import is_campaign
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
 from satform.files.bounded_file import is_file
 from satform.scenario import Problem, ScenarioError

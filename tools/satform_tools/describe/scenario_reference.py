@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
-from satform.common.spec import Spec, choices, specs
+from satform.common.spec import Spec, choices, field_description, specs
 from satform.control.protocol import ControllerSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.scenario import Scenario
@@ -143,7 +143,7 @@ def _table(spec: type[Spec], names: Iterable[str]) -> str:
             type_text(field),
             default_text(field),
             bounds_text(field),
-            _description_text(field.description),
+            _description_text(field_description(spec, name)),
         ]
         if with_parameters:
             cells.append(_parameter_text(own, changes=changes))
@@ -167,7 +167,10 @@ def _shared(kinds: Iterable[type[Spec]]) -> list[str]:
         if name != "kind"
         and others
         and all(
-            name in other.model_fields and repr(other.model_fields[name]) == repr(field) for other in others
+            name in other.model_fields
+            and repr(other.model_fields[name]) == repr(field)
+            and field_description(other, name) == field_description(first, name)
+            for other in others
         )
     ]
 

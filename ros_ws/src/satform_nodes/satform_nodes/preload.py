@@ -11,7 +11,11 @@ import satform_nodes.plant.flight_loop
 import satform_nodes.recorder.flight_loop
 import satform_nodes.satellite.group_node
 import satform_nodes.satellite.single_node
+from satform.scenario import Scenario
 from satform_nodes.transport import topic_types
+
+# Makes the validators of scenarios, which every node loads.
+Scenario.model_rebuild()
 
 for _message_type in topic_types.TYPES.values():
     # Loads the C libraries that turn these messages into bytes.

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a YAML file to a `Campaign`, or to all that is wrong with it."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from satform.campaign.campaign_checks import change_complaints
+from satform.campaign.campaign_file import CAMPAIGN, is_campaign
 from satform.campaign.model import Campaign
 from satform.campaign.paths import PathError, targets
 from satform.campaign.scenario_file import CampaignSource
@@ -18,9 +18,7 @@ from satform.scenario import Problem, ScenarioError, load_scenario, save_scenari
 from satform.scenario.field_errors import coerced, dotted, problems
 from satform.scenario.loader import SCENARIO_FILE
 from satform.scenario.text_file import first_problems, read_text_file
-from satform.scenario.yaml_reader import line_of, plain, read_mapping, read_tree
-
-_CAMPAIGN = "a campaign"
+from satform.scenario.yaml_reader import line_of, plain, read_mapping
 
 
 def load_campaign(path: str | Path, library: Path | None = None) -> Campaign:
@@ -37,7 +35,7 @@ def load_campaign(path: str | Path, library: Path | None = None) -> Campaign:
     Raises:
         ScenarioError: the file or its scenario cannot be read or cannot fly; all problems at once.
     """
-    text = read_text_file(path, _CAMPAIGN)
+    text = read_text_file(path, CAMPAIGN)
     return parse_campaign(text, str(path), CampaignSource(Path(path).parent, library=library))
 
 
@@ -144,16 +142,3 @@ def save_campaign(campaign: Campaign, folder: Path) -> Path:
     renamed = campaign.model_copy(update={"scenario": campaign.scenario.renamed(SCENARIO_FILE)})
     write_durably(path, renamed.model_dump_json(indent=1, exclude_unset=True).encode())
     return path
-
-
-def is_campaign(path: Path) -> bool:
-    """Whether a file is a campaign and no scenario: it names a scenario and has no satellites.
-
-    Args:
-        path: of any file; one that cannot be read, or is not YAML, is no campaign.
-    """
-    try:
-        tree = read_tree(read_text_file(path, _CAMPAIGN), str(path))
-    except ScenarioError:
-        return False
-    return isinstance(tree, Mapping) and "satellites" not in tree and ("scenario" in tree or "runs" in tree)

@@ -9,13 +9,25 @@ JSON Schema, the ROS parameters and the documentation all come from that one dec
 Specs are found through Python entry points, so that a package outside this one adds its own.
 """
 
+import ast
 import functools
+import inspect
+import itertools
+import sys
 import types
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib.metadata import entry_points
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, GetCoreSchemaHandler
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError
 
@@ -29,12 +41,68 @@ Complaint = tuple[FieldPath, str]
 class Spec(BaseModel):
     """Base of all data in a scenario: immutable, nothing unknown accepted, no infinities."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+    # Validators are made of what is validated first: to make those of all kinds takes as long as all imports.
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     def model_post_init(self, _context: Any) -> None:
         """Count `kind` as given: without it what was built in Python could not be read again."""
         if "kind" in type(self).model_fields:
             self.model_fields_set.add("kind")
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """The model's JSON Schema, with the docstrings of its fields as their descriptions."""
+        made = handler(core_schema)
+        model = handler.resolve_ref_schema(made)
+        for name, schema in model.get("properties", {}).items():
+            description = field_description(cls, name)
+            if description:
+                model["properties"][name] = {**schema, "description": description}
+        return made
+
+
+def field_description(spec: type[BaseModel], name: str) -> str:
+    """What the docstring below a field says.
+
+    It is read from the source when it is asked for: a flight needs none, and pydantic's own way would read
+    the source of every specification at each start of the program.
+
+    Args:
+        spec: the model.
+        name: of one of its fields.
+
+    Returns:
+        The description that the field itself declares, else the docstring; empty where there is neither.
+    """
+    declared = spec.model_fields[name].description
+    if declared:
+        return declared
+    owner = next((base for base in spec.__mro__ if name in inspect.get_annotations(base)), None)
+    return "" if owner is None else _docstrings(owner.__module__).get((owner.__qualname__, name), "")
+
+
+@functools.cache
+def _docstrings(module: str) -> dict[tuple[str, str], str]:
+    """The docstrings of annotated fields of a module by class and field; none where it has no source."""
+    try:
+        tree = ast.parse(inspect.getsource(sys.modules[module]))
+    except (KeyError, OSError, TypeError):
+        return {}
+    return dict(_field_docstrings(tree, ""))
+
+
+def _field_docstrings(node: ast.AST, prefix: str) -> Iterator[tuple[tuple[str, str], str]]:
+    """Class and field, and the docstring, of all annotated fields within a part of a syntax tree."""
+    for own, following in itertools.pairwise([*ast.iter_child_nodes(node), ast.Pass()]):
+        match own, following:
+            case ast.ClassDef(), _:
+                yield from _field_docstrings(own, f"{prefix}{own.name}.")
+            case ((ast.FunctionDef() | ast.AsyncFunctionDef()), _):
+                yield from _field_docstrings(own, f"{prefix}{own.name}.<locals>.")
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
+                yield (prefix.removesuffix("."), name), inspect.cleandoc(text)
 
 
 def require_consistent(complaints: Sequence[Complaint]) -> None:
@@ -97,6 +165,12 @@ NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], Bef
 
 
 @functools.cache
+def installed_entry_points() -> Any:
+    """Those of all installed packages, whose descriptions are read once for all groups."""
+    return entry_points()
+
+
+@functools.cache
 def specs(group: str) -> dict[str, type[Spec]]:
     """The registered specifications of one group.
 
@@ -111,7 +185,7 @@ def specs(group: str) -> dict[str, type[Spec]]:
             packages register the same name.
     """
     found: dict[str, type[Spec]] = {}
-    for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
+    for entry in sorted(installed_entry_points().select(group=group), key=lambda entry: entry.name):
         spec = entry.load()
         if not (isinstance(spec, type) and issubclass(spec, Spec)):
             raise TypeError(

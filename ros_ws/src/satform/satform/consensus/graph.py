@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
@@ -121,23 +122,36 @@ class Graph:
         """Whether consensus is possible: every satellite can be reached from some one along the edges.
 
         For an undirected graph this is connectivity. For a directed one it is the existence of a
-        spanning tree, which holds when exactly one strong component has no in-neighbour outside itself.
+        spanning tree: a satellite from which every other one can be reached.
 
         Source: Ren & Beard 2005.
         """
-        count, labels = self._strong_components()
-        receivers, senders = np.nonzero(self.adjacency)
-        across = labels[receivers] != labels[senders]
-        has_outside_in_edge = np.zeros(count, dtype=np.bool_)
-        has_outside_in_edge[labels[receivers[across]]] = True
-        return int(count - has_outside_in_edge.sum()) == 1
+        if len(self) == 0:
+            return False
+        senders, receivers = np.nonzero(self.adjacency.T)
+        first = np.searchsorted(senders, np.arange(len(self) + 1)).tolist()
+        receivers_of = [receivers[start:end].tolist() for start, end in pairwise(first)]
+        reached: set[int] = set()
+        last = 0
+        for satellite in range(len(self)):
+            if satellite not in reached:
+                # If any satellite reaches all, the last one that no earlier one has reached does too.
+                last = satellite
+                _spread(satellite, receivers_of, reached)
+        found: set[int] = set()
+        _spread(last, receivers_of, found)
+        return len(found) == len(self)
 
-    def _strong_components(self) -> tuple[int, NDArray[np.int32]]:
-        from scipy.sparse import csr_array  # noqa: PLC0415  slow to import, and not needed in flight
-        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415  slow to import, and not needed in flight
 
-        count, labels = connected_components(csr_array(self.adjacency), directed=True, connection="strong")
-        return int(count), labels
+def _spread(origin: int, receivers_of: list[list[int]], reached: set[int]) -> None:
+    """Add to `reached` the origin and all whom its messages reach by way of satellites that are not in it."""
+    reached.add(origin)
+    waiting = [origin]
+    while waiting:
+        for receiver in receivers_of[waiting.pop()]:
+            if receiver not in reached:
+                reached.add(receiver)
+                waiting.append(receiver)
 
 
 class TopologySpec(Spec):

@@ -21,7 +21,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from satform.dynamics.integrators import FixedStep, substeps
@@ -86,6 +85,8 @@ class Collocation:
 @functools.cache
 def nodes() -> tuple[float, ...]:
     """Nodes of a step as fractions of it, in ascending order."""
+    from numpy.polynomial import legendre  # noqa: PLC0415  slow to import, and only this integrator needs it
+
     return tuple((0.5 * (1.0 + legendre.leggauss(NODES)[0])).tolist())
 
 
@@ -99,6 +100,8 @@ def weights(fractions: tuple[float, ...]) -> tuple[Array, Array]:
     Returns:
         Those of the first and of the second integral over a step of unit length, shape (K, n, 1) each.
     """
+    from numpy.polynomial import legendre  # noqa: PLC0415  slow to import, and only this integrator needs it
+
     points, quadrature = legendre.leggauss(NODES)
     degrees = np.arange(NODES)
     # The polynomial that is 1 at one node and 0 at the others, as a series of Legendre polynomials.
@@ -115,6 +118,8 @@ def weights(fractions: tuple[float, ...]) -> tuple[Array, Array]:
 @functools.cache
 def between() -> Array:
     """Weights that carry values at some of the nodes to all of them, shape (2 K / 3, K, 1)."""
+    from numpy.polynomial import legendre  # noqa: PLC0415  slow to import, and only this integrator needs it
+
     points = legendre.leggauss(NODES)[0]
     some = points[list(_SOME)]
     columns = []

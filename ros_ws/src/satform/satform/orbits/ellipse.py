@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import ellipeinc
 
 from satform.numeric.elementwise import Array, arctan2, column, dot
 from satform.orbits.curve import CurvePoint
@@ -174,8 +173,7 @@ class Ellipse:
         )
 
     def _arc_from_apex(self, angle: Array) -> Array:
-        arc: Array = self.semi_minor * ellipeinc(angle, self.elliptic_parameter)
-        return arc
+        return self.semi_minor * _elliptic_integral(angle, self.elliptic_parameter)
 
     def _from_apex(self, arc_length: Array) -> tuple[Array, Array]:
         """Arc length from the nearest apex, m, up to a quarter either way, and that apex's angle, rad."""
@@ -265,7 +263,7 @@ def ellipse(centre: Array, first_axis: Array, second_axis: Array) -> Ellipse:
     first_direction, second_direction = first_axis / first_length, second_axis / second_length
     semi_major, semi_minor = max(first_length, second_length), min(first_length, second_length)
     parameter = 1.0 - (semi_major / semi_minor) ** 2
-    quarter = semi_minor * float(ellipeinc(0.5 * np.pi, parameter))
+    quarter = semi_minor * float(_elliptic_integral(np.array(0.5 * np.pi), np.array(parameter)))
     return Ellipse(
         centre=np.asarray(centre, dtype=np.float64),
         first_axis=np.asarray(first_axis, dtype=np.float64),
@@ -282,6 +280,14 @@ def ellipse(centre: Array, first_axis: Array, second_axis: Array) -> Ellipse:
         perimeter=_scalar(4.0 * quarter),
         apex_shift=_scalar(0.0 if first_length >= second_length else 1.0),
     )
+
+
+def _elliptic_integral(angle: Array, parameter: Array) -> Array:
+    """Incomplete elliptic integral of the second kind."""
+    from scipy.special import ellipeinc  # noqa: PLC0415  slow to import, and only curves need it
+
+    integral: Array = ellipeinc(angle, parameter)
+    return integral
 
 
 def _scalar(value: float) -> Array:

@@ -61,7 +61,8 @@ class ScenarioDefinition(Spec):
     """How satellites agree on their phase."""
     nominal_motion: NominalMotion
     """How fast they go round."""
-    satellite_defaults: SatelliteFields = SatelliteFields()
+    # Made without validation, which would make validators of all kinds at import.
+    satellite_defaults: SatelliteFields = SatelliteFields.model_construct()
     """Defaults for all satellites."""
     satellites: Annotated[tuple[SatelliteSpec, ...], Field(min_length=1, max_length=10_000)]
     """The satellites, in the order of the graph's rows."""

@@ -21,7 +21,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from satform.common.angle_text import PATTERNS
-from satform.common.spec import Spec, one_for_all, validators
+from satform.common.spec import Spec, field_description, one_for_all, validators
 from satform.flight.online_parameters import changed
 from satform.scenario.field_errors import field_sentence
 from satform_nodes.runtime.formation_node import FormationNode
@@ -80,7 +80,7 @@ def declare_spec(node: FormationNode, prefix: str, spec: Spec) -> None:
         _prepare_override(node, Parameter(f"{prefix}.{name}", value=value), forms)
         _check_override(node, prefix, spec, name, value)
         descriptor = ParameterDescriptor(
-            description=(field.description or f"{name} of {prefix}").strip(),
+            description=(field_description(type(spec), name) or f"{name} of {prefix}").strip(),
             read_only=isinstance(value, bool | str),
             additional_constraints=_in_words(bounds, one_for_all=lone),
         )
