@@ -57,6 +57,7 @@ TAKE_A_SCENARIO = {
     "satform.evaluation.sampled_loops",
     "satform.evaluation.stability_borders",
     "satform.flight.chief_motion",
+    "satform.flight.scenario_record",
     "satform.flight.compile",
     "satform.flight.truth",
     "satform.flight.simulate",

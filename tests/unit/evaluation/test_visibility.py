@@ -12,8 +12,9 @@ import pytest
 
 import satform as sf
 from flights import shortened
+from satform.communication.physical_links import line_of_sight_distance
 from satform.dynamics.orbital_forces import FullEarthRotation
-from satform.evaluation.visibility import Interval, line_of_sight_distance, timeline
+from satform.evaluation.visibility import Interval, timeline
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.orbits.earth_orientation import without_file
 from satform.orbits.frames import ClosedEarthRotation, lvlh_frame

@@ -18,6 +18,7 @@ from satform_msgs.msg import (
     Command,
     EarlyEnd,
     FormationStatus,
+    LinkConditions,
     NodeReady,
     ParameterChange,
     RelativeState,
@@ -28,7 +29,7 @@ from satform_nodes.transport.cdr_codec import Layout, layout
 from satform_nodes.transport.sim_time import Stamps
 
 FRAME = "lvlh"
-VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, NodeReady)
+VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, NodeReady, LinkConditions)
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 FIXED = [message for message in MESSAGES if message not in VARIABLE]
 
@@ -123,6 +124,20 @@ def test_frames_of_any_length_are_padded_as_rosidl_pads_them(message_type: Any, 
     expected = serialize_message(message_of(message_type, numbers, frame))
     packed = form.pack(*numbers.values())
     assert without_padding(packed, form, frame) == without_padding(expected, form, frame)
+
+
+@pytest.mark.parametrize("length", [1, 2, 5])
+def test_sequences_of_one_length_have_the_bytes_of_rosidl(length: int) -> None:
+    form = layout(LinkConditions, FRAME, length)
+    loss, light_time = [0.25 + place for place in range(length)], [1e-3 * place for place in range(length)]
+    packed = form.pack(3, 4, 5, length, *loss, length, *light_time)
+    message = deserialize_message(packed, LinkConditions)
+    assert (message.step, list(message.loss), list(message.light_time)) == (5, loss, light_time)
+    expected = serialize_message(message)
+    assert without_padding(packed, form) == without_padding(expected, form)
+    assert form.unpack(expected) == (3, 4, 5, length, *loss, length, *light_time)
+    with pytest.raises(ValueError, match="whose size is not fixed"):
+        layout(LinkConditions, FRAME)
 
 
 def test_a_message_of_poses_has_a_layout_too() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from satform.bag.events import Events
 from satform.evaluation.evaluate import evaluate
 from satform.files.bounded_file import read_json
-from satform.flight.chief_motion import with_chief
+from satform.flight.scenario_record import with_chief
 from satform.record.archive import RECORD, RecordError, load_record
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario

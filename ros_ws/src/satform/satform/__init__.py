@@ -109,7 +109,7 @@ _MODULES = {
     "read_bag": "satform.bag.reader",
     "save_scenario": "satform.scenario.loader",
     "simulate": "satform.flight.simulate",
-    "with_chief": "satform.flight.chief_motion",
+    "with_chief": "satform.flight.scenario_record",
 }
 """Module of each public name; imported when the name is used, so that `import satform` stays quick."""
 

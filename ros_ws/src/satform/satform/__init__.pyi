@@ -64,7 +64,7 @@ from satform.equipment.sensor import NavigationSpec as NavigationSpec
 from satform.equipment.thruster import ThrusterSpec as ThrusterSpec
 from satform.evaluation.evaluate import evaluate as evaluate
 from satform.evaluation.findings import findings as findings
-from satform.flight.chief_motion import with_chief as with_chief
+from satform.flight.scenario_record import with_chief as with_chief
 from satform.flight.simulate import simulate as simulate
 from satform.membership.faults import ByzantineSpec as ByzantineSpec
 from satform.membership.faults import ClockOffsetSpec as ClockOffsetSpec

@@ -9,7 +9,6 @@ import struct
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +36,9 @@ from satform.bag.tables import Gaps, Table, read_table
 from satform.communication.topic_table import CLOCK, STATUS, topic_name
 from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
-from satform.flight.chief_motion import chief_motion
 from satform.flight.command_timeout import held_steps
 from satform.flight.compile import orientations
+from satform.flight.scenario_record import with_chief
 from satform.membership.formation import Plan
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
@@ -333,8 +332,10 @@ def _record(
         **_estimates(estimate, satellites, steps),
         **without("pointing", len(names), None),
         early_end=early_end,
-        chief_source=partial(chief_motion, scenario),
+        chief_source=None,
+        link_source=None,
     )
+    record = with_chief(record, scenario)
     if not any(satellite.attitude for satellite in satellites):
         return record
     known = record.quantities()

@@ -17,6 +17,12 @@ from pydantic import Field, model_validator
 
 from satform.common.spec import Complaint, FieldPath, NonNegative, Spec
 from satform.communication.neighbour_buffer import Received
+from satform.communication.physical_links import (
+    LONGEST_LIGHT_TIME,
+    LinkConditions,
+    LinkMedium,
+    Physical,
+)
 from satform.equipment.random_streams import LINK_STREAM
 from satform.numeric.elementwise import Array, Indices
 from satform.numeric.seeded_numbers import SeededUniforms
@@ -47,6 +53,10 @@ class Window(Spec):
             raise ValueError(f"end {self.end:g} s is not later than begin {self.begin:g} s")
         return self
 
+    def covers(self, time: Array) -> NDArray[np.bool_]:
+        """Whether times, s, lie in it, but for a rounding."""
+        return np.asarray((self.begin * (1.0 - _SLACK) <= time) & (time < self.end * (1.0 - _SLACK)))
+
 
 class LinkSpec(Spec):
     """What one directed link does to the messages on it."""
@@ -65,6 +75,8 @@ class LinkSpec(Spec):
     """Time between two messages that are sent at all, s; every step when zero."""
     outages: tuple[Window, ...] = ()
     """Stretches of time in which whatever is sent is lost."""
+    channel: Physical | None = None
+    """Radio or optical link by whose budget messages are lost and delayed, in addition to all the above."""
 
 
 class EdgeSpec(LinkSpec):
@@ -93,6 +105,24 @@ class LinksSpec(Spec):
                 }
                 return self.default.model_copy(update=own)
         return self.default
+
+    @property
+    def physical(self) -> bool:
+        """Whether a link is a radio or an optical one."""
+        return any(link.channel is not None for link in (self.default, *self.edges))
+
+    def medium(self, edges: Sequence[tuple[int, int]], names: Sequence[str]) -> LinkMedium | None:
+        """Those links that are radio or optical ones; None where there are none.
+
+        Args:
+            edges: indices of sender and receiver of each link that is used.
+            names: of all satellites.
+        """
+        found = [(edge, self.of(names[edge[0]], names[edge[1]]).channel) for edge in edges]
+        physical = [(edge, channel) for edge, channel in found if channel is not None]
+        if not physical:
+            return None
+        return LinkMedium([edge for edge, _ in physical], [own for _, own in physical], len(names))
 
     def complaints(self, satellites: Sequence[str], step: float) -> list[Complaint]:
         """What of this cannot be, in a formation with these satellites and this control period in s."""
@@ -154,7 +184,8 @@ class ChannelModel:
         self._cut_until = np.array([end for _, _, end in outages])
         self._draws = draws
         longest = float(np.max(self._delay + self._jitter, initial=0.0))
-        self._depth = math.ceil(longest) + 4
+        physical = any(link.channel is not None and link.channel.light_time for link in links)
+        self._depth = math.ceil(longest) + (math.ceil(LONGEST_LIGHT_TIME / step) + 1 if physical else 0) + 4
         self.forget()
 
     @classmethod
@@ -233,12 +264,13 @@ class ChannelModel:
         self._stamps = np.zeros((self._depth, edges))
         self._values = np.zeros((self._depth, edges, 0))
 
-    def transmit(self, step: int, received: Received) -> Received:
+    def transmit(self, step: int, received: Received, conditions: LinkConditions | None = None) -> Received:
         """What arrives in a step.
 
         Args:
             step: its number.
             received: what neighbours send for this step.
+            conditions: loss and light time of each link in this step; None where no link is physical.
 
         Returns:
             What comes out of the links: in this step and of this or earlier steps, the newest where
@@ -249,7 +281,7 @@ class ChannelModel:
         values = received.values.reshape(len(self._loss), -1)
         if self._values.shape[-1] != values.shape[-1]:
             self._values = np.zeros((*self._messages.shape, values.shape[-1]))
-        self._send(step, received, values)
+        self._send(step, received, values, conditions)
         slot = step % self._depth
         arrived = self._messages[slot] > self._newest
         self._newest = np.where(arrived, self._messages[slot], self._newest)
@@ -262,14 +294,18 @@ class ChannelModel:
             complete=False,
         )
 
-    def _send(self, step: int, received: Received, values: Array) -> None:
+    def _send(self, step: int, received: Received, values: Array, conditions: LinkConditions | None) -> None:
         assert self._draws is not None  # noqa: S101 - only called where there are links
         lost, late, repeated, overtaken = self._draws.at(step).T
-        sent = (received.fresh.reshape(-1) > 0.0) & (lost >= self._loss) & (step % self._every == 0)
+        loss, delay = self._loss, self._delay
+        if conditions is not None:
+            loss = combined_loss(loss, conditions.loss.reshape(-1))
+            delay = delay + conditions.light_time.reshape(-1) / self._step
+        sent = (received.fresh.reshape(-1) > 0.0) & (lost >= loss) & (step % self._every == 0)
         time = step * self._step
         if self._cut_links.size:
             sent[self._cut_links[(self._cut_from <= time) & (time < self._cut_until)]] = False
-        way = np.ceil(self._delay + late * self._jitter - _SLACK).astype(np.int64)
+        way = np.ceil(delay + late * self._jitter - _SLACK).astype(np.int64)
         way += np.where(overtaken < self._reordering, 2, 0)
         stamps = received.stamp.reshape(-1)
         self._put(step, sent, way, values, stamps)
@@ -284,3 +320,30 @@ class ChannelModel:
         self._messages[slots, edges] = step
         self._values[slots, edges] = values[edges]
         self._stamps[slots, edges] = stamps[edges]
+
+
+def loss_draws(seed: int, edges: Indices, count: int, steps: int) -> Array:
+    """The random numbers in [0, 1) below whose loss probability a message is lost, shape (steps, E).
+
+    Args:
+        seed: of the run.
+        edges: indices of sender and receiver of each link, shape (E, 2).
+        count: number of satellites.
+        steps: of the flight.
+    """
+    numbers = [receiver * count + sender for sender, receiver in edges.tolist()]
+    draws = SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS)
+    found = np.empty((steps, len(numbers)))
+    for step in range(steps if numbers else 0):
+        found[step] = draws.at(step)[:, 0]
+    return found
+
+
+def combined_loss(constant: Array, physical: Array) -> Array:
+    """Probability that one of two independent causes loses a message.
+
+    Args:
+        constant: by the constant probability of the link, shape (...).
+        physical: by its radio or optical channel, shape (...).
+    """
+    return np.asarray(constant + (1.0 - constant) * physical)

@@ -9,6 +9,7 @@ import numpy as np
 
 from satform.communication.channel_model import ChannelModel, LinksSpec
 from satform.communication.neighbour_buffer import Received
+from satform.communication.physical_links import LinkConditions
 from satform.membership.faults import FaultSchedule
 from satform.membership.formation import Formation
 from satform.numeric.elementwise import Array, Indices
@@ -85,8 +86,23 @@ class ReceiverModel:
         """The incoming links; None where every message arrives at once."""
         return self._links
 
+    def conditions(self, whole: LinkConditions | None) -> LinkConditions | None:
+        """Those of the incoming links, shape (..., K), of those of all links, shape (N, N)."""
+        if whole is None:
+            return None
+        receivers = self.members if self.members.ndim == 0 else self.members[:, None]
+        return LinkConditions(
+            whole.loss[receivers, self.neighbours], whole.light_time[receivers, self.neighbours]
+        )
+
     def receive(
-        self, step: int, values: Array, stamp: Array, fresh: Array | None, formation: Formation
+        self,
+        step: int,
+        values: Array,
+        stamp: Array,
+        fresh: Array | None,
+        formation: Formation,
+        conditions: LinkConditions | None = None,
     ) -> Received:
         """What arrives in a step.
 
@@ -96,6 +112,7 @@ class ReceiverModel:
             stamp: simulated time to which they belong, s, shape (..., K).
             fresh: 1 for those that send a message for this step, else 0, shape (..., K); None when all do.
             formation: with the communication graph in this step.
+            conditions: of the incoming links, shape (..., K); None where no link is physical.
         """
         linked = self.linked(formation)
         if fresh is None:
@@ -105,7 +122,7 @@ class ReceiverModel:
             received = Received(values, stamp, arriving, linked, complete=bool((arriving == linked).all()))
         if self._faults.any_clock:
             received = received.shifted(self._clocks(step))
-        return received if self._links is None else self._links.transmit(step, received)
+        return received if self._links is None else self._links.transmit(step, received, conditions)
 
     def _clocks(self, step: int) -> Array:
         """By how much each neighbour's clock is ahead of the own one, s, shape (..., K)."""

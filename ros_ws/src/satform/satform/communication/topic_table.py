@@ -47,6 +47,7 @@ KINDS_OF_A_SATELLITE = (
     "motion",
     "truth",
     "attitude",
+    "link_conditions",
     "command",
     "tracking",
     "estimate",
@@ -116,6 +117,7 @@ class Equipment:
         sensor: whether it measures its motion.
         filter: whether it estimates its motion.
         attitude: whether it has an attitude.
+        links: whether it receives over radio or optical links.
     """
 
     name: str
@@ -123,6 +125,7 @@ class Equipment:
     sensor: bool = False
     filter: bool = False
     attitude: bool = False
+    links: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,6 +164,8 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
         found.append(_channel("truth", own, PLANT, [], "states"))
     if equipment.attitude:
         found.append(_channel("attitude", own, PLANT, [own], "states"))
+    if equipment.links:
+        found.append(_channel("link_conditions", own, PLANT, [own], "states"))
     found += [
         _channel("command", own, own, [PLANT], "steps"),
         _channel("tracking", own, own, [], "steps"),

@@ -17,7 +17,8 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize_scalar
 
-from satform.numeric.elementwise import Array, dot, norm
+from satform.communication.physical_links import line_of_sight_distance
+from satform.numeric.elementwise import Array
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.orbits.frames import EarthRotation
 from satform.orbits.time_scales import brahe_epoch
@@ -126,22 +127,6 @@ def timeline(
             found += _blocked((first, second), (motions[first], motions[second]), times, least)
     found.sort(key=lambda interval: (interval.begin, interval.satellite, interval.other, interval.kind))
     return Timeline(tuple(found), len(pairs) > MOST_PAIRS)
-
-
-def line_of_sight_distance(first: Array, second: Array) -> Array:
-    """Least distance of the segment between two positions from the Earth's centre.
-
-    Args:
-        first: inertial, m, shape (..., 3).
-        second: likewise.
-
-    Returns:
-        m, shape (...).
-    """
-    between = second - first
-    squared = dot(between, between)
-    along = np.clip(-dot(first, between) / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0)
-    return norm(first + along[..., None] * between)
 
 
 def _sampled(record: FlightRecord) -> Array:

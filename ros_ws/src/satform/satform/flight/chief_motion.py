@@ -3,8 +3,8 @@
 """The chief's motion in a flight, computed once more from the scenario: no command acts on a chief."""
 
 import json
-from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from satform.flight.truth import truth_model
 from satform.numeric.elementwise import Array
 from satform.orbits.inertial_motion import ChiefMotion, unperturbed
 from satform.orbits.turning_axes import AxesByStep, AxesName, axes_by_step
-from satform.record.flight_record import FlightRecord
 from satform.scenario.environment import environment_of
 from satform.scenario.model import Scenario
 
@@ -44,16 +43,6 @@ def chief_motion(scenario: Scenario, steps: int) -> ChiefMotion | None:
         return None
     times: Array = np.arange(steps + 1, dtype=np.float64) * scenario.timing.step
     return ChiefMotion(epoch, unperturbed(chief, times), nominal=True)
-
-
-def with_chief(record: FlightRecord, scenario: Scenario) -> FlightRecord:
-    """A record that can compute its chief's motion, and with it inertial states and relative elements.
-
-    Args:
-        record: of a flight.
-        scenario: that was flown.
-    """
-    return replace(record, chief_source=partial(chief_motion, scenario))
 
 
 def turning_axes(scenario: Scenario, name: AxesName) -> AxesByStep:

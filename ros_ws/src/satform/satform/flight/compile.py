@@ -17,6 +17,7 @@ from satform.attitude.ground_pointing import CircularOrbit
 from satform.attitude.guidance import Orientation, Target, orientation
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.attitude.wheels import Wheels
+from satform.communication.physical_links import LinkMedium
 from satform.communication.receiver import LinkPlan
 from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
@@ -179,6 +180,8 @@ def link_plan(scenario: Scenario) -> LinkPlan:
 def topic_plan(scenario: Scenario) -> TopicPlan:
     """From what the topics of a flight follow."""
     specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
+    medium = link_medium(scenario)
+    receivers = set() if medium is None else set(medium.edges[:, 1].tolist())
     satellites = tuple(
         Equipment(
             name=spec.name,
@@ -186,8 +189,9 @@ def topic_plan(scenario: Scenario) -> TopicPlan:
             sensor=spec.sensor is not None,
             filter=spec.filter is not None,
             attitude=spec.attitude is not None,
+            links=index in receivers,
         )
-        for spec in specs
+        for index, spec in enumerate(specs)
     )
     return TopicPlan(satellites, scenario.consensus.announces, scenario.possible_graph())
 
@@ -218,7 +222,19 @@ def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None)
         sensors=tuple(None if spec.sensor is None else spec.sensor.build(step) for spec in specs),
         attitudes=tuple(_attitude_plan(spec, plan, step) for spec, plan in zip(specs, plans, strict=True)),
         faults=fault_schedule(scenario),
+        links=link_medium(scenario),
+        attitude_orbits=tuple(_attitude_orbit(scenario, index) for index in range(count)),
     )
+
+
+def link_medium(scenario: Scenario) -> LinkMedium | None:
+    """Radio and optical links between satellites; None where there are none."""
+    if scenario.links is None or not scenario.links.physical:
+        return None
+    names = tuple(satellite.name for satellite in scenario.satellites)
+    receivers, senders = np.nonzero(scenario.possible_graph().adjacency)
+    edges = list(zip(senders.tolist(), receivers.tolist(), strict=True))
+    return scenario.links.medium(edges, names)
 
 
 def _attitude_plan(spec: SatelliteSpec, plan: FlightPlan, step: float) -> AttitudePlan | None:

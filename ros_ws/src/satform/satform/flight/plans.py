@@ -12,6 +12,7 @@ from satform.attitude.ground_pointing import CircularOrbit
 from satform.attitude.guidance import Orientation
 from satform.attitude.wheels import Wheels
 from satform.common.spec import Spec
+from satform.communication.physical_links import LinkMedium
 from satform.consensus.arc_length import ArcLengthConsensus
 from satform.consensus.graph import Graph
 from satform.consensus.motion_sharing import MotionSharing
@@ -113,6 +114,8 @@ class PlantPlan:
         sensors: of each satellite; None for one that knows its true motion.
         attitudes: of each satellite; None for one without attitude.
         faults: of thrusters and sensors.
+        links: radio and optical links, whose state follows from the truth; None where there are none.
+        attitude_orbits: the chief's orbit in the axes of each satellite's attitude; None without attitude.
         identities: for satellites of many runs, the seed of each one's run and its index in that run; None
             for those of one run.
     """
@@ -127,6 +130,8 @@ class PlantPlan:
     attitudes: tuple[AttitudePlan | None, ...]
     faults: FaultSchedule
     identities: tuple[tuple[int, int], ...] | None = None
+    links: LinkMedium | None = None
+    attitude_orbits: tuple[CircularOrbit | None, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,12 @@ import numpy as np
 
 from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.wheels import Turning, Wheels
+from satform.communication.physical_links import Geometry, LinkConditions
 from satform.control.protocol import Motion
 from satform.equipment.random_streams import NAVIGATION_STREAM, THRUSTER_STREAM
 from satform.equipment.sensor import NOISE_PER_STEP, Sensor
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
+from satform.flight.link_geometry import body_axes
 from satform.flight.plans import PlantPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array, Indices, joined, norm
@@ -42,6 +44,7 @@ class Plant:
         self.thrusters = _thrusters_of(plan)
         self.turning = _turning_of(plan)
         self._chief_radius = plan.chief_radius
+        self._links, self._attitude_orbits, self._period = plan.links, plan.attitude_orbits, plan.step
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         self._sensors = _sensors_of(plan, self._motion)
         self._measured = self._measure()
@@ -104,6 +107,30 @@ class Plant:
             whole.angular_velocity[group.members] = measured.angular_velocity
             whole.wheel_momentum[group.members] = measured.wheel_momentum
         return whole
+
+    def link_conditions(self) -> LinkConditions | None:
+        """Loss and light time of all links by the true geometry; None where no link is physical."""
+        if self._links is None:
+            return None
+        attitude = self.attitude()
+        geometry = Geometry(
+            self._motion.position,
+            self._present_chief_radius(),
+            body_axes(
+                None if attitude is None else attitude.mrp,
+                self._attitude_orbits,
+                np.asarray(self.step * self._period),
+            ),
+        )
+        return self._links.conditions(self._links.states(geometry))
+
+    def _present_chief_radius(self) -> Array:
+        """Distance of the chief from the Earth's centre, m."""
+        distance = self.modelled_earth_distance()
+        if distance is None:
+            return np.asarray(self._chief_radius)
+        x, y, z = self._motion.position[0]
+        return np.asarray(math.sqrt(distance[0] * distance[0] - y * y - z * z) - x)
 
     def wheel_limits(self) -> Array:
         """Steps so far in which torque and momentum limits took something away, shape (N, 2)."""

@@ -13,15 +13,16 @@ from satform.attitude.guidance import Attitude
 from satform.attitude.pointing_accuracy import attitude_figures
 from satform.communication.messages import WIDTH, encode
 from satform.communication.neighbour_buffer import Received
+from satform.communication.physical_links import LinkConditions
 from satform.communication.receiver import ReceiverModel
 from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
-from satform.flight.chief_motion import with_chief
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.online_parameters import OnlineParameters
 from satform.flight.plant import Plant
 from satform.flight.satellite import Decision, Satellite
+from satform.flight.scenario_record import with_chief
 from satform.membership.formation import (
     Event,
     Formation,
@@ -153,6 +154,7 @@ class _Flight:
         motion, attitude = plant.measured(), plant.attitude()
         measured_steps = plant.measured_steps() if log.measures else None
         log.moved(plant, attitude)
+        conditions = plant.link_conditions()
         violations: dict[int, Violation] = {}
         for group in self.groups:
             row = group.row
@@ -163,7 +165,7 @@ class _Flight:
             # Satellites whose sensors measure at different times do not fly as one.
             measured_step = None if measured_steps is None else int(measured_steps[row].flat[0])
             turned = None if attitude is None else _rows(attitude, group)
-            received = log.received(group.receiver, self.formation)
+            received = log.received(group.receiver, self.formation, conditions)
             applied = plant.applied[row]
             try:
                 decision = group.satellite.act(own, received, measured_step, turned, applied)
@@ -372,15 +374,18 @@ class _Log:
         for name in PROPULSION:
             getattr(record, name)[step, members] = getattr(propulsion, name)
 
-    def received(self, receiver: ReceiverModel, formation: Formation) -> Received:
+    def received(
+        self, receiver: ReceiverModel, formation: Formation, conditions: LinkConditions | None
+    ) -> Received:
         """What arrives at the satellites of a group."""
+        own = receiver.conditions(conditions)
         neighbours = receiver.neighbours
         values, time = self._messages.take(neighbours, axis=0), self._time.take(neighbours)
         if not self._without_announcement:
-            return receiver.receive(self.step, values, time, None, formation)
+            return receiver.receive(self.step, values, time, None, formation, own)
         fresh = self._fresh[neighbours]
         values = np.where(fresh[..., None] > 0.0, values, 0.0)
-        return receiver.receive(self.step, values, time, fresh, formation)
+        return receiver.receive(self.step, values, time, fresh, formation, own)
 
     def without_announcement(self, row: Row) -> None:
         """Note that a satellite does not take part in this step."""

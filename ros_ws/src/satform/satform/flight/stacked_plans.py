@@ -34,9 +34,10 @@ def group_runs(plans: Sequence[FormationPlan]) -> list[tuple[int, ...]]:
 
 
 def _flies_alone(plan: FormationPlan) -> bool:
-    """Whether a run has lost satellites or faults, or a model that moves the satellites of one run only."""
+    """Whether a run has losses, faults or physical links, or a model that moves one run's satellites only."""
     return (
-        has_individual_events(plan.membership.events)
+        plan.plant.links is not None
+        or has_individual_events(plan.membership.events)
         or not plan.faults.empty
         or stacked_kind(plan.plant.dynamics) is None
     )

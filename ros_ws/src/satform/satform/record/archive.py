@@ -69,6 +69,7 @@ def load_record(path: Path) -> FlightRecord:
             **arrays,
             early_end=early_end,
             chief_source=None,
+            link_source=None,
         )
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RecordError(f"{path}: is not the record of a run: {error}") from None

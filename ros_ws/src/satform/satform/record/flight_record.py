@@ -15,6 +15,7 @@ from satform.numeric.elementwise import Array
 from satform.orbits.inertial_motion import ChiefMotion
 from satform.record.derived import COLUMNS, DerivedQuantities
 from satform.record.early_end import EarlyEnd
+from satform.record.link_history import LinkHistory
 from satform.record.quantities import ORBITAL, QUANTITIES
 from satform.record.tables import dataset, frame
 
@@ -110,6 +111,7 @@ class FlightRecord(DerivedQuantities):
             with the last state within the limits, and holds no number beyond them.
         chief_source: computes the chief's motion up to a number of steps, or gives None where it is not
             known; None where the record has no scenario. It is used when an inertial quantity is asked for.
+        link_source: computes what the links of the flight did; likewise.
     """
 
     satellites: tuple[str, ...]
@@ -148,6 +150,7 @@ class FlightRecord(DerivedQuantities):
     rejected_measurements: Array
     early_end: EarlyEnd | None = None
     chief_source: Callable[[int], ChiefMotion | None] | None = None
+    link_source: Callable[["FlightRecord"], LinkHistory] | None = None
 
     def __getitem__(self, satellite: str) -> SatelliteRecord:
         """The flight of one satellite.
@@ -175,6 +178,11 @@ class FlightRecord(DerivedQuantities):
     def chief(self) -> ChiefMotion | None:
         """The chief in inertial space at every state; None where the record does not give it."""
         return None if self.chief_source is None else self.chief_source(self.steps)
+
+    @cached_property
+    def links(self) -> LinkHistory | None:
+        """What the links between satellites did; None where the record has no scenario."""
+        return None if self.link_source is None else self.link_source(self)
 
     @property
     def inertial_position(self) -> Array:

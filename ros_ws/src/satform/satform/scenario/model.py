@@ -17,6 +17,9 @@ from satform.scenario.parts import SatelliteFields
 from satform.scenario.satellite_start import chief_complaints, without_chief
 from satform.scenario.variation import refusal, varied
 
+_CHANNELS: Any = {"links": {"default": {"channel"}, "edges": {"__all__": {"channel"}}}}
+"""Fields of links that are radio or optical ones."""
+
 _NOT_IN_YAML = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
 """Characters that stand in JSON as they are, but not in YAML, which reads it otherwise as its own."""
 
@@ -93,6 +96,8 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
         parts = {"satellites": satellites, "satellite_defaults": SatelliteFields()}
         # What follows from the orbit is counted with the orbit: its last digits may differ among processors.
         explicit = self.model_copy(update={**parts, "dynamics": without_chief(self.dynamics, self.orbit)})
+        links = () if self.links is None else (self.links.default, *self.links.edges)
+        without_channel = not any(link.channel is not None for link in links)
         without_start = [index for index, satellite in enumerate(satellites) if satellite.start is None]
         # Where the parts run does not change what is flown, nor what is not judged what is judged; nor
         # does it matter that an orbit was allowed, who looks on from the ground, or that a scenario could say
@@ -105,6 +110,7 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
                     "orbit": {"allow_below_surface", *(() if self.orbit.chief else ("chief",))},
                     "satellites": {index: {"start"} for index in without_start},
                     "stations": True,
+                    **(_CHANNELS if self.links is not None and without_channel else {}),
                     "line_of_sight_margin": True,
                 },
                 context=BY_CONTENT,

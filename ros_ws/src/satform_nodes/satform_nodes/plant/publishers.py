@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from satform_msgs.msg import Attitude, Command, FormationStatus, Propulsion, RelativeState
+from satform_msgs.msg import Attitude, Command, FormationStatus, LinkConditions, Propulsion, RelativeState
 from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
 from satform.communication import topic_table
@@ -53,6 +53,7 @@ class PlantPublishers:
         self._names = list(plan.names)
         self._last_step = plan.timing.steps
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
+        self._conditions = layout(LinkConditions, topic_table.FRAME, len(self._names))
         # Messages to each satellite at this step, for retransmission.
         self._last_messages: dict[int, list[bytes]] = {}
         self._status = FormationStatus()
@@ -78,6 +79,7 @@ class PlantPublishers:
         )
         self._state_publishers = list(of_satellites("state").values())
         self._attitude_publishers = of_satellites("attitude")
+        self._link_publishers = of_satellites("link_conditions")
         self._truth_publishers = of_satellites("truth")
         self._propulsion_publishers = list(of_satellites("propulsion").values())
 
@@ -118,6 +120,7 @@ class PlantPublishers:
             self._last_messages[index] = [data]
             publisher.publish(data)
         self._publish_attitudes(seconds, nanoseconds, step)
+        self._publish_links(seconds, nanoseconds, step)
         truth = self._plant.motion()
         for index, publisher in self._truth_publishers.items():
             position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
@@ -142,12 +145,26 @@ class PlantPublishers:
             self._last_messages[index].append(data)
             publisher.publish(data)
 
+    def _publish_links(self, seconds: int, nanoseconds: int, step: int) -> None:
+        conditions = self._plant.link_conditions()
+        if conditions is None:
+            return
+        for index, publisher in self._link_publishers.items():
+            loss, light_time = conditions.loss[index].tolist(), conditions.light_time[index].tolist()
+            data = self._conditions.pack(
+                seconds, nanoseconds, step, len(loss), *loss, len(light_time), *light_time
+            )
+            self._last_messages[index].append(data)
+            publisher.publish(data)
+
     def retransmit_states(self, satellites: Iterable[int]) -> None:
         """Retransmit the messages of this step to some satellites."""
         for index in satellites:
             publishers = [self._state_publishers[index]]
             if index in self._attitude_publishers:
                 publishers.append(self._attitude_publishers[index])
+            if index in self._link_publishers:
+                publishers.append(self._link_publishers[index])
             for publisher, data in zip(publishers, self._last_messages.get(index, []), strict=False):
                 publisher.publish(data)
 

@@ -218,7 +218,11 @@ class RecorderNode:
         if kind != "clock":
             channel.validator = MessageValidator(
                 topic,
-                layout(topic_types.TYPES[kind], topic_table.FRAME),
+                layout(
+                    topic_types.TYPES[kind],
+                    topic_table.FRAME,
+                    len(self._names) if kind == "link_conditions" else None,
+                ),
                 self.rejections,
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,

@@ -10,6 +10,7 @@ from satform_msgs.msg import Command
 
 from satform.communication.messages import WIDTH
 from satform.communication.neighbour_buffer import Received
+from satform.communication.physical_links import LinkConditions
 from satform.communication.receiver import ReceiverModel
 from satform.consensus.arc_length import Announces
 from satform.flight.compile import FormationPlan
@@ -116,18 +117,38 @@ class NeighbourMessages:
                 received.setdefault(neighbour, final_command(command, self._announces, self._stamps))
         self.by_step[step] = received
 
-    def apply_links(self, step: int, received: dict[int, Message], senders: list[int]) -> Received:
-        """Apply the link models to the messages for a step."""
+    def apply_links(
+        self,
+        step: int,
+        received: dict[int, Message],
+        senders: list[int],
+        links: tuple[Any, ...] | None = None,
+    ) -> Received:
+        """Apply the link models to the messages for a step.
+
+        Args:
+            step: number of the step.
+            received: messages by the indices of their senders.
+            senders: indices of the neighbours whose messages are used.
+            links: loss and light time of the links from all satellites, each after its length; None where no
+                link is physical.
+        """
         neighbours, formation = self.neighbours, self._view.formation
+        conditions = None
+        if links is not None:
+            both = np.array(links).reshape(2, -1)[:, 1:]
+            conditions = LinkConditions(both[0, neighbours], both[1, neighbours])
         count, width = len(neighbours), 1 + self._width
         if len(senders) == count:
             messages = np.array([received[neighbour] for neighbour in neighbours]).reshape(count, width)
-            return self._receiver.receive(step, messages[:, 1:], messages[:, 0], np.ones(count), formation)
+            return self._receiver.receive(
+                step, messages[:, 1:], messages[:, 0], np.ones(count), formation, conditions
+            )
         messages, fresh = np.zeros((count, width)), np.zeros(count)
         for index, neighbour in enumerate(neighbours):
             if neighbour in senders:
                 messages[index], fresh[index] = received[neighbour], 1.0
-        return self._receiver.receive(step, messages[:, 1:], messages[:, 0], fresh, formation)
+        return self._receiver.receive(step, messages[:, 1:], messages[:, 0], fresh, formation, conditions)
 
     def forget(self, step: int) -> None:
         """Discard the messages for a step that has been taken, and for the one before."""

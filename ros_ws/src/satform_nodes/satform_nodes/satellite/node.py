@@ -16,7 +16,7 @@ from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.common.name_list import listed
 from satform.communication import topic_table
 from satform.communication.messages import encode
-from satform.communication.topic_table import RECORDER
+from satform.communication.topic_table import RECORDER, topic_name
 from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
@@ -102,7 +102,11 @@ class SatelliteNode:
         self._changes: list[tuple[str, list[float]]] = []
         self.turns = plan.topics.satellites[self.index].attitude
         self._messages = StepMessages(
-            self.neighbour_messages, self._stamps, needs_attitude=self.turns, clocked=self.clocked
+            self.neighbour_messages,
+            self._stamps,
+            needs_attitude=self.turns,
+            needs_links=plan.topics.satellites[self.index].links,
+            clocked=self.clocked,
         )
         self._batch: StepBatch | None = None
         self._row = 0
@@ -110,7 +114,9 @@ class SatelliteNode:
 
         self._parameters = SatelliteParameters(node, plan, self.index, self._to_change, self._changes)
         self.publishers = SatellitePublishers(node, plan, self.index, self._stamps)
-        handlers = MessageHandlers(self._on_state, self._on_attitude, self._on_announcement, self._on_status)
+        handlers = MessageHandlers(
+            self._on_state, self._on_attitude, self._on_links, self._on_announcement, self._on_status
+        )
         self.subscriptions = SatelliteSubscriptions(
             node, executor, plan, self.index, self.rejections, handlers, clocked=self.clocked
         )
@@ -314,6 +320,18 @@ class SatelliteNode:
             self.act_if_complete()
         else:
             self._batch.add_attitude(self._row, numbers)
+
+    def _on_links(self, validator: MessageValidator, data: bytes, _name: str) -> None:
+        last = self.step if self.flying and not self.clocked else _ANY_STEP
+        numbers = validator.validate(data, self.step, last)
+        if numbers is None:
+            return
+        count = len(self._names)
+        if numbers[3] != count or numbers[4 + count] != count:
+            self.rejections.add(topic_name("link_conditions", self.name), "another form")
+            return
+        self._messages.links = numbers
+        self.act_if_complete()
 
     def act_if_complete(self) -> None:
         """Compute the step if all its messages have been received."""

@@ -35,15 +35,22 @@ class StepInputs:
 
 
 class StepMessages:
-    """Collects the messages of one satellite's next step: state, attitude, those of its in-neighbours.
+    """Collects the messages of one satellite's next step: state, attitude, links, those of its in-neighbours.
 
     Attributes:
         state: fields of the newest one that is not yet used; None when there is none.
         attitude: likewise.
+        links: likewise, the conditions of the incoming radio and optical links.
     """
 
     def __init__(
-        self, neighbours: NeighbourMessages, stamps: Stamps, *, needs_attitude: bool, clocked: bool
+        self,
+        neighbours: NeighbourMessages,
+        stamps: Stamps,
+        *,
+        needs_attitude: bool,
+        needs_links: bool,
+        clocked: bool,
     ) -> None:
         """Nothing has been received yet.
 
@@ -51,10 +58,13 @@ class StepMessages:
             neighbours: messages of the in-neighbours.
             stamps: of the steps.
             needs_attitude: whether the satellite has an attitude.
+            needs_links: whether it receives over radio or optical links.
             clocked: whether the flight goes by the wall clock.
         """
         self.state: tuple[Any, ...] | None = None
         self.attitude: tuple[Any, ...] | None = None
+        self.links: tuple[Any, ...] | None = None
+        self._needs_links = needs_links
         self._neighbours = neighbours
         self._stamps = stamps
         self._needs_attitude = needs_attitude
@@ -68,7 +78,7 @@ class StepMessages:
             message is missing.
         """
         if self._clocked:
-            if self._lacks_attitude(step):
+            if self._lacks_plant(step):
                 return None
             messages = self._neighbours.newest(step)
             return messages, list(messages)
@@ -77,7 +87,7 @@ class StepMessages:
             self._neighbours.add_final_commands(step, messages)
             if any(sender not in messages for sender in senders):
                 return None
-        return None if self._lacks_attitude(step) else (messages, senders)
+        return None if self._lacks_plant(step) else (messages, senders)
 
     def inputs(
         self, step: int, state: tuple[Any, ...], messages: dict[int, Message], senders: list[int]
@@ -90,7 +100,8 @@ class StepMessages:
             messages: of the neighbours, by their indices.
             senders: indices of the neighbours whose messages are used.
         """
-        received = self._neighbours.apply_links(step, messages, senders)
+        links = None if self.links is None else self.links[3:]
+        received = self._neighbours.apply_links(step, messages, senders, links)
         motion = Motion(np.array(state[4:7]), np.array(state[7:10]))
         attitude = None
         if self.attitude is not None:
@@ -99,8 +110,11 @@ class StepMessages:
         return StepInputs(motion, received, measured_step, attitude, np.array(state[10:13]))
 
     def forget_plant(self) -> None:
-        """Discard state and attitude: their step has been taken, or the satellite is lost."""
-        self.state = self.attitude = None
+        """Discard state, attitude and links: their step has been taken, or the satellite is lost."""
+        self.state = self.attitude = self.links = None
 
-    def _lacks_attitude(self, step: int) -> bool:
-        return self._needs_attitude and (self.attitude is None or self.attitude[2] != step)
+    def _lacks_plant(self, step: int) -> bool:
+        """Whether a message of the plant beside the state is missing for a step."""
+        attitude, links = self.attitude, self.links
+        lacks_attitude = self._needs_attitude and (attitude is None or attitude[2] != step)
+        return lacks_attitude or (self._needs_links and (links is None or links[2] != step))

@@ -1,13 +1,13 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Subscriptions of a satellite: state and attitude from the plant, status, messages of its in-neighbours."""
+"""Subscriptions of a satellite: state, attitude, links from the plant, status, messages of in-neighbours."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from satform_msgs.msg import Attitude, FormationStatus, RelativeState
+from satform_msgs.msg import Attitude, FormationStatus, LinkConditions, RelativeState
 
 from satform.communication import topic_table
 from satform.communication.topic_table import PLANT, satellite_channels, subscribed_by, topic_name
@@ -32,12 +32,14 @@ class MessageHandlers:
     Attributes:
         state: takes the validator, the message and its publisher's name.
         attitude: likewise.
+        links: takes the validator, the message and its publisher's name; conditions of the incoming links.
         announcement: takes the neighbour's index, the validator, the message and its publisher's name.
         status: takes the message and its publisher's name.
     """
 
     state: Callable[[MessageValidator, bytes, str], None]
     attitude: Callable[[MessageValidator, bytes, str], None]
+    links: Callable[[MessageValidator, bytes, str], None]
     announcement: Callable[[int, MessageValidator, bytes, str], None]
     status: Callable[[bytes, str], None]
 
@@ -90,6 +92,12 @@ class SatelliteSubscriptions:
                 validator = MessageValidator(channel.topic, _STATE, rejections, self._stamps, exact=False)
                 self._subscribe(
                     RelativeState, channel.topic, partial(handlers.state, validator), PLANT, "state"
+                )
+            elif channel.kind == "link_conditions":
+                form = layout(LinkConditions, topic_table.FRAME, len(self._names))
+                validator = MessageValidator(channel.topic, form, rejections, self._stamps)
+                self._subscribe(
+                    LinkConditions, channel.topic, partial(handlers.links, validator), PLANT, channel.kind
                 )
             else:
                 validator = MessageValidator(channel.topic, _ATTITUDE, rejections, self._stamps)

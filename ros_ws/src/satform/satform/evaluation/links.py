@@ -1,0 +1,113 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of links: connectivity of what was delivered, part of the messages that arrived, link margins."""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from satform.common.spec import Positive
+from satform.numeric.elementwise import Array
+from satform.record.flight_record import FlightRecord
+from satform.record.link_history import LinkHistory
+from satform.record.stretch import rows_within
+from satform.scenario.parts import Timing
+from satform.scenario.windowed_expectation import OverWindow
+
+Statistic = Literal["minimum", "mean", "maximum"]
+_STATISTICS: dict[Statistic, Callable[[Array], Any]] = {"minimum": np.min, "mean": np.mean, "maximum": np.max}
+
+
+class _OfLinks(OverWindow):
+    """An expectation of links over a stretch of the flight."""
+
+    satellites: Annotated[tuple[str, ...], Field(min_length=2)] | None = None
+    """Names of the satellites; links between any two of them are meant. All when left out."""
+
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
+        own = super().complaints(satellites, timing)
+        if len(satellites) < 2:
+            own.append("there are no links: there is one satellite")
+        return own
+
+    def rows(self, record: FlightRecord) -> slice:
+        """The steps of the stretch; none where the flight ends before."""
+        first, end = rows_within(self.after, self.before, record.step, record.steps, held=True)
+        if self.before is not None and self.before > record.steps * record.step * (1.0 + 1e-9):
+            return slice(0, 0)
+        return slice(first, end)
+
+
+class DeliveredConnectivity(_OfLinks):
+    """Algebraic connectivity of the graph of the links that delivered a message.
+
+    The stretch is divided into windows; an edge counts in a window if it delivered at least one message of
+    it. Of a directed graph it is the second smallest real part of the Laplacian's eigenvalues. The topology
+    is that of the scenario; a satellite that does not fly is counted as isolated.
+    """
+
+    kind: Literal["delivered_connectivity"] = "delivered_connectivity"
+    satellites: None = None
+    """Always all."""
+    statistic: Statistic = "minimum"
+    """Of all windows."""
+    window_length: Positive | None = None
+    """Length of a window, s; one step when left out."""
+
+    def measure(self, record: FlightRecord) -> float:
+        links, rows = record.links, self.rows(record)
+        steps = 1 if self.window_length is None else max(1, round(self.window_length / record.step))
+        if links is None or rows.stop - rows.start < steps:
+            return math.nan
+        _, found = links.connectivity(steps, rows.start, rows.stop)
+        return float(_STATISTICS[self.statistic](found))
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} connectivity of what was delivered{self.when()}"
+
+
+class DeliveredFraction(_OfLinks):
+    """Messages that were delivered, of those that were sent."""
+
+    kind: Literal["delivered_fraction"] = "delivered_fraction"
+
+    def measure(self, record: FlightRecord) -> float:
+        links, rows = record.links, self.rows(record)
+        if links is None:
+            return math.nan
+        meant = links.between(self.satellites)
+        sent = int(links.sent[rows][:, meant].sum())
+        return int(links.delivered[rows][:, meant].sum()) / sent if sent else math.nan
+
+    def describe(self) -> str:
+        return self.label or f"delivered part of the messages{self.when()}{self.whose()}"
+
+
+class LinkMargin(_OfLinks):
+    """Margin of radio and optical links above the required bit error rate, in dB."""
+
+    unit = "dB"
+    kind: Literal["link_margin"] = "link_margin"
+    statistic: Statistic = "minimum"
+    """Of all links and steps that are meant; a link that the Earth blocks has none."""
+
+    def measure(self, record: FlightRecord) -> float:
+        links, rows = record.links, self.rows(record)
+        if links is None or links.states is None:
+            return math.nan
+        margins = links.states.margin[rows][:, _physical(links, self.satellites)]
+        if not margins.size or not np.isfinite(margins).all():
+            return math.nan
+        return float(_STATISTICS[self.statistic](margins))
+
+    def describe(self) -> str:
+        return self.label or f"{self.statistic} link margin{self.when()}{self.whose()}"
+
+
+def _physical(links: LinkHistory, satellites: tuple[str, ...] | None) -> NDArray[np.bool_]:
+    """Which of the physical links are between satellites that are meant, shape (P,)."""
+    return np.isin(links.physical, links.between(satellites))

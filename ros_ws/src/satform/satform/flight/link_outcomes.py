@@ -1,0 +1,93 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""What the links of a flight did, computed once more from the record: state, sent and delivered messages."""
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from satform.communication.channel_model import LinkSpec, LinksSpec, combined_loss, loss_draws
+from satform.communication.physical_links import Geometry, LinkMedium, LinkStates
+from satform.flight.compile import FormationPlan
+from satform.flight.link_geometry import body_axes
+from satform.membership.formation import Formation
+from satform.numeric.elementwise import Array, Indices, norm
+from satform.record.flight_record import FlightRecord
+from satform.record.link_history import LinkHistory
+
+Flags: TypeAlias = NDArray[np.bool_]
+
+
+def link_history(plan: FormationPlan, record: FlightRecord) -> LinkHistory:
+    """State of every link at every step, and which messages it delivered.
+
+    The graph is that of the scenario, and the losses of satellites are those of the record: changes of the
+    graph that the scenario does not plan are not known here.
+
+    Args:
+        plan: of the flight.
+        record: of the flight, with its chief.
+    """
+    names = plan.names
+    receivers, senders = np.nonzero(plan.membership.possible_graph.adjacency)
+    edges = np.stack((senders, receivers), axis=1)
+    specs = plan.links.links or LinksSpec()
+    links = [specs.of(names[sender], names[receiver]) for sender, receiver in edges.tolist()]
+    physical = np.array(
+        [place for place, link in enumerate(links) if link.channel is not None], dtype=np.int64
+    )
+    medium = plan.plant.links
+    states = None if medium is None else _states(plan, record, medium)
+    sent = _sent(plan, record, edges, links)
+    loss = np.tile(np.array([link.loss for link in links]), (record.steps, 1))
+    if states is not None:
+        loss[:, physical] = combined_loss(loss[:, physical], states.loss)
+    if plan.links.links is None:
+        return LinkHistory(names, edges, physical, states, sent, sent)
+    draws = loss_draws(plan.links.seed, edges, len(names), record.steps)
+    delivered = sent & (draws >= loss) & ~_cut(links, record)
+    return LinkHistory(names, edges, physical, states, sent, delivered)
+
+
+def _sent(plan: FormationPlan, record: FlightRecord, edges: Indices, links: list[LinkSpec]) -> Flags:
+    """Whether a message was sent for each step: the sender flew in the step before, the receiver flies."""
+    senders, receivers = edges.T
+    formation = Formation.of(plan.membership)
+    sent = np.zeros((record.steps, len(edges)), dtype=np.bool_)
+    every = np.array([max(1, round(link.period / record.step)) for link in links], dtype=np.int64)
+    absent = record.absent
+    for step in range(record.steps):
+        events = plan.membership.events.get(step)
+        if events:
+            formation.apply(events, step, plan.names)
+        published = ~absent[max(step - 1, 0), senders]
+        linked = formation.graph.adjacency[receivers, senders] > 0.0
+        sent[step] = linked & published & ~absent[step, receivers] & (step % every == 0)
+    return sent
+
+
+def _cut(links: list[LinkSpec], record: FlightRecord) -> Flags:
+    """Whether an outage of the link loses what is sent for a step, shape (K, E)."""
+    cut = np.zeros((record.steps, len(links)), dtype=np.bool_)
+    time: Array = record.step * np.arange(record.steps, dtype=np.float64)
+    for place, link in enumerate(links):
+        for window in link.outages:
+            cut[:, place] |= window.covers(time)
+    return cut
+
+
+def _states(plan: FormationPlan, record: FlightRecord, medium: LinkMedium) -> LinkStates:
+    steps = record.steps
+    turned = record.mrp[:steps] if len(record.mrp) else None
+    times: Array = np.arange(steps, dtype=np.float64) * record.step
+    body = body_axes(turned, plan.plant.attitude_orbits, times)
+    return medium.states(Geometry(record.position[:steps], _chief_radius(plan, record), body))
+
+
+def _chief_radius(plan: FormationPlan, record: FlightRecord) -> Array:
+    """Distance of the chief from the Earth's centre at each step, m, shape (K,)."""
+    chief = record.chief
+    if chief is None or chief.nominal:
+        return np.full(record.steps, float(np.asarray(plan.plant.chief_radius)))
+    return norm(chief.position[: record.steps])

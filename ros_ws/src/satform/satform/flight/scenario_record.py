@@ -1,0 +1,29 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Connects a record with its scenario, from which the chief's motion and the links' history are computed."""
+
+from dataclasses import replace
+from functools import partial
+
+from satform.flight.chief_motion import chief_motion
+from satform.flight.compile import compile_scenario
+from satform.flight.link_outcomes import link_history
+from satform.record.flight_record import FlightRecord
+from satform.record.link_history import LinkHistory
+from satform.scenario.model import Scenario
+
+
+def with_chief(record: FlightRecord, scenario: Scenario) -> FlightRecord:
+    """A record that can compute its chief's motion, its inertial quantities, and what its links did.
+
+    Args:
+        record: of a flight.
+        scenario: that was flown.
+    """
+    return replace(
+        record, chief_source=partial(chief_motion, scenario), link_source=partial(_links_of, scenario)
+    )
+
+
+def _links_of(scenario: Scenario, record: FlightRecord) -> LinkHistory:
+    return link_history(compile_scenario(scenario), record)
