@@ -46,13 +46,11 @@ class DeliveredConnectivity(_OfLinks):
     """Algebraic connectivity of the graph of the links that delivered a message.
 
     The stretch is divided into windows; an edge counts in a window if it delivered at least one message of
-    it. Of a directed graph it is the second smallest real part of the Laplacian's eigenvalues. The topology
-    is that of the scenario; a satellite that does not fly is counted as isolated.
+    it, and if both its satellites are meant. Of a directed graph it is the second smallest real part of the
+    Laplacian's eigenvalues. The topology is that of the scenario; a satellite that does not fly is isolated.
     """
 
     kind: Literal["delivered_connectivity"] = "delivered_connectivity"
-    satellites: None = None
-    """Always all."""
     statistic: Statistic = "minimum"
     """Of all windows."""
     window_length: Positive | None = None
@@ -63,11 +61,11 @@ class DeliveredConnectivity(_OfLinks):
         steps = 1 if self.window_length is None else max(1, round(self.window_length / record.step))
         if links is None or rows.stop - rows.start < steps:
             return math.nan
-        _, found = links.connectivity(steps, rows.start, rows.stop)
+        _, found = links.connectivity(steps, rows.start, rows.stop, self.satellites)
         return float(_STATISTICS[self.statistic](found))
 
     def describe(self) -> str:
-        return self.label or f"{self.statistic} connectivity of what was delivered{self.when()}"
+        return self.label or f"{self.statistic} connectivity of what was delivered{self.when()}{self.whose()}"
 
 
 class DeliveredFraction(_OfLinks):

@@ -33,7 +33,9 @@ class LinkHistory:
     sent: NDArray[np.bool_]
     delivered: NDArray[np.bool_]
 
-    def connectivity(self, window: int, first: int = 0, end: int | None = None) -> tuple[Indices, Array]:
+    def connectivity(
+        self, window: int, first: int = 0, end: int | None = None, satellites: Sequence[str] | None = None
+    ) -> tuple[Indices, Array]:
         """Algebraic connectivity of the graph that delivered messages, in windows one after another.
 
         An edge counts in a window if it delivered at least one message of its steps.
@@ -42,19 +44,21 @@ class LinkHistory:
             window: steps of each.
             first: step at which the first window begins.
             end: step at which the last one ends at the latest; that after the last step when left out.
+            satellites: whose graph is meant, without all others; that of all when left out.
 
         Returns:
             The first step of each window and its connectivity, both of shape (W,).
         """
         last = len(self.delivered) if end is None else min(end, len(self.delivered))
         begins = np.arange(first, last - window + 1, window)
+        members = [self.satellites.index(name) for name in satellites or self.satellites]
         known: dict[bytes, float] = {}
         found = np.empty(len(begins))
         for place, begin in enumerate(begins.tolist()):
             used: NDArray[np.bool_] = np.asarray(self.delivered[begin : begin + window].any(axis=0))
             key = used.tobytes()
             if key not in known:
-                known[key] = self._graph(used).algebraic_connectivity
+                known[key] = self._graph(used, members).algebraic_connectivity
             found[place] = known[key]
         return begins, found
 
@@ -70,7 +74,7 @@ class LinkHistory:
         meant = np.isin(self.edges, [self.satellites.index(name) for name in satellites]).all(axis=1)
         return np.flatnonzero(meant)
 
-    def _graph(self, used: NDArray[np.bool_]) -> Graph:
+    def _graph(self, used: NDArray[np.bool_], members: Sequence[int]) -> Graph:
         adjacency = np.zeros((len(self.satellites),) * 2)
         adjacency[self.edges[used, 1], self.edges[used, 0]] = 1.0
-        return Graph(adjacency)
+        return Graph(adjacency[np.ix_(members, members)])
