@@ -24,7 +24,7 @@ from satform_bringup.supervisor import process_server, supervisor
 from satform_bringup.supervisor.flight import Policy
 from satform_bringup.supervisor.run import fly
 from satform_bringup.supervisor.supervisor import PROCESS_SERVER
-from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
+from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
 from satform_tools.bench.scaling import ring
 from satform_tools.cli.main import main
 

@@ -18,7 +18,7 @@ from satform.scenario import Scenario
 from satform_nodes.plant import subscriptions as plant_subscriptions
 from satform_nodes.plant.subscriptions import PlantSubscriptions
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
+from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.message_validator import RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
 from satform_tools.bench.scaling import ring

@@ -118,7 +118,7 @@ def over_dds(
         KeyboardInterrupt: it was stopped by a signal, which also stops the measurement.
     """
     from satform_bringup.supervisor.run import fly  # noqa: PLC0415
-    from satform_nodes.transport.executor import STOCK  # noqa: PLC0415
+    from satform_nodes.transport.fast_path import STOCK  # noqa: PLC0415
 
     trip = median_round_trip(round_trips) if round_trips else math.nan
     flown = scenario or ring(count, steps)

@@ -106,7 +106,7 @@ def fly(
             watch.until_over()
         finally:
             watch.end_all()
-        return watch.flight(domain, bag if host is None or "recorder" in host.runs else None)
+        return watch.reports.flight(domain, bag if host is None or "recorder" in host.runs else None)
 
 
 def _environment(

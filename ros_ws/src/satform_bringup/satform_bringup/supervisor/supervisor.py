@@ -19,17 +19,15 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.flight.compile import FormationPlan
-from satform.membership.formation import SatelliteLost, rejoins_after
-from satform.membership.membership_manager import ALL_LOST
-from satform.record.early_end import EarlyEnd
+from satform.membership.formation import rejoins_after
 from satform_bringup.deployment.multi_host_discovery import step_reported
 from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
-from satform_bringup.supervisor.flight import Flight, Loss, Policy, Rejoin
+from satform_bringup.supervisor.flight import Policy
+from satform_bringup.supervisor.flight_reports import FlightReports
 from satform_nodes.runtime.signals import StopRequest
 
 PROCESS_SERVER = "process server"
@@ -94,39 +92,22 @@ class Supervisor:
             domain: DDS domain of the flight.
             environment: variables for the processes.
         """
+        self.reports = FlightReports(plan, progress, policy)
         self._plan = plan
         self._signals = signals
-        self._progress = progress
         self._policy = policy
         self._logs = logs
         self._domain = domain
         self._environment = environment
-        self._losses: list[Loss] = []
-        self._lost_since: dict[str, float] = {}
-        self._returns: list[Rejoin] = []
         self._restarts: Counter[str] = Counter()
-        self._killed: set[str] = set()
-        self._satellites: dict[str, dict[str, Any]] = {}
         self._running: dict[str, _Running] = {}
         self._selector: selectors.BaseSelector = selectors.DefaultSelector()
         self._sees_plant: bool = True
-        self._begun: float = 0.0
-        self._flying_since: float | None = None
-        self._steps: int = 0
-        self._finished: dict[str, Any] | None = None
-        self._busy: dict[str, float] = {}
-        self._memory: dict[str, int] = {}
-        self._recorded: dict[str, Any] = {}
-        self._lost: list[str] = []
-        self._reason: str = ""
-        self._stopped: bool = False
-        self._over_since: float | None = None
-        self._early_end: EarlyEnd | None = None
 
     def start(self, nodes: list[NodeProcess]) -> None:
         """Start all processes, each with a pipe for its events and a log file."""
         self._logs.mkdir(parents=True, exist_ok=True)
-        self._begun = time.monotonic()
+        self.reports.begun = time.monotonic()
         self._sees_plant = any(node.name == "plant" for node in nodes)
         for node in nodes:
             self._start(node)
@@ -161,13 +142,13 @@ class Supervisor:
         Args:
             timeout: for which it is waited for, s.
         """
-        if PROCESS_SERVER not in self._lost and select.select([self._server], [], [], timeout)[0]:
-            self._lost.insert(0, PROCESS_SERVER)
-            sentence = f"the process server ended after step {self._steps}, and with it all nodes"
-            if not self._signals.count and self._reason in ("", "stopped"):
+        if PROCESS_SERVER not in self.reports.lost and select.select([self._server], [], [], timeout)[0]:
+            self.reports.lost.insert(0, PROCESS_SERVER)
+            sentence = f"the process server ended after step {self.reports.steps}, and with it all nodes"
+            if not self._signals.count and self.reports.reason in ("", "stopped"):
                 # The plant may have reported the kernel's signal before the server was gone altogether.
-                self._stopped, self._reason = False, sentence
-            self._over_since = self._over_since or time.monotonic()
+                self.reports.stopped, self.reports.reason = False, sentence
+            self.reports.note_over()
 
     def _until_over(self) -> None:
         reported, moved = False, time.monotonic()
@@ -178,14 +159,14 @@ class Supervisor:
                 if self._running.get(entry.name) is entry:
                     handle(entry)
             if self._signals.asked and not reported:
-                reported = self._stopped = True
-                self._reason = self._reason or f"stopped by {self._signals.name}"
+                reported = self.reports.stopped = True
+                self.reports.reason = self.reports.reason or f"stopped by {self._signals.name}"
                 self._end_flight()
             if self._signals.count >= 2:
                 return
             now = time.monotonic()
-            moved = moved if self._over_since is not None and self._nobody_moves() else now
-            if now - moved > _STANDSTILL or now - (self._over_since or now) > SHUTDOWN_TIMEOUT:
+            moved = moved if self.reports.over_since is not None and self._nobody_moves() else now
+            if now - moved > _STANDSTILL or now - (self.reports.over_since or now) > SHUTDOWN_TIMEOUT:
                 return
 
     def _nobody_moves(self) -> bool:
@@ -195,10 +176,9 @@ class Supervisor:
 
     def _end_flight(self) -> None:
         """Ask the plant to end the flight; without a plant or a first step, ask all processes."""
-        if self._over_since is None:
-            self._over_since = time.monotonic()
+        self.reports.note_over()
         plant = self._running.get("plant")
-        asked = [plant] if plant and self._flying_since else list(self._running.values())
+        asked = [plant] if plant and self.reports.flying_since else list(self._running.values())
         for entry in asked:
             entry.process.terminate()
 
@@ -209,79 +189,14 @@ class Supervisor:
         except (EOFError, OSError):
             self._selector.unregister(entry.pipe)
             return
-        self._on_event(event)
+        self.reports.take(event)
         if not self._sees_plant:
-            self._steps = max(self._steps, step_reported(event, self._plan.timing.steps))
+            self.reports.steps = max(self.reports.steps, step_reported(event, self._plan.timing.steps))
         if event["event"] == "lost" and entry.name == "plant":
             # Nodes that receive this end with an exit code of their own.
-            self._over_since = self._over_since or time.monotonic()
+            self.reports.note_over()
             # The flight is over because of it; others that end early may have been noted before.
-            self._reason = self._reason or event["reason"]
-
-    def _on_event(self, event: dict[str, Any]) -> None:
-        match event["event"]:
-            case "flying":
-                self._flying_since = time.monotonic()
-            case "step":
-                self._steps = event["step"]
-                self._progress(self._steps, self._plan.timing.steps)
-            case "finished" | "stopped":
-                self._on_end(event)
-            case "lost":
-                self._steps = event["step"]
-                if not self._lost:
-                    self._lost, self._reason = event["who"], event["reason"]
-            case "satellite":
-                self._busy[event["node"]] = event["busy"]
-                self._satellites[event["node"]] = event
-            case "memory":
-                self._memory[event["process"]] = event["bytes"]
-            case "recorded":
-                self._recorded = event
-                missed = event["missed"]
-                if not (missed or event["complete"]) and self._finished:
-                    event["missed"] = ["the bag does not hold every message of the flight"]
-            case _:
-                self._on_absence(event)
-
-    def _on_end(self, event: dict[str, Any]) -> None:
-        """The plant has taken its last step, or was stopped by a signal or a service."""
-        self._steps = event["step"]
-        self._over_since = self._over_since or time.monotonic()
-        if event["event"] == "finished":
-            self._finished = event
-            return
-        if not self._reason:
-            # By a service: a signal, or the loss that made an end of it, is known by now.
-            self._stopped, self._reason = True, "stopped"
-        self._progress(self._steps, self._plan.timing.steps)
-
-    def _on_early_end(self, event: dict[str, Any]) -> None:
-        """The plant has ended the flight because of a quantity, or another node has received that status."""
-        if event["event"] == "ended_early":
-            self._steps = event["step"]
-        self._early_end = EarlyEnd.of(event["end"])
-        self._reason = self._reason or self._early_end.sentence
-        self._over_since = self._over_since or time.monotonic()
-
-    def _on_absence(self, event: dict[str, Any]) -> None:
-        """Handle a loss or a rejoin, after which the flight continues, or an early end."""
-        match event["event"]:
-            case "killed":
-                self._killed.add(event["node"])
-            case "loss":
-                self._note_absence(event["who"], event["step"], event["reason"])
-            case "aborted":
-                # A node has received the final status; the plant's own event comes later or to another host.
-                self._over_since = self._over_since or time.monotonic()
-            case "ended_early" | "end_received":
-                self._on_early_end(event)
-            case "return":
-                away = time.monotonic() - self._lost_since.pop(event["who"], time.monotonic())
-                self._returns.append(Rejoin(event["who"], event["step"], away))
-                if event["who"] in self._lost:
-                    # Its loss stays recorded; the result counts the nodes that are lost at the end.
-                    self._lost.remove(event["who"])
+            self.reports.reason = self.reports.reason or event["reason"]
 
     def _on_exit(self, entry: _Running) -> None:
         self._note_server()
@@ -295,33 +210,33 @@ class Supervisor:
             self._note_server(SHUTDOWN_TIMEOUT)
         self._forget(entry)
         if entry.name == "plant":
-            if code and self._over_since is None and not self._reason:
+            if code and self.reports.over_since is None and not self.reports.reason:
                 self._note_loss(entry, code)
-            if self._over_since is None:
+            if self.reports.over_since is None:
                 # It has published that the flight is over, and why.
                 self._end_flight()
-        elif code and self._over_since is None and not entry.node.optional:
+        elif code and self.reports.over_since is None and not entry.node.optional:
             self._continue_without(entry, code)
 
     def _continue_without(self, entry: _Running, code: int) -> None:
         """Report a lost process to the plant, and restart it if the policy says so."""
-        if self._flying_since is None or "plant" not in self._running or code == EXIT_BAD_INPUT:
+        if self.reports.flying_since is None or "plant" not in self._running or code == EXIT_BAD_INPUT:
             self._note_loss(entry, code)
             self._end_flight()
             return
-        if "plant" in self._lost:
+        if "plant" in self.reports.lost:
             # The nodes end by themselves after their timeout for the plant.
             self._end_flight()
             return
         satellites = entry.node.parameters.get("satellites")
         names = satellites if isinstance(satellites, list) else [entry.name]
         # A satellite reports this event before the scenario has it killed.
-        expected = self._killed.issuperset(names)
-        self._killed.difference_update(names)
+        expected = self.reports.killed.issuperset(names)
+        self.reports.killed.difference_update(names)
         if not expected:
-            self._lost += [name for name in names if name not in self._lost]
+            self.reports.lost += [name for name in names if name not in self.reports.lost]
         for name in names:
-            self._lost_since.setdefault(name, time.monotonic())
+            self.reports.lost_since.setdefault(name, time.monotonic())
             self._notify_plant(name, self._end_of(entry, code))
         if entry.name == "recorder" or not (expected or self._policy.restart):
             return
@@ -344,29 +259,19 @@ class Supervisor:
             # A plant that has gone away itself is noticed by its own end.
             self._running["plant"].pipe.send({"event": "lost", "who": name, "reason": reason})
 
-    def _note_absence(self, name: str, step: int, reason: str) -> None:
-        """Store a loss after which the flight continues."""
-        steps = self._plan.membership.events.get(step, [])
-        names = self._plan.names
-        expected = any(isinstance(event, SatelliteLost) and names[event.satellite] == name for event in steps)
-        self._losses.append(Loss(name, step, reason, expected))
-        self._lost_since.setdefault(name, time.monotonic())
-        if not expected and name not in self._lost:
-            self._lost.append(name)
-
     def _note_loss(self, entry: _Running, code: int) -> None:
         """Remember the process whose end ends the flight; those that end because of it are no losses."""
-        if self._reason:
+        if self.reports.reason:
             return
-        if entry.name not in self._lost:
-            self._lost.append(entry.name)
-        self._reason = self._reason or self._end_of(entry, code)
+        if entry.name not in self.reports.lost:
+            self.reports.lost.append(entry.name)
+        self.reports.reason = self.reports.reason or self._end_of(entry, code)
 
     def _end_of(self, entry: _Running, code: int) -> str:
         """How a process ended, as text."""
         how = f"was ended by signal {-code}" if code < 0 else f"ended with exit code {code}"
         last = entry.log.read_text(errors="replace").strip().splitlines()[-1:] or ["it printed no output"]
-        return f"{entry.name} {how} after step {self._steps}: {last[0]}"
+        return f"{entry.name} {how} after step {self.reports.steps}: {last[0]}"
 
     def _forget(self, entry: _Running) -> None:
         if entry.pipe in self._selector.get_map():
@@ -391,51 +296,3 @@ class Supervisor:
             entry.process.join(max(0.0, until - time.monotonic()))
             if entry.process.exitcode is not None:
                 self._forget(entry)
-
-    def _punctuality(self, timing: dict[str, Any]) -> dict[str, Any]:
-        if not timing:
-            return {}
-        keys = ("skipped", "age_mean", "age_largest", "processor")
-        own = {name: {key: event[key] for key in keys} for name, event in self._satellites.items()}
-        return {**timing, "satellites": own}
-
-    def _reason_in_words(self) -> str:
-        """Why the flight ended early, and what became of a restart that was asked for."""
-        if self._policy.restart and self._reason.endswith(ALL_LOST):
-            return f"{self._reason}, and a satellite is restarted only while another one flies"
-        return self._reason
-
-    def _warnings(self) -> tuple[str, ...]:
-        """What did not go well with satellites and ended nothing."""
-        found = []
-        for name, event in self._satellites.items():
-            if event.get("checkpoint_failures"):
-                last = event["checkpoint_problem"] or "the last one was written"
-                found.append(f"{name}: {event['checkpoint_failures']} checkpoints were not written; {last}")
-        return tuple(found)
-
-    def flight(self, domain: int, bag: Path | None) -> Flight:
-        """How it went."""
-        now = time.monotonic()
-        since = self._flying_since or now
-        done = self._finished or {}
-        return Flight(
-            steps=self._steps,
-            seconds=done.get("seconds", now - since),
-            start_seconds=since - self._begun,
-            plant_seconds=done.get("busy", 0.0),
-            satellite_seconds=self._busy,
-            memory=self._memory,
-            domain=domain,
-            lost=tuple(self._lost),
-            losses=tuple(self._losses),
-            returns=tuple(self._returns),
-            reason=self._reason_in_words(),
-            stopped=self._stopped,
-            bag=bag,
-            messages=self._recorded.get("messages", 0),
-            missed=tuple(self._recorded.get("missed", ())),
-            punctuality=self._punctuality(done.get("timing", {})),
-            early_end=self._early_end,
-            warnings=self._warnings(),
-        )

@@ -20,7 +20,8 @@ from satform_nodes.runtime.realtime_loop import CommandMonitor
 from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS, StepExecutor
+from satform_nodes.transport.executor import StepExecutor
+from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_validator import (
     CONTRADICTION,

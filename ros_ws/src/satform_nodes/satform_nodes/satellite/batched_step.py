@@ -28,7 +28,7 @@ from satform_nodes.satellite.node import SatelliteNode
 from satform_nodes.satellite.publishers import AROUND_NUMBERS, numbers_of, violation_command
 from satform_nodes.transport import topic_types
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.executor import MANY_SUBSCRIPTIONS
+from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.sim_time import Stamps
 
 _STATES, _ATTITUDES, _NEIGHBOURS = range(3)
