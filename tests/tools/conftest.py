@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of the set-up share."""
+"""What the tests of the set-up share, and those of campaigns.
+
+What tests of campaigns import takes long to load, and those of the set-up need none of it.
+"""
 
 import os
 import sys
@@ -51,3 +54,43 @@ def project(tmp_path):
     for module in (ROOT / "tools" / "satform_setup").glob("*.py"):
         (root / "tools" / "satform_setup" / module.name).write_bytes(module.read_bytes())
     return root
+
+
+@pytest.fixture
+def file(tmp_path):
+    """File of a small campaign."""
+    from small_campaign import write_campaign
+
+    return write_campaign(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def wanted(tmp_path_factory):
+    """The hash over all results of the small campaign, flown in this process alone."""
+    from small_campaign import results_hash, write_campaign
+
+    return results_hash(write_campaign(tmp_path_factory.mktemp("wanted")))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Folder of a campaign of 300 cases, whose results were made and not flown."""
+    from campaigns import made_campaign
+
+    return made_campaign(tmp_path_factory.mktemp("campaigns") / "made", 300)
+
+
+@pytest.fixture(scope="module")
+def summary(folder):
+    """Summary of the campaign of made results."""
+    from satform_tools.campaign.summary import summarise
+
+    return summarise(folder, folder.campaign())
+
+
+@pytest.fixture(scope="module")
+def page(summary, tmp_path_factory):
+    """Page of the campaign of made results."""
+    from satform_tools.campaign import report
+
+    return report.write(summary, tmp_path_factory.mktemp("page"))[0]

@@ -18,18 +18,7 @@ from satform.campaign.software import software
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_MISSED
 from satform.flight.simulate import simulate
 from satform_tools.cli import main as cli
-from small_campaign import campaign_command, campaign_summary, results_hash, write_campaign
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    return write_campaign(tmp_path)
-
-
-@pytest.fixture(scope="module")
-def wanted(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The hash over all results of the campaign, flown in this process alone."""
-    return results_hash(write_campaign(tmp_path_factory.mktemp("wanted")))
+from small_campaign import campaign_command, campaign_summary, write_campaign
 
 
 @pytest.mark.parametrize("workers", [1, 2, 7])

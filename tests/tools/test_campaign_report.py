@@ -25,21 +25,6 @@ from satform_tools.cli import main as cli
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> CampaignFolder:
-    return made_campaign(tmp_path_factory.mktemp("campaigns") / "made", 300)
-
-
-@pytest.fixture(scope="module")
-def summary(folder: CampaignFolder) -> Summary:
-    return summarise(folder, folder.campaign())
-
-
-@pytest.fixture(scope="module")
-def page(summary: Summary, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return report.write(summary, tmp_path_factory.mktemp("page"))[0]
-
-
-@pytest.fixture(scope="module")
 def large(tmp_path_factory: pytest.TempPathFactory) -> Summary:
     folder = made_campaign(tmp_path_factory.mktemp("large") / "made", envelopes.MOST_SAMPLED + 1500)
     return summarise(folder, folder.campaign())

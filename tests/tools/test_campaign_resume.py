@@ -17,18 +17,7 @@ from satform.campaign.result_files import result_files, write_results
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST
 from satform_tools.cli import main as cli
 from satform_tools.run import output_folders
-from small_campaign import campaign_command, campaign_summary, results_hash, write_campaign
-
-
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    return write_campaign(tmp_path)
-
-
-@pytest.fixture(scope="module")
-def wanted(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The hash over all results of the campaign, flown in this process alone."""
-    return results_hash(write_campaign(tmp_path_factory.mktemp("wanted")))
+from small_campaign import campaign_command, campaign_summary, write_campaign
 
 
 def test_a_case_of_a_folder_whose_copy_of_the_scenario_was_changed_is_refused(

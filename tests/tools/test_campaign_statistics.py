@@ -16,7 +16,6 @@ from campaigns import (
     GAIN,
     LIMIT,
     campaign,
-    made_campaign,
     of,
     result_columns,
     results_of,
@@ -38,23 +37,8 @@ from satform_tools.report.formats import Format
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> CampaignFolder:
-    return made_campaign(tmp_path_factory.mktemp("campaigns") / "made", 300)
-
-
-@pytest.fixture(scope="module")
-def summary(folder: CampaignFolder) -> Summary:
-    return summarise(folder, folder.campaign())
-
-
-@pytest.fixture(scope="module")
 def found(summary: Summary) -> ReportStatistics:
     return report_statistics(summary)
-
-
-@pytest.fixture(scope="module")
-def page(summary: Summary, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return report.write(summary, tmp_path_factory.mktemp("page"))[0]
 
 
 def test_success_and_its_interval_are_those_of_the_files(

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from figure_formulas import FORMULAS, total
+from figure_formulas import FORMULAS
+from figure_reductions import total
 from random_flights import (
     bits,
     blocks,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from figure_formulas import greatest, least, length
+from figure_reductions import greatest, least, length
 from random_flights import blocks, expectation_of, flights, shape
 from satform.control.sampled_stability import SampledLoop
 from satform.evaluation.evaluate import figures_of

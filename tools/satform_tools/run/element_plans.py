@@ -12,6 +12,7 @@ from satform.planning.impulsive_elements import ElementsPlan, plan_elements
 from satform_tools import console
 from satform_tools.console import Table
 from satform_tools.errors import CommandError
+from satform_tools.run.plan_options import numbers, require_period
 
 NAMES = ("a da", "a dlambda", "a dex", "a dey", "a dix", "a diy")
 
@@ -45,8 +46,7 @@ def elements(task: ElementsTask, *, as_json: bool) -> None:
     Raises:
         CommandError: a text is not of its form, or there is no such plan.
     """
-    if not task.period > 0.0:
-        raise CommandError(f"--period {task.period:g}: an orbit takes a positive time")
+    require_period(task.period)
     if not math.isfinite(task.argument):
         raise CommandError(f"--argument {task.argument:g}: takes a finite angle in deg")
     try:
@@ -83,14 +83,14 @@ def elements(task: ElementsTask, *, as_json: bool) -> None:
 
 def _elements(option: str, text: str) -> RelativeElements:
     try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != len(NAMES) or not all(abs(number) <= 1e9 for number in numbers):
+        found = numbers(option, text, len(NAMES))
+    except CommandError:
+        found = [math.inf]
+    if not all(abs(number) <= 1e9 for number in found):
         raise CommandError(
             f"{option} {text}: takes six numbers up to 1e9 m with commas between them: {', '.join(NAMES)}"
         )
-    return RelativeElements.from_array(np.array(numbers))
+    return RelativeElements.from_array(np.array(found))
 
 
 def _print(plan: ElementsPlan) -> None:

@@ -35,6 +35,7 @@ from satform.planning.transfers import Leg, node_crossing_rate
 from satform_tools import console
 from satform_tools.console import Table
 from satform_tools.errors import CommandError, InfeasibleError
+from satform_tools.run.plan_options import numbers, require_period
 
 DAY = 86400.0
 
@@ -86,12 +87,11 @@ def approach(task: ApproachTask, *, as_json: bool) -> None:
     """
     if (task.date is None) != (task.longitude is None):
         raise CommandError("the Sun angle needs both --date and --longitude")
-    if not task.period > 0.0:
-        raise CommandError(f"--period {task.period:g}: an orbit takes a positive time")
+    require_period(task.period)
     if task.step is not None and not task.step > 0.0:
         raise CommandError(f"--step {task.step:g}: a control step takes a positive time")
     legs = [_leg(text) for text in task.points]
-    acceleration = None if task.acceleration is None else _numbers("--acceleration", task.acceleration, 3)
+    acceleration = None if task.acceleration is None else numbers("--acceleration", task.acceleration, 3)
     try:
         plan = plan_tour(
             _motion(task.start),
@@ -221,21 +221,11 @@ def patrol(
     console.line(f"nearest to any target at any time: {nearest / 1e3:.1f} km")
 
 
-def _numbers(option: str, text: str, count: int) -> list[float]:
-    try:
-        numbers = [float(part) for part in text.split(",")]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
-        raise CommandError(f"{option} {text}: takes {count} numbers with commas between them")
-    return numbers
-
-
 def _motion(text: str) -> Motion:
     if text.count(",") == 2:
-        return Motion(np.array(_numbers("--start", text, 3)), np.zeros(3))
+        return Motion(np.array(numbers("--start", text, 3)), np.zeros(3))
     try:
-        state = np.array(_numbers("--start", text, 6))
+        state = np.array(numbers("--start", text, 6))
     except CommandError:
         raise CommandError(
             f"--start {text}: takes 3 numbers with commas between them, or 6 with the velocity"
@@ -245,12 +235,12 @@ def _motion(text: str) -> Motion:
 
 def _leg(text: str) -> Leg:
     rest = text.removesuffix(",pass")
-    x, y, z, duration = _numbers("--point", rest, 4)
+    x, y, z, duration = numbers("--point", rest, 4)
     return Leg(np.array([x, y, z]), duration, stop=rest == text)
 
 
 def _target(text: str) -> PatrolTarget:
-    return PatrolTarget(*(math.radians(angle) for angle in _numbers("--target", text, 3)))
+    return PatrolTarget(*(math.radians(angle) for angle in numbers("--target", text, 3)))
 
 
 def _light_at_the_end(legs: Sequence[Leg], plan: TourPlan, date: datetime, longitude: float) -> float:
