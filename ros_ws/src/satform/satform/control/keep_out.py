@@ -36,11 +36,6 @@ class KeepOut:
     radius: Array
     normal: Array
 
-    @property
-    def curved(self) -> bool:
-        """Whether a half-space of one of the regions depends on the motion."""
-        return bool(np.any(self.radius > 0.0))
-
     def depth(self, position: Array) -> Array:
         """How far a position is inside each region, negative outside.
 

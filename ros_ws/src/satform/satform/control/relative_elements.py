@@ -1,13 +1,12 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Relative orbital elements: secular drift under J2, and a low-gain control law on them.
+"""Relative orbital elements, and a low-gain control law on them.
 
 The elements are those of a satellite near a chief on a circular orbit, multiplied by the chief's
 semi-major axis and therefore in m: offset of the semi-major axis, of the mean longitude, and the vectors
 of relative eccentricity and relative inclination.
 
-`secular_drift` holds for mean elements, in which the periodic effect of J2 within an orbit is averaged
-out. The control law uses osculating elements, from position and velocity by the Clohessy-Wiltshire
+The control law uses osculating elements, from position and velocity by the Clohessy-Wiltshire
 equations; it neither averages nor models J2, so that it also works against the periodic effect.
 
 Equations: docs/controllers/relative_elements.md.
@@ -25,7 +24,6 @@ from satform.control.protocol import Action, ControllerSpec, ControlStep, Flight
 from satform.control.sampled_stability import require_stable_hold
 from satform.dynamics import cw
 from satform.numeric.elementwise import Array, joined
-from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, OBLATENESS
 from satform.orbits.path_reference import Reference
 
 
@@ -106,47 +104,6 @@ def motion_from_elements(elements: RelativeElements, mean_motion: Array, argumen
     position = (axis - ahead, elements.mean_longitude + 2.0 * outward, ix * sine - iy * cosine)
     scaled_velocity = (outward, 2.0 * ahead - 1.5 * axis, ix * cosine + iy * sine)
     return Motion(joined(*position), joined(*scaled_velocity) * np.asarray(mean_motion)[..., None])
-
-
-def secular_drift(semi_major_axis: float, inclination: float) -> Array:
-    """Rate of change of mean relative elements under two-body gravity and the Earth's oblateness.
-
-    Args:
-        semi_major_axis: of the chief's circular mean orbit, m.
-        inclination: of the chief, rad.
-
-    Returns:
-        Matrix M of d(elements)/dt = M elements, 1/s, shape (6, 6).
-
-    Source: Koenig, Guffanti & D'Amico 2017, near-circular chief.
-    """
-    mean_motion = math.sqrt(GRAVITATIONAL_PARAMETER / semi_major_axis**3)
-    strength = 0.75 * OBLATENESS * (EQUATORIAL_RADIUS / semi_major_axis) ** 2 * mean_motion
-    sine_squared, sine_double = math.sin(inclination) ** 2, math.sin(2.0 * inclination)
-    perigee = strength * (5.0 * math.cos(inclination) ** 2 - 1.0)
-    drift = np.zeros((6, 6))
-    drift[1, 0] = -1.5 * mean_motion - 7.0 * strength * (3.0 * math.cos(inclination) ** 2 - 1.0)
-    drift[1, 4] = -7.0 * strength * sine_double
-    drift[2, 3], drift[3, 2] = -perigee, perigee
-    drift[5, 0] = 3.5 * strength * sine_double
-    drift[5, 4] = 2.0 * strength * sine_squared
-    return drift
-
-
-def propagate_elements(elements: RelativeElements, drift: Array, duration: float) -> RelativeElements:
-    """Mean relative elements after a time without control.
-
-    Args:
-        elements: m.
-        drift: rate of change, as from `secular_drift`, 1/s, shape (6, 6).
-        duration: s.
-
-    Returns:
-        The elements, m.
-    """
-    from scipy.linalg import expm  # noqa: PLC0415  slow to import, and not needed in flight
-
-    return RelativeElements.from_array(elements.as_array() @ expm(drift * duration).T)
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,20 @@ class CwState:
     velocity: Array
 
 
+class LvlhStateDynamics(Dynamics):
+    """Base of models whose state is position and velocity in LVLH as they are."""
+
+    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
+        """The state at time zero; arguments as in `Dynamics.start`."""
+        return CwState(position_lvlh, velocity_lvlh)
+
+    def lvlh(self, state: CwState) -> tuple[Array, Array]:
+        """Relative position in m and velocity in m/s, shape (N, 3) each."""
+        return state.position, state.velocity
+
+
 @dataclass(frozen=True)
-class CwDynamics(Dynamics):
+class CwDynamics(LvlhStateDynamics):
     """The CW equations, exact for any step with the command held.
 
     Perturbations enter by three-point Gauss-Legendre quadrature over the step.
@@ -44,14 +56,6 @@ class CwDynamics(Dynamics):
     def _offsets(self) -> tuple[float, ...]:
         """Times since the start of a step at which the perturbations are wanted, s."""
         return tuple(self.step.nodes.tolist())
-
-    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
-        """The state at time zero; arguments as in `Dynamics.start`."""
-        return CwState(position_lvlh, velocity_lvlh)
-
-    def lvlh(self, state: CwState) -> tuple[Array, Array]:
-        """Relative position in m and velocity in m/s, shape (N, 3) each."""
-        return state.position, state.velocity
 
     def advance(self, state: CwState, acceleration_lvlh: Array, step: int) -> CwState:
         """The state one control period later; arguments as in `Dynamics.advance`."""

@@ -14,11 +14,11 @@ from pydantic import Field
 
 from satform.common.spec import Complaint, Number, Positive, Spec
 from satform.dynamics.circular_gravity import CircularGravity, GravityKind, circular_gravity
-from satform.dynamics.cw_model import CwState
+from satform.dynamics.cw_model import CwState, LvlhStateDynamics
 from satform.dynamics.held_runge_kutta import advance_held
 from satform.dynamics.integrators import substeps
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import Dynamics, DynamicsSetting
+from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import PerturbedDynamicsSpec, substep_complaints
 from satform.numeric.elementwise import Array
 from satform.numeric.formula import FUNCTIONS, LONGEST, Formula, parse_formula
@@ -30,7 +30,7 @@ Text = Annotated[str, Field(min_length=1, max_length=LONGEST)]
 
 
 @dataclass(frozen=True)
-class FormulaDynamics(Dynamics):
+class FormulaDynamics(LvlhStateDynamics):
     """Motion in LVLH by formulas, integrated by the classical Runge-Kutta method.
 
     Attributes:
@@ -48,14 +48,6 @@ class FormulaDynamics(Dynamics):
     perturbations: tuple[Perturbation, ...]
     duration: float
     parts: int
-
-    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
-        """The state at time zero; arguments as in `Dynamics.start`."""
-        return CwState(position_lvlh, velocity_lvlh)
-
-    def lvlh(self, state: CwState) -> tuple[Array, Array]:
-        """Position in m and velocity in m/s, shape (N, 3) each."""
-        return state.position, state.velocity
 
     def acceleration(self, time: float, position: Array, velocity: Array) -> Array:
         """Acceleration without command and perturbations.

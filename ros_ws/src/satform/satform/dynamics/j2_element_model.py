@@ -96,22 +96,16 @@ class J2ElementModel:
         return rate
 
 
-def motion_from_mean_elements(chief: KeplerianChief) -> Array:
-    """Map of small mean relative elements to motion, at one instant.
+def motions_from_mean_elements(chiefs: Sequence[KeplerianChief]) -> list[Array]:
+    """Map of small mean relative elements to motion, at one instant of each of several orbits.
 
     Args:
-        chief: by mean elements at that instant.
+        chiefs: by mean elements at that instant.
 
     Returns:
-        Shape (6, 6): of (da, dlambda, dex, dey, dix, diy), dimensionless, to position in m and velocity in
-        m/s, LVLH.
+        Of each shape (6, 6): of (da, dlambda, dex, dey, dix, diy), dimensionless, to position in m and
+        velocity in m/s, LVLH.
     """
-    (motion,) = motions_from_mean_elements([chief])
-    return motion
-
-
-def motions_from_mean_elements(chiefs: Sequence[KeplerianChief]) -> list[Array]:
-    """`motion_from_mean_elements` of several orbits, which takes less time than one after another."""
     import brahe  # noqa: PLC0415  slow to import, and few scenarios need this model
 
     radians: Any = brahe.AngleFormat.RADIANS

@@ -14,7 +14,7 @@ import numpy as np
 
 from satform.dynamics.coasting import CoastingState
 from satform.dynamics.cw import DisturbedStep
-from satform.dynamics.cw_model import CwDynamics, CwState
+from satform.dynamics.cw_model import CwDynamics, CwState, LvlhStateDynamics
 from satform.dynamics.cw_perturbed import CwPerturbedDynamics, PropagatedChiefDynamics
 from satform.dynamics.formula_model import FormulaDynamics
 from satform.dynamics.inertial import InertialDynamics
@@ -29,7 +29,7 @@ _FORCE = ("linear", "wave", "wave_number", "quadratic")
 """Numbers of a force that depends on the velocity."""
 
 
-class StackedCwDynamics(Dynamics):
+class StackedCwDynamics(LvlhStateDynamics):
     """The CW equations of the satellites of many runs, the same operations as `CwDynamics` has."""
 
     def __init__(self, steps: Sequence[DisturbedStep], perturbations: StackedPerturbations | None) -> None:
@@ -45,14 +45,6 @@ class StackedCwDynamics(Dynamics):
         self._own = np.stack([_factors(step, "own") for step in steps], axis=-1)
         self._swapped = np.stack([_factors(step, "swapped") for step in steps], axis=-1)
         self._perturbations = perturbations
-
-    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
-        """The state at time zero; arguments as in `Dynamics.start`."""
-        return CwState(position_lvlh, velocity_lvlh)
-
-    def lvlh(self, state: CwState) -> tuple[Array, Array]:
-        """Relative position in m and velocity in m/s, shape (M, 3) each."""
-        return state.position, state.velocity
 
     def advance(self, state: CwState, acceleration_lvlh: Array, step: int) -> CwState:
         """The state one control period later; arguments as in `Dynamics.advance`."""

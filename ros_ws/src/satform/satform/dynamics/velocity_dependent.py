@@ -9,17 +9,17 @@ import numpy as np
 
 from satform.common.spec import Complaint, NonNegative, Number, Positive
 from satform.dynamics.circular_gravity import CircularGravity, GravityKind, circular_gravity
-from satform.dynamics.cw_model import CwState
+from satform.dynamics.cw_model import CwState, LvlhStateDynamics
 from satform.dynamics.held_runge_kutta import advance_held
 from satform.dynamics.integrators import substeps
 from satform.dynamics.prescribed_disturbances import Perturbation
-from satform.dynamics.protocol import Dynamics, DynamicsSetting
+from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import PerturbedDynamicsSpec, substep_complaints
 from satform.numeric.elementwise import Array
 
 
 @dataclass(frozen=True)
-class VelocityDependentDynamics(Dynamics):
+class VelocityDependentDynamics(LvlhStateDynamics):
     """The same function of the velocity on each axis, integrated by the classical Runge-Kutta method.
 
     Attributes:
@@ -41,14 +41,6 @@ class VelocityDependentDynamics(Dynamics):
     duration: float
     parts: int
     gravity: CircularGravity | None = None
-
-    def start(self, position_lvlh: Array, velocity_lvlh: Array) -> CwState:
-        """The state at time zero; arguments as in `Dynamics.start`."""
-        return CwState(position_lvlh, velocity_lvlh)
-
-    def lvlh(self, state: CwState) -> tuple[Array, Array]:
-        """Position in m and velocity in m/s, shape (N, 3) each."""
-        return state.position, state.velocity
 
     def acceleration(self, velocity: Array) -> Array:
         """The force per mass at a velocity in m/s: m/s^2, of the same shape."""

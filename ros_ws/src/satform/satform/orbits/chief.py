@@ -194,10 +194,6 @@ class KeplerianChief:
         """Mean anomaly `time` s after the start, rad, growing without end."""
         return self.mean_anomaly + self.mean_motion * time
 
-    def mean_argument_of_latitude(self, time: float) -> float:
-        """Argument of perigee plus mean anomaly `time` s after the start, rad, growing without end."""
-        return self.argument_of_perigee + self.mean_anomaly_at(time)
-
     def true_anomaly(self, time: float) -> float:
         """True anomaly `time` s after the start, rad, growing without end; raises as `true_anomaly` does."""
         return true_anomaly(self.mean_anomaly_at(time), self.eccentricity)
