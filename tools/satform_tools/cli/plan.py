@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from satform_tools.cli.shared_options import Json
+from satform_tools.cli.shared_options import Changes, Json, ScenarioArgument
 
 app = typer.Typer(help="Compute impulses and links before a flight.", no_args_is_help=True)
 
@@ -253,3 +253,27 @@ def match(
 
     task = matching.MatchTask(load, z0, length, frequency, velocity_factor, out)
     matching.match(task, as_json=json)
+
+
+@app.command()
+def link(
+    scenario: ScenarioArgument,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write the budget of each link over time.")
+    ] = None,
+    every: Annotated[
+        float | None, typer.Option(help="Time between two rows of the file, s; by default one step.")
+    ] = None,
+    changes: Changes = None,
+    json: Json = False,
+) -> None:
+    """Compute the budget of each radio and optical link of a scenario over the time of its flight.
+
+    Flies the scenario in this process. Prints the margin of each link at some times, its worst and best
+    margin, the part of the time in which it is blocked or below the required bit error rate, and the part of
+    its messages that is delivered.
+    """
+    from satform_tools.links import budget_table
+    from satform_tools.run import scenario_library
+
+    budget_table.link(scenario_library.load(scenario, changes or ()), every, csv, as_json=json)
