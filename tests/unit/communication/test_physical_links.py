@@ -177,7 +177,7 @@ RADIO_LINKS: dict[str, Any] = {
 def flown(power: float, **changes: Any) -> tuple[Scenario, FlightRecord]:
     scenario = shipped("triangle").with_(
         {
-            "timing.duration": 150.0,
+            "timing.duration": 75.0,
             "links": {"default": {"channel": {**RADIO_LINKS, "power": power}}},
             **changes,
         },
@@ -228,7 +228,7 @@ def test_light_time_is_the_delay_of_a_step() -> None:
 def test_antennas_turn_with_the_satellites() -> None:
     scenario = shipped("formation_pointing").with_(
         {
-            "timing.duration": 60.0,
+            "timing.duration": 20.0,
             "links": {
                 "default": {
                     "channel": {

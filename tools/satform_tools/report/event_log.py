@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Events of a flight: losses, rejoins, changes of topology and parameters; and its graph over time."""
+"""Events of a flight: losses, rejoins, changes of topology, parameters and links; and its graph over time."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -11,7 +11,10 @@ from satform.bag.events import Status
 from satform.numeric.elementwise import Array
 from satform_tools.run.stored_run import StoredRun
 
-Kind = Literal["loss", "return", "graph", "gain", "phase"]
+Kind = Literal["loss", "return", "graph", "gain", "phase", "link"]
+
+_MOST_LINKS = 4
+"""Of more links that change in one step, only the number is given."""
 
 _EXPECTED = frozenset({"waiting", "flying", "finished"})
 """Phases of a flight without events."""
@@ -52,11 +55,11 @@ class GraphState:
 
 
 def flight_events(stored: StoredRun) -> list[Event]:
-    """All events of a flight, by time; none where no bag recorded them."""
-    if stored.events is None:
-        return []
+    """All events of a flight, by time; only those of its links where no bag recorded the others."""
     step = stored.scenario.timing.step
-    found: list[tuple[int, Kind, str]] = []
+    found = _link_changes(stored)
+    if stored.events is None:
+        return [Event(at, at * step, kind, text) for at, kind, text in found]
     before: Status | None = None
     for status in stored.events.statuses:
         found += [(status.step, kind, text) for kind, text in _changes(before, status)]
@@ -85,6 +88,37 @@ def graph_states(stored: StoredRun) -> list[GraphState]:
         )
         for status in stored.events.statuses
     ]
+
+
+def _link_changes(stored: StoredRun) -> list[tuple[int, Kind, str]]:
+    """Radio and optical links that reach their required bit error rate or no longer do."""
+    history = stored.record.links
+    found: list[tuple[int, Kind, str]] = []
+    # The first change is what holds at the start.
+    for change in [] if history is None else history.changes():
+        if change.step == 0:
+            continue
+        parts = [
+            f"{_links(links)} {what}"
+            for links, what in (
+                (change.opened, "above the required margin"),
+                (change.closed, "below the required margin"),
+                (change.blocked, "blocked by the Earth"),
+            )
+            if links
+        ]
+        # Eigenvalues of a graph that is not connected may differ from zero by a rounding.
+        connectivity = change.connectivity if abs(change.connectivity) > 1e-9 else 0.0
+        found.append((change.step, "link", f"{'; '.join(parts)}; connectivity {connectivity:.3g}"))
+    return found
+
+
+def _links(links: tuple[tuple[str, str], ...]) -> str:
+    """Links in words; both directions of a pair as one."""
+    pairs = {frozenset(link): link for link in links if link[::-1] in links}
+    texts = [f"{first} and {second}" for first, second in pairs.values()]
+    texts += [f"{sender} to {receiver}" for sender, receiver in links if (receiver, sender) not in links]
+    return f"{len(links)} links" if len(texts) > _MOST_LINKS else ", ".join(sorted(texts))
 
 
 def _changes(before: Status | None, now: Status) -> list[tuple[Kind, str]]:

@@ -28,6 +28,13 @@ _WIDE = 100.0
 """A quantity whose values differ by more than this factor is drawn on a logarithmic axis."""
 
 _MOST_PREDICTED = 600
+_WINDOW = 60.0
+"""In which an edge has to deliver a message, s, to count as one of the graph that delivered."""
+
+_MOST_WINDOWS = 1500
+_MOST_CONNECTED = 64
+"""Satellites up to which the connectivity of what was delivered is drawn."""
+
 
 Dash = Literal["solid", "dash", "dot"]
 
@@ -101,7 +108,7 @@ def charts(stored: StoredRun, unit: Unit) -> list[Chart]:
 
 
 def graph_charts(stored: StoredRun, unit: Unit) -> list[Chart]:
-    """Algebraic connectivity and living satellites over time.
+    """Algebraic connectivity of the graph and of what its links delivered, and living satellites, over time.
 
     Args:
         stored: the flight.
@@ -129,10 +136,35 @@ def graph_charts(stored: StoredRun, unit: Unit) -> list[Chart]:
             note=note,
         )
     ]
+    delivered = _delivered(stored, unit)
+    found += [] if delivered is None else [delivered]
     if stored.events and count <= MOST_LINES:
         alive = tuple(_alive(stored, moments, time, column) for column in range(count))
         found.append(Chart("alive", "Living satellites", "", alive, steps=True))
     return found
+
+
+def _delivered(stored: StoredRun, unit: Unit) -> Chart | None:
+    """Connectivity of what the links delivered, in windows; None where every message arrives."""
+    record, scenario = stored.record, stored.scenario
+    if scenario.links is None or not record.steps or len(record.satellites) > _MOST_CONNECTED:
+        return None
+    links = record.links
+    if links is None or not len(links.edges):
+        return None
+    window = max(1, round(min(_WINDOW, record.steps * record.step) / record.step))
+    window = max(window, record.steps // _MOST_WINDOWS)
+    begins, values = links.connectivity(min(window, record.steps))
+    line = Line("delivered in the window", begins.astype(np.float64) * record.step / unit.size, values)
+    return Chart(
+        "delivered_connectivity",
+        "Connectivity of delivered messages",
+        "λ₂ of edges that delivered",
+        (line,),
+        steps=True,
+        note=f"An edge counts in a window of {window * record.step:g} s if it delivered a message. "
+        "The topology is that of the scenario.",
+    )
 
 
 @dataclass(frozen=True)

@@ -240,7 +240,7 @@ def events(found: list[Event]) -> PageTable:
 def no_events(stored: StoredRun) -> str:
     """The text in number of an empty table of events."""
     if stored.events is None:
-        return "The flight has no bag, in which events are recorded."
+        return "The flight has no bag, in which other events than those of links are recorded."
     return "No events: no satellite was lost, nothing was changed in flight."
 
 

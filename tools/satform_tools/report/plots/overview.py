@@ -49,4 +49,7 @@ def _draw_motion(panels: Any, scenario: Scenario, record: FlightRecord) -> None:
         plot.arc_length_spread(record, scenario, panels[1])
     else:
         plot.delta_v(record, panels[1])
-    plot.control(record, panels[-1])
+    if scenario.links is not None and scenario.links.physical and record.steps:
+        plot.delivered_connectivity(record, panels[-1])
+    else:
+        plot.control(record, panels[-1])

@@ -39,23 +39,24 @@ def link_history(plan: FormationPlan, record: FlightRecord) -> LinkHistory:
     )
     medium = plan.plant.links
     states = None if medium is None else _states(plan, record, medium)
-    sent = _sent(plan, record, edges, links)
+    linked = _linked(plan, record, edges)
+    every = np.array([max(1, round(link.period / record.step)) for link in links], dtype=np.int64)
+    sent = linked & (np.arange(record.steps)[:, None] % every == 0)
     loss = np.tile(np.array([link.loss for link in links]), (record.steps, 1))
     if states is not None:
         loss[:, physical] = combined_loss(loss[:, physical], states.loss)
     if plan.links.links is None:
-        return LinkHistory(names, edges, physical, states, sent, sent)
+        return LinkHistory(names, edges, physical, states, linked, sent, sent)
     draws = loss_draws(plan.links.seed, edges, len(names), record.steps)
     delivered = sent & (draws >= loss) & ~_cut(links, record)
-    return LinkHistory(names, edges, physical, states, sent, delivered)
+    return LinkHistory(names, edges, physical, states, linked, sent, delivered)
 
 
-def _sent(plan: FormationPlan, record: FlightRecord, edges: Indices, links: list[LinkSpec]) -> Flags:
-    """Whether a message was sent for each step: the sender flew in the step before, the receiver flies."""
+def _linked(plan: FormationPlan, record: FlightRecord, edges: Indices) -> Flags:
+    """Whether the graph has an edge, its sender flew in the step before, and its receiver flies, (K, E)."""
     senders, receivers = edges.T
     formation = Formation.of(plan.membership)
-    sent = np.zeros((record.steps, len(edges)), dtype=np.bool_)
-    every = np.array([max(1, round(link.period / record.step)) for link in links], dtype=np.int64)
+    found = np.zeros((record.steps, len(edges)), dtype=np.bool_)
     absent = record.absent
     for step in range(record.steps):
         events = plan.membership.events.get(step)
@@ -63,8 +64,8 @@ def _sent(plan: FormationPlan, record: FlightRecord, edges: Indices, links: list
             formation.apply(events, step, plan.names)
         published = ~absent[max(step - 1, 0), senders]
         linked = formation.graph.adjacency[receivers, senders] > 0.0
-        sent[step] = linked & published & ~absent[step, receivers] & (step % every == 0)
-    return sent
+        found[step] = linked & published & ~absent[step, receivers]
+    return found
 
 
 def _cut(links: list[LinkSpec], record: FlightRecord) -> Flags:

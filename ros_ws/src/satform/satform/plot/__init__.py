@@ -11,6 +11,7 @@ except ImportError:
     raise ImportError("satform.plot needs matplotlib: pip install 'satform[plot]'") from None
 
 from satform.plot.formation import orbits, orbits_3d
+from satform.plot.links import delivered_connectivity
 from satform.plot.time_series import (
     arc_length_spread,
     control,
@@ -25,6 +26,7 @@ from satform.plot.time_series import (
 __all__ = [
     "arc_length_spread",
     "control",
+    "delivered_connectivity",
     "delta_v",
     "orbits",
     "orbits_3d",

@@ -14,6 +14,25 @@ from satform.numeric.elementwise import Array, Indices
 
 
 @dataclass(frozen=True)
+class LinkChange:
+    """A step in which radio or optical links reach their required bit error rate, or no longer do.
+
+    Attributes:
+        step: number of the step.
+        opened: sender and receiver of each link that reaches it from this step on.
+        closed: those of each that no longer does, because of its margin.
+        blocked: those of each that no longer does, because the Earth is between the two.
+        connectivity: algebraic connectivity of the links that reach it and of all that are not physical.
+    """
+
+    step: int
+    opened: tuple[tuple[str, str], ...]
+    closed: tuple[tuple[str, str], ...]
+    blocked: tuple[tuple[str, str], ...]
+    connectivity: float
+
+
+@dataclass(frozen=True)
 class LinkHistory:
     """What the E links of a formation did in the K steps of a flight.
 
@@ -22,6 +41,7 @@ class LinkHistory:
         edges: indices of sender and receiver of each link that the graph has at some time, shape (E, 2).
         physical: indices, among the edges, of the P radio and optical links, shape (P,).
         states: of these P links at each step, arrays of shape (K, P); None where there are none.
+        linked: whether the graph has each edge at each step and both its satellites fly, shape (K, E).
         sent: whether a message was sent over each link for each step, shape (K, E).
         delivered: whether it was delivered, at once or later, shape (K, E).
     """
@@ -30,6 +50,7 @@ class LinkHistory:
     edges: Indices
     physical: Indices
     states: LinkStates | None
+    linked: NDArray[np.bool_]
     sent: NDArray[np.bool_]
     delivered: NDArray[np.bool_]
 
@@ -61,6 +82,28 @@ class LinkHistory:
                 known[key] = self._graph(used, members).algebraic_connectivity
             found[place] = known[key]
         return begins, found
+
+    def changes(self) -> list[LinkChange]:
+        """When radio and optical links opened and closed, by step; the first change is the start."""
+        if self.states is None or not len(self.sent):
+            return []
+        reaches = (self.states.margin >= 0.0) & self.linked[:, self.physical]
+        usable = self.linked.copy()
+        usable[:, self.physical] = reaches
+        before, everyone = np.zeros(reaches.shape[1], dtype=np.bool_), list(range(len(self.satellites)))
+        found = []
+        for step in np.flatnonzero(np.any(np.diff(reaches, axis=0, prepend=before[None]), axis=1)).tolist():
+            now = reaches[step]
+            gone = before & ~now
+            earth = gone & self.states.blocked[step]
+            opened, closed, blocked = map(self._named, (now & ~before, gone & ~earth, earth))
+            graph = self._graph(np.asarray(usable[step]), everyone)
+            found.append(LinkChange(step, opened, closed, blocked, graph.algebraic_connectivity))
+            before = now
+        return found
+
+    def _named(self, links: NDArray[np.bool_]) -> tuple[tuple[str, str], ...]:
+        return tuple(self.names_of(edge) for edge in self.physical[links].tolist())
 
     def names_of(self, edge: int) -> tuple[str, str]:
         """Sender and receiver of an edge."""
