@@ -77,7 +77,7 @@ def test_quantum_limits_of_one_error_in_a_thousand_million_bits(detection: str, 
 
 # Receivers of simulated signals in white noise, of N0 = 1, which count the wrong bits.
 
-SYMBOLS = 200_000
+SYMBOLS = 100_000
 
 
 def noise(generator: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -182,7 +182,7 @@ def test_the_gain_of_a_laser_beam_conserves_its_power() -> None:
 def test_the_pointing_factor_is_the_mean_over_the_jitter() -> None:
     divergence, offset, jitter = 20e-6, 4e-6, 3e-6
     generator = np.random.default_rng(3)
-    errors = generator.standard_normal((400_000, 2)) * jitter + [offset, 0.0]
+    errors = generator.standard_normal((200_000, 2)) * jitter + [offset, 0.0]
     intensity = np.exp(-8.0 * (errors**2).sum(axis=1) / divergence**2)
     deviation = intensity.std() / math.sqrt(len(errors))
     assert pointing_factor(divergence, offset, jitter) == pytest.approx(intensity.mean(), abs=4.0 * deviation)
