@@ -26,6 +26,7 @@ class ArcLengthSpread(AtTime, OfSatellites):
     unit = "m"
     of_phases = True
     known_before_flight = True
+    figure_name = "arc-length spread"
     kind: Literal["arc_length_spread"] = "arc_length_spread"
 
     def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
@@ -36,9 +37,6 @@ class ArcLengthSpread(AtTime, OfSatellites):
     def reducer(self, flight: FlightShape) -> Reducer:
         instant = self.instant(flight, flight.states, self.satellites)
         return _SpreadAt(replace(instant, named=self.satellites is not None))
-
-    def describe(self) -> str:
-        return self.label or f"arc-length spread{self.moment()}{self.whose()}"
 
 
 class ArcLengthSettling(Event):
@@ -82,6 +80,7 @@ class ArcLengthRate(AtTime, OfSatellites):
     unit = "m/s"
     of_phases = True
     known_before_flight = True
+    figure_name = "arc-length rate off nominal"
     kind: Literal["arc_length_rate"] = "arc_length_rate"
     nominal_rate: Number
     """Rate that is taken off, m/s."""
@@ -92,9 +91,6 @@ class ArcLengthRate(AtTime, OfSatellites):
             "rate",
             transform=lambda rate: np.abs(rate - self.nominal_rate),
         )
-
-    def describe(self) -> str:
-        return self.label or f"arc-length rate off nominal{self.moment()}{self.whose()}"
 
 
 def arc_length_spread(record: FlightRecord) -> Array:

@@ -27,26 +27,22 @@ class PointingError(LargestOfSteps):
 
     unit = "rad"
     of_equipment = "attitude"
+    figure_name = "largest pointing error"
     kind: Literal["pointing_error"] = "pointing_error"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), "pointing_error")
-
-    def describe(self) -> str:
-        return self.label or f"largest pointing error{self.when()}{self.whose()}"
 
 
 class PanelToSun(LargestOfSteps):
     """Largest cosine of the angle between panel axis and sun; zero when panels face the sun."""
 
     of_equipment = "attitude"
+    figure_name = "largest cosine of panel axis to sun"
     kind: Literal["panel_to_sun"] = "panel_to_sun"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), "panel_to_sun")
-
-    def describe(self) -> str:
-        return self.label or f"largest cosine of panel axis to sun{self.when()}{self.whose()}"
 
 
 class AttitudeSettling(Event):
@@ -74,14 +70,12 @@ class AttitudeErrorAt(AtTime, OfSatellites):
 
     of_steps = True
     of_equipment = "attitude"
+    figure_name = "attitude error (MRP)"
     kind: Literal["attitude_error_at"] = "attitude_error_at"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         instant = self.instant(flight, flight.steps, self.satellites)
         return ExtremeOf(replace(instant, of_others=True), "attitude_error")
-
-    def describe(self) -> str:
-        return self.label or f"attitude error (MRP){self.moment()}{self.whose()}"
 
 
 class AttitudeRateErrorAt(AtTime, OfSatellites):
@@ -90,14 +84,12 @@ class AttitudeRateErrorAt(AtTime, OfSatellites):
     unit = "rad/s"
     of_steps = True
     of_equipment = "attitude"
+    figure_name = "angular velocity error"
     kind: Literal["attitude_rate_error_at"] = "attitude_rate_error_at"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         instant = self.instant(flight, flight.steps, self.satellites)
         return ExtremeOf(replace(instant, of_others=True), "attitude_rate_error")
-
-    def describe(self) -> str:
-        return self.label or f"angular velocity error{self.moment()}{self.whose()}"
 
 
 class _OfWheels(OverWindow):
@@ -151,6 +143,7 @@ class WheelSaturation(OverWindow):
     """Steps in which a limit of a wheel took something away, the most of the satellites."""
 
     of_equipment = "attitude"
+    figure_name = "steps at the {0.limit} limit of the wheels"
     kind: Literal["wheel_saturation"] = "wheel_saturation"
     limit: Literal["torque", "momentum"]
     """Which limit is meant."""
@@ -178,6 +171,3 @@ class WheelSaturation(OverWindow):
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.states)
         return LargestChange(stretch, f"{self.limit}_saturated_steps", magnitude=False)
-
-    def describe(self) -> str:
-        return self.label or f"steps at the {self.limit} limit of the wheels{self.when()}{self.whose()}"

@@ -45,6 +45,7 @@ class CollisionProbability(OfPairs):
     of both satellites' filters.
     """
 
+    figure_name = "collision probability"
     kind: Literal["collision_probability"] = "collision_probability"
     combined_radius: Positive
     """Sum of the radii of the two satellites, each taken as a sphere, m."""
@@ -85,9 +86,6 @@ class CollisionProbability(OfPairs):
         figure = partial(self._largest, matrix=matrix, settings=flight.settings)
         return ClosestApproaches(stretch, flight.step, figure, covariances=matrix is None)
 
-    def describe(self) -> str:
-        return self.label or f"collision probability{self.when()}{self.whose()}"
-
     def _matrix(self) -> Array | None:
         if self.covariance is not None:
             return np.array(self.covariance)
@@ -114,6 +112,7 @@ class RadialNormalDistance(OfPairs):
     """
 
     unit = "m"
+    figure_name = "least radial/normal distance of a revolution"
     kind: Literal["radial_normal_distance"] = "radial_normal_distance"
 
     def holds_in_part(self) -> bool:
@@ -126,9 +125,6 @@ class RadialNormalDistance(OfPairs):
         stretch = self.stretch(flight, flight.states, of_bodies=True)
         figure = partial(radial_normal_distances, pairs=pairs_of(stretch), rates=flight.mean_motions[:, None])
         return ExtremeOf(stretch, _motion, _MOTION, which="minimum", transform=figure)
-
-    def describe(self) -> str:
-        return self.label or f"least radial/normal distance of a revolution{self.when()}{self.whose()}"
 
 
 class PassiveSafety(OfPairs):

@@ -38,6 +38,7 @@ class Control(_OfCommands):
     """Mean, smallest or largest magnitude of the commanded acceleration, in m/s^2."""
 
     unit = "m/s²"
+    figure_name = "{0.statistic} control"
     kind: Literal["control"] = "control"
     statistic: Literal["mean", "minimum", "maximum"] = "mean"
     """Mean over the stretch, or its smallest or largest value."""
@@ -51,14 +52,12 @@ class Control(_OfCommands):
             return MeanOf(stretch, _commanded, ("control", "absent"))
         return ExtremeOf(stretch, _commanded, ("control", "absent"), which=self.statistic)
 
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} control{self.when()}{self.whose()}"
-
 
 class DeltaV(_OfCommands):
     """Delta-v as the thrusters count it, or integral of an ideal command; the largest, in m/s."""
 
     unit = "m/s"
+    figure_name = "delta-v"
     kind: Literal["delta_v"] = "delta_v"
 
     def holds_in_part(self) -> bool:
@@ -68,14 +67,12 @@ class DeltaV(_OfCommands):
     def reducer(self, flight: FlightShape) -> Reducer:
         return _SumOfEffort(self.stretch(flight, flight.steps, held=True), "effort")
 
-    def describe(self) -> str:
-        return self.label or f"delta-v{self.when()}{self.whose()}"
-
 
 class DeltaVPerOrbit(_OfCommands):
     """Delta-v per revolution of the chief, the mean of the stretch; the largest of the satellites, in m/s."""
 
     unit = "m/s"
+    figure_name = "delta-v per orbit"
     kind: Literal["delta_v_per_orbit"] = "delta_v_per_orbit"
 
     def holds_in_part(self) -> bool:
@@ -93,9 +90,6 @@ class DeltaVPerOrbit(_OfCommands):
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.steps, held=True)
         return _EffortPerOrbit(stretch, flight.step * flight.mean_motions / math.tau)
-
-    def describe(self) -> str:
-        return self.label or f"delta-v per orbit{self.when()}{self.whose()}"
 
 
 class _SumOfEffort(LargestSum):

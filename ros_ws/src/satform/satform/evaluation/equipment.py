@@ -29,49 +29,41 @@ class PropellantUsed(_OfThrusters):
     """Propellant that a satellite's thrusters take, the largest of the satellites, in kg."""
 
     unit = "kg"
+    figure_name = "propellant used"
     kind: Literal["propellant_used"] = "propellant_used"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.counted("propellant", flight)
 
-    def describe(self) -> str:
-        return self.label or f"propellant used{self.when()}{self.whose()}"
-
 
 class SaturatedSteps(_OfThrusters):
     """Steps with a command above the thrust limit, the most of the satellites."""
 
+    figure_name = "saturated steps"
     kind: Literal["saturated_steps"] = "saturated_steps"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.counted("saturated_steps", flight)
 
-    def describe(self) -> str:
-        return self.label or f"saturated steps{self.when()}{self.whose()}"
-
 
 class BelowMinimumImpulseSteps(_OfThrusters):
     """Steps with a command below the smallest impulse, the most of the satellites."""
 
+    figure_name = "steps below the minimum impulse"
     kind: Literal["below_minimum_impulse_steps"] = "below_minimum_impulse_steps"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.counted("below_minimum_impulse_steps", flight)
 
-    def describe(self) -> str:
-        return self.label or f"steps below the minimum impulse{self.when()}{self.whose()}"
-
 
 class PropellantDepletedSteps(_OfThrusters):
     """Steps with a command that the tank could not give, the most of the satellites."""
 
+    figure_name = "steps with an empty tank"
     kind: Literal["propellant_depleted_steps"] = "propellant_depleted_steps"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.counted("propellant_depleted_steps", flight)
-
-    def describe(self) -> str:
-        return self.label or f"steps with an empty tank{self.when()}{self.whose()}"
 
 
 def _largest_or_rms(stretch: Stretch, series: str, statistic: Literal["maximum", "rms"]) -> Reducer:
@@ -87,6 +79,7 @@ class NavigationError(OverWindow):
 
     unit = "m"
     of_equipment = "sensor"
+    figure_name = "{0.statistic} navigation error"
     kind: Literal["navigation_error"] = "navigation_error"
     statistic: Literal["maximum", "rms"] = "maximum"
     """Largest over the stretch, or root of the mean square."""
@@ -97,15 +90,13 @@ class NavigationError(OverWindow):
     def reducer(self, flight: FlightShape) -> Reducer:
         return _largest_or_rms(self.stretch(flight, flight.states), "navigation_error", self.statistic)
 
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} navigation error{self.when()}{self.whose()}"
-
 
 class EstimationError(LargestOfSteps):
     """Distance between a satellite's estimated and its true position, in m."""
 
     unit = "m"
     of_equipment = "sensor"
+    figure_name = "{0.statistic} estimation error"
     kind: Literal["estimation_error"] = "estimation_error"
     statistic: Literal["maximum", "rms"] = "maximum"
     """Largest over the stretch, or root of the mean square."""
@@ -115,9 +106,6 @@ class EstimationError(LargestOfSteps):
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return _largest_or_rms(self.stretch(flight, flight.steps), "estimation_error", self.statistic)
-
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} estimation error{self.when()}{self.whose()}"
 
 
 class _OfFilter(LargestOfSteps):
@@ -139,13 +127,11 @@ class _OfFilter(LargestOfSteps):
 class EstimationErrorSquared(_OfFilter):
     """Normalised estimation error squared (NEES) of a satellite's filter: mean 6 if it is consistent."""
 
+    figure_name = "{0.statistic} NEES"
     kind: Literal["nees"] = "nees"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.over("estimation_error_squared", flight)
-
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} NEES{self.when()}{self.whose()}"
 
 
 class InnovationSquared(_OfFilter):
@@ -154,10 +140,8 @@ class InnovationSquared(_OfFilter):
     Each step counts with the newest measurement that was known in it, and with 0 before the second one.
     """
 
+    figure_name = "{0.statistic} NIS"
     kind: Literal["nis"] = "nis"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.over("innovation", flight)
-
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} NIS{self.when()}{self.whose()}"

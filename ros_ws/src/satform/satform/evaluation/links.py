@@ -50,6 +50,7 @@ class DeliveredConnectivity(_OfLinks):
     Laplacian's eigenvalues. The topology is that of the scenario; a satellite that does not fly is isolated.
     """
 
+    figure_name = "{0.statistic} connectivity of what was delivered"
     kind: Literal["delivered_connectivity"] = "delivered_connectivity"
     statistic: Statistic = "minimum"
     """Of all windows."""
@@ -64,13 +65,11 @@ class DeliveredConnectivity(_OfLinks):
         _, found = links.connectivity(steps, rows.start, rows.stop, self.satellites)
         return float(_STATISTICS[self.statistic](found))
 
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} connectivity of what was delivered{self.when()}{self.whose()}"
-
 
 class DeliveredFraction(_OfLinks):
     """Messages that were delivered, of those that were sent."""
 
+    figure_name = "delivered part of the messages"
     kind: Literal["delivered_fraction"] = "delivered_fraction"
 
     def measure(self, record: FlightRecord) -> float:
@@ -81,14 +80,12 @@ class DeliveredFraction(_OfLinks):
         sent = int(links.sent[rows][:, meant].sum())
         return int(links.delivered[rows][:, meant].sum()) / sent if sent else math.nan
 
-    def describe(self) -> str:
-        return self.label or f"delivered part of the messages{self.when()}{self.whose()}"
-
 
 class LinkMargin(_OfLinks):
     """Margin of radio and optical links above the required bit error rate, in dB."""
 
     unit = "dB"
+    figure_name = "{0.statistic} link margin"
     kind: Literal["link_margin"] = "link_margin"
     statistic: Statistic = "minimum"
     """Of all links and steps that are meant; a link that the Earth blocks has none."""
@@ -101,9 +98,6 @@ class LinkMargin(_OfLinks):
         if not margins.size or not np.isfinite(margins).all():
             return math.nan
         return float(_STATISTICS[self.statistic](margins))
-
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} link margin{self.when()}{self.whose()}"
 
 
 def _physical(links: LinkHistory, satellites: tuple[str, ...] | None) -> NDArray[np.bool_]:

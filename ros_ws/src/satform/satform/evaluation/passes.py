@@ -47,26 +47,22 @@ class PassDistance(_OfPair):
     """Distance of the closest pass of one satellite by another, in m."""
 
     unit = "m"
+    figure_name = "closest pass"
     kind: Literal["pass_distance"] = "pass_distance"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.pass_reducer(flight, lambda time, separation: norm(separation))
-
-    def describe(self) -> str:
-        return self.label or f"closest pass{self.when()}{self.whose()}"
 
 
 class PassTime(_OfPair):
     """Time of the closest pass of one satellite by another, in s."""
 
     unit = "s"
+    figure_name = "time of the closest pass"
     kind: Literal["pass_time"] = "pass_time"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.pass_reducer(flight, lambda time, separation: time)
-
-    def describe(self) -> str:
-        return self.label or f"time of the closest pass{self.when()}{self.whose()}"
 
 
 class PassLightAngle(_OfPair):
@@ -77,6 +73,7 @@ class PassLightAngle(_OfPair):
     """
 
     unit = "rad"
+    figure_name = "light angle at the closest pass"
     kind: Literal["pass_light_angle"] = "pass_light_angle"
     epoch: Epoch
     """Date and time of time zero; without a time zone it is UTC."""
@@ -121,6 +118,3 @@ class PassLightAngle(_OfPair):
         sun = sun_in_lvlh(days_at(self.epoch) + time / 86400.0, self.chief_longitude)
         cosine = float(dot(separation, sun)) / apart
         return math.acos(max(-1.0, min(1.0, cosine)))
-
-    def describe(self) -> str:
-        return self.label or f"light angle at the closest pass{self.when()}{self.whose()}"

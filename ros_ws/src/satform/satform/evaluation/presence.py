@@ -23,14 +23,12 @@ from satform.scenario.windowed_expectation import OverWindow
 class StepsAbsent(OverWindow):
     """Steps in which a satellite does not fly, the most of the satellites."""
 
+    figure_name = "steps absent"
     kind: Literal["steps_absent"] = "steps_absent"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.steps, held=True, of_bodies=True)
         return LargestSum(stretch, lambda block: block.absent.astype(np.float64), ("absent",))
-
-    def describe(self) -> str:
-        return self.label or f"steps absent{self.when()}{self.whose()}"
 
 
 class RejoinTime(Expectation):

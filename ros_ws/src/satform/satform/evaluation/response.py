@@ -100,6 +100,7 @@ class Offset(OverWindow):
 
     unit = "m"
     of_steps = True
+    figure_name = "mean error in {0.axis}"
     kind: Literal["offset"] = "offset"
     axis: Axis
     """Coordinate in LVLH."""
@@ -107,15 +108,13 @@ class Offset(OverWindow):
     def reducer(self, flight: FlightShape) -> Reducer:
         return OffsetOf(self.stretch(flight, flight.steps), "position_error", "xyz".index(self.axis))
 
-    def describe(self) -> str:
-        return self.label or f"mean error in {self.axis}{self.when()}{self.whose()}"
-
 
 class Ripple(OverWindow):
     """Half of what one coordinate of the position error goes up and down, in m."""
 
     unit = "m"
     of_steps = True
+    figure_name = "ripple in {0.axis}"
     kind: Literal["ripple"] = "ripple"
     axis: Axis
     """Coordinate in LVLH."""
@@ -123,14 +122,12 @@ class Ripple(OverWindow):
     def reducer(self, flight: FlightShape) -> Reducer:
         return HalfRangeOf(self.stretch(flight, flight.steps), "position_error", "xyz".index(self.axis))
 
-    def describe(self) -> str:
-        return self.label or f"ripple in {self.axis}{self.when()}{self.whose()}"
-
 
 class Range(OverWindow):
     """Smallest or largest distance between a satellite and the chief, in m."""
 
     unit = "m"
+    figure_name = "{0.statistic} distance to the chief"
     kind: Literal["range"] = "range"
     statistic: Literal["minimum", "maximum"]
     """Which distance of the stretch is meant."""
@@ -142,14 +139,12 @@ class Range(OverWindow):
         stretch = self.stretch(flight, flight.states, of_bodies=True)
         return ExtremeOf(stretch, "position", which=self.statistic, transform=norm)
 
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} distance to the chief{self.when()}{self.whose()}"
-
 
 class VelocityError(LargestOfSteps):
     """Largest difference between a satellite's velocity and its reference's, in m/s."""
 
     unit = "m/s"
+    figure_name = "largest velocity error"
     kind: Literal["velocity_error"] = "velocity_error"
 
     def reducer(self, flight: FlightShape) -> Reducer:
@@ -158,9 +153,6 @@ class VelocityError(LargestOfSteps):
             lambda block: norm(block.velocity_error),
             ("velocity_error",),
         )
-
-    def describe(self) -> str:
-        return self.label or f"largest velocity error{self.when()}{self.whose()}"
 
 
 class _Progress:

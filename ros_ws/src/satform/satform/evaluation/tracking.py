@@ -34,13 +34,11 @@ class TrackingError(LargestOfSteps):
     """Largest distance between a satellite and its reference, in m."""
 
     unit = "m"
+    figure_name = "largest tracking error"
     kind: Literal["tracking_error"] = "tracking_error"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(self.stretch(flight, flight.steps), "tracking_error")
-
-    def describe(self) -> str:
-        return self.label or f"largest tracking error{self.when()}{self.whose()}"
 
 
 class TrackingErrorAt(AtTime, OfSatellites):
@@ -49,32 +47,29 @@ class TrackingErrorAt(AtTime, OfSatellites):
     unit = "m"
     of_steps = True
     known_before_flight = True
+    figure_name = "tracking error"
     kind: Literal["tracking_error_at"] = "tracking_error_at"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(self.instant(flight, flight.steps, self.satellites), "tracking_error")
-
-    def describe(self) -> str:
-        return self.label or f"tracking error{self.moment()}{self.whose()}"
 
 
 class SlidingVariable(LargestOfSteps):
     """Largest component of the sliding variable, in m/s."""
 
     unit = "m/s"
+    figure_name = "largest sliding variable"
     kind: Literal["sliding_variable"] = "sliding_variable"
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(self.stretch(flight, flight.steps), "sliding_variable", transform=np.abs)
-
-    def describe(self) -> str:
-        return self.label or f"largest sliding variable{self.when()}{self.whose()}"
 
 
 class ReachingTime(Event):
     """Time at which a component of the sliding variable first comes within a level, in s."""
 
     unit = "s"
+    figure_name = "reaching time, {0.axis}"
     kind: Literal["reaching_time"] = "reaching_time"
     axis: Literal["x", "y", "z"]
     """Component of the sliding variable."""
@@ -84,14 +79,12 @@ class ReachingTime(Event):
     def reducer(self, flight: FlightShape) -> Reducer:
         return _Reaching(self.whole(flight, flight.steps), self.level, flight.step, "xyz".index(self.axis))
 
-    def describe(self) -> str:
-        return self.label or f"reaching time, {self.axis}{self.whose()}"
-
 
 class SettlingTime(Event):
     """Time after which the tracking error never exceeds a level again, in s."""
 
     unit = "s"
+    figure_name = "tracking error settles to {0.level:g} m"
     kind: Literal["settling_time"] = "settling_time"
     level: Positive
     """Tracking error that counts as settled, m."""
@@ -99,14 +92,12 @@ class SettlingTime(Event):
     def reducer(self, flight: FlightShape) -> Reducer:
         return SettlingOf(self.whole(flight, flight.steps), "tracking_error", self.level, flight.step)
 
-    def describe(self) -> str:
-        return self.label or f"tracking error settles to {self.level:g} m{self.whose()}"
-
 
 class Distance(OverWindow):
     """Smallest or largest distance between two satellites, in m."""
 
     unit = "m"
+    figure_name = "{0.statistic} distance"
     kind: Literal["distance"] = "distance"
     satellites: Annotated[tuple[str, ...], Field(min_length=2, max_length=2)]
     """The two satellites."""
@@ -128,9 +119,6 @@ class Distance(OverWindow):
             which=self.statistic,
             transform=lambda pair: norm(pair[:, :, 0] - pair[:, :, 1]),
         )
-
-    def describe(self) -> str:
-        return self.label or f"{self.statistic} distance{self.when()}{self.whose()}"
 
 
 class _Reaching(EventTime):

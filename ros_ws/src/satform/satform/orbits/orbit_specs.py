@@ -84,7 +84,29 @@ class KeplerianFields(OrbitSource):
         return OrbitalState.from_elements(self.elements())
 
 
-class TleFields(OrbitSource):
+class MotionFields(OrbitSource):
+    """Base of orbits by a file or by mean elements, which give the motion over some time."""
+
+    @model_validator(mode="after")
+    def _readable(self) -> "MotionFields":
+        _ = self.motion
+        return self
+
+    @cached_property
+    def motion(self) -> OrbitMotion:
+        """The motion.
+
+        Raises:
+            ValueError: what is given cannot be read.
+        """
+        raise NotImplementedError
+
+    def state_at(self, date: datetime) -> OrbitalState:
+        """The inertial state at a date; as in `OrbitSource.state_at`."""
+        return self.motion.state_at(date)
+
+
+class TleFields(MotionFields):
     """Two-line elements of a file or as they stand, propagated by SGP4."""
 
     file: NamedFile | None = None
@@ -92,66 +114,36 @@ class TleFields(OrbitSource):
     lines: Annotated[tuple[str, ...], Field(min_length=2, max_length=3)] | None = None
     """The two lines themselves."""
 
-    @model_validator(mode="after")
-    def _one_of_two(self) -> "TleFields":
-        if (self.file is None) == (self.lines is None):
-            raise ValueError("give exactly one of file and lines")
-        _ = self.motion
-        return self
-
     @cached_property
     def motion(self) -> OrbitMotion:
         """Motion by SGP4."""
-        if self.file is not None:
-            return from_tle(self.file)
-        assert self.lines is not None  # noqa: S101 - the validator has seen to it
-        return from_lines(self.lines, "lines")
-
-    def state_at(self, date: datetime) -> OrbitalState:
-        """The inertial state at a date; as in `OrbitSource.state_at`."""
-        return self.motion.state_at(date)
+        if (self.file is None) == (self.lines is None):
+            raise ValueError("give exactly one of file and lines")
+        return from_lines(self.lines or (), "lines") if self.file is None else from_tle(self.file)
 
 
-class OmmFields(OrbitSource):
+class OmmFields(MotionFields):
     """Mean elements of an OMM file of CCSDS, propagated by SGP4."""
 
     file: NamedFile
     """OMM file: key-value notation, XML or JSON."""
-
-    @model_validator(mode="after")
-    def _readable(self) -> "OmmFields":
-        _ = self.motion
-        return self
 
     @cached_property
     def motion(self) -> OrbitMotion:
         """Motion by SGP4."""
         return from_omm(self.file)
 
-    def state_at(self, date: datetime) -> OrbitalState:
-        """The inertial state at a date; as in `OrbitSource.state_at`."""
-        return self.motion.state_at(date)
 
-
-class OemFields(OrbitSource):
+class OemFields(MotionFields):
     """Ephemeris of an OEM file of CCSDS, interpolated by Lagrange's polynomial."""
 
     file: NamedFile
     """OEM file of one segment in GCRF, ICRF, EME2000 or TEME: key-value notation, XML or JSON."""
 
-    @model_validator(mode="after")
-    def _readable(self) -> "OemFields":
-        _ = self.motion
-        return self
-
     @cached_property
     def motion(self) -> OrbitMotion:
         """Motion along the ephemeris."""
         return from_oem(self.file)
-
-    def state_at(self, date: datetime) -> OrbitalState:
-        """The inertial state at a date; as in `OrbitSource.state_at`."""
-        return self.motion.state_at(date)
 
 
 def inertial_state(position: tuple[float, ...], velocity: tuple[float, ...], frame: str) -> OrbitalState:

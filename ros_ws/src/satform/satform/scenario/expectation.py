@@ -81,6 +81,8 @@ class Expectation(Spec):
         json_schema_extra={"anyOf": [{"required": ["source"]}, {"required": ["regression"]}]}
     )
 
+    figure_name: ClassVar[str] = ""
+    """Name of the figure in the label; fields stand in it as `{0.statistic}`."""
     unit: ClassVar[str] = ""
     of_steps: ClassVar[bool] = False
     """Whether the figure is made of what is decided in steps: the flight's last state then has none."""
@@ -243,7 +245,12 @@ class Expectation(Spec):
 
     def describe(self) -> str:
         """The label, or one made from the fields."""
-        return self.label or type(self).__name__
+        named = self.figure_name.format(self) if self.figure_name else type(self).__name__
+        return self.label or named + self.of_what()
+
+    def of_what(self) -> str:
+        """Part of the flight and satellites that are meant, as the end of a label."""
+        return ""
 
     def verdict(self, figure: float) -> Verdict:
         """A figure against what is expected; one that is not finite is never as expected."""

@@ -52,6 +52,9 @@ class OfSatellites(Expectation):
         """
         return Stretch(0, rows, flight.columns(self.satellites), of_others=of_others)
 
+    def of_what(self) -> str:
+        return super().of_what() + self.whose()
+
     def whose(self) -> str:
         """The satellites that are meant, as the end of a label."""
         return f", {', '.join(self.satellites)}" if self.satellites else ""
@@ -148,6 +151,9 @@ class OverWindow(OfSatellites):
         stretch = self.stretch(shape, len(series), held=held, of_others=of_others, of_bodies=of_bodies)
         return rows_of(series, record, stretch)
 
+    def of_what(self) -> str:
+        return self.when() + super().of_what()
+
     def when(self) -> str:
         """The stretch, as the end of a label."""
         words = f" after {self.after:g} s" if self.after else ""
@@ -192,6 +198,9 @@ class AtTime(Expectation):
         # What is decided in a step has no row for the state after the last step.
         row = max(min(row, held - 1), 0)
         return Stretch(row, min(row + 1, held), flight.columns(satellites))
+
+    def of_what(self) -> str:
+        return self.moment() + super().of_what()
 
     def moment(self) -> str:
         """The moment, as the end of a label."""
