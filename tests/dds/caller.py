@@ -50,7 +50,12 @@ def value(kind: str, draw: random.Random) -> Any:
 def filled(message: Any, draw: random.Random) -> Any:
     """The message with other fields."""
     for name, kind in message.get_fields_and_field_types().items():
-        setattr(message, name, value(kind, draw))
+        if kind.endswith("[16]"):
+            setattr(message, name, list(draw.randbytes(16)))
+        elif "/" in kind and not kind.startswith("sequence<"):
+            filled(getattr(message, name), draw)
+        else:
+            setattr(message, name, value(kind, draw))
     return message
 
 
@@ -65,9 +70,13 @@ def harmless(message: Any) -> Any:
 
 
 def service_type(name: str) -> Any:
-    """The class of a service, such as `std_srvs/srv/Trigger`."""
-    package, _, kind = name.split("/")
-    return getattr(importlib.import_module(f"{package}.srv"), kind)
+    """The class of a service, such as `std_srvs/srv/Trigger`, or `p/action/A_SendGoal` of an action."""
+    package, folder, kind = name.split("/")
+    module = importlib.import_module(f"{package}.{folder}")
+    if folder == "srv":
+        return getattr(module, kind)
+    action, _, own = kind.rpartition("_")
+    return getattr(getattr(module, action).Impl, f"{own}Service")
 
 
 def found(node: Node, name: str) -> dict[str, Any]:

@@ -124,6 +124,35 @@ def test_a_gain_is_described_and_changed_and_its_node_says_no_with_a_reason(
     assert "did you mean names?" in look("call", "/sat1/get_parameters", "{name: [x]}", code=2)
 
 
+def test_new_targets_are_followed_given_up_refused_and_taken_back(
+    start_run: Callable[..., subprocess.Popen[str]], look: Look
+) -> None:
+    start_run("triangle", *LONG, *CLOCKED)
+    assert "there is no satellite sat9; there are" in look("reconfigure", "sat9={scale: 2.0}", code=2)
+    assert "a target is written SATELLITE=" in look("reconfigure", "sat2", code=2)
+    moved = json.loads(look("reconfigure", "sat2={phase_offset: 50.0}", "--tolerance", "1e6", "--json"))
+    assert moved["outcome"] == "reached"
+    assert moved["delta_v"].keys() == {"sat2"}
+    far = "sat2={curve: {kind: circle, radius: 2.0e6}}"
+    assert "not reached within 5 s" in look("reconfigure", far, "--within", "5", code=1)
+    words = [
+        sys.executable,
+        "-u",
+        "-m",
+        "satform_tools",
+        "reconfigure",
+        far.replace("2.0e6", "3.0e6"),
+        *PATIENCE,
+    ]
+    following = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    assert following.stdout is not None
+    assert "changed at step" in following.stdout.readline()
+    following.send_signal(signal.SIGINT)
+    said, _ = following.communicate(timeout=60)
+    assert "cancelled: the former targets are back since step" in said
+    assert following.returncode == 1
+
+
 def frames(text: str) -> Sequence[dict[str, object]]:
     return [json.loads(line) for line in text.splitlines()]
 

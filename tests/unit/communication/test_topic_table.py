@@ -75,7 +75,8 @@ def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) ->
 
 def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() -> None:
     with_thruster = shipped("triangle", "satellite_defaults.thruster={dry_mass: 12.0}")
-    scenarios = [with_thruster, *(shipped(path.stem) for path in SCENARIOS.glob("*.yaml"))]
+    with_orbits = shipped("truth_j2", "publish_orbits=true")
+    scenarios = [with_thruster, with_orbits, *(shipped(path.stem) for path in SCENARIOS.glob("*.yaml"))]
     found = {
         channel.kind
         for scenario in scenarios

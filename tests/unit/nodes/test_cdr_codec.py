@@ -22,6 +22,7 @@ from satform_msgs.msg import (
     NodeReady,
     ParameterChange,
     RelativeState,
+    SatelliteTarget,
     Tracking,
 )
 
@@ -29,7 +30,7 @@ from satform_nodes.transport.cdr_codec import Layout, layout
 from satform_nodes.transport.sim_time import Stamps
 
 FRAME = "lvlh"
-VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, NodeReady, LinkConditions)
+VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, NodeReady, LinkConditions, SatelliteTarget)
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 FIXED = [message for message in MESSAGES if message not in VARIABLE]
 

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Warnings about times: rounded to steps, after the end, or longer than the flight."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
 from satform.communication.channel_model import LinkSpec
 from satform.control.protocol import ControllerSpec
 from satform.membership.faults import step_at
+from satform.membership.formation import GraphChangeSpec
+from satform.membership.reconfiguration import ReconfigurationSpec
 from satform.planning.impulsive_guidance import ImpulsiveGuidanceSpec, TimedBurnsSpec
 from satform.scenario import Scenario
 from satform.scenario.windowed_expectation import AtTime
@@ -81,9 +83,8 @@ def _rounded_events(scenario: Scenario) -> Iterator[str]:
             time = getattr(fault, name, None)
             if time is not None and _off(time, step):
                 yield _next(f"faults[{index}].{name}", time, step)
-    for index, change in enumerate(scenario.graph_schedule):
-        if _off(change.at, step):
-            yield _next(f"graph_schedule[{index}].at", change.at, step)
+    yield from _rounded_changes("graph_schedule", scenario.graph_schedule, step)
+    yield from _rounded_changes("reconfigurations", scenario.reconfigurations, step)
     period = scenario.checkpoint_period
     if period is not None and _off(period, step):
         flown = max(1, round(period / step)) * step
@@ -94,6 +95,14 @@ def _rounded_events(scenario: Scenario) -> Iterator[str]:
         if isinstance(expectation, AtTime) and expectation.at is not None and _off(expectation.at, step):
             judged = round(expectation.at / step) * step
             yield f"expect[{index}].at: {expectation.at:.10g} s is evaluated at the step at {judged:.10g} s"
+
+
+def _rounded_changes(
+    field: str, changes: Sequence[GraphChangeSpec | ReconfigurationSpec], step: float
+) -> Iterator[str]:
+    for index, change in enumerate(changes):
+        if _off(change.at, step):
+            yield _next(f"{field}[{index}].at", change.at, step)
 
 
 def _next(field: str, time: float, step: float) -> str:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands that inspect a running formation: topics, echo, nodes, params, call, watch."""
+"""The commands on a running formation: topics, echo, nodes, params, call, reconfigure, watch."""
 
 # ruff: noqa: PLC0415
 
@@ -45,6 +45,7 @@ def add_to(app: typer.Typer) -> None:
     app.add_typer(params, name="params")
     app.command(help=f"Print the messages of a topic. {_SELECTION}")(echo)
     app.command(help=f"Call a service. {_SELECTION}")(call)
+    app.command(help=f"Give satellites new targets in flight, with progress. {_SELECTION}")(reconfigure)
     app.command(help=f"Show the state of a running formation until its flight ends. {_SELECTION}")(watch)
 
 
@@ -273,6 +274,40 @@ def call(
     from satform_tools.inspect import service_call
 
     service_call.call(observer, service, request, as_json=as_json)
+
+
+@_observing
+def reconfigure(
+    observer: "Observer",
+    targets: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SATELLITE=TARGET...",
+            help="New target of each satellite with the fields of a scenario's targets, e.g. "
+            "'sat1={curve: {kind: circle, radius: 100.0}}'.",
+        ),
+    ],
+    tolerance: Annotated[
+        float, typer.Option(metavar="M", help="Distance within which a satellite has reached its target, m.")
+    ] = 1.0,
+    hold: Annotated[
+        float,
+        typer.Option(metavar="SECONDS", help="Simulated time for which all have to stay within it, s."),
+    ] = 0.0,
+    within: Annotated[
+        float,
+        typer.Option(
+            metavar="SECONDS", help="Simulated time after which the command gives up, s; 0 for no limit."
+        ),
+    ] = 0.0,
+    *,
+    as_json: bool,
+) -> int:
+    """Give satellites new targets, and follow them there; Ctrl-C gives the former targets back."""
+    from satform_tools.inspect import reconfigure as reconfigure_command
+
+    arrival = reconfigure_command.Arrival(tolerance, hold, within)
+    return reconfigure_command.reconfigure(observer, targets, arrival, as_json=as_json)
 
 
 @_observing

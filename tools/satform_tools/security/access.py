@@ -23,6 +23,12 @@ _PARAMETER_SERVICES = (
 )
 """Services that every ROS 2 node offers."""
 
+_ACTION_SERVICES = ("send_goal", "cancel_goal", "get_result")
+"""Services of a ROS 2 action."""
+
+_ACTION_TOPICS = ("feedback", "status")
+"""Topics of a ROS 2 action, which its server publishes."""
+
 _COMMON_TOPICS = ("/parameter_events", "/rosout")
 """Topics that every ROS 2 node publishes."""
 
@@ -60,9 +66,13 @@ def accesses(scenario: Scenario) -> list[Access]:
     Returns:
         Plant, satellites in their order, recorder, operator.
     """
-    from satform_nodes.plant import services  # noqa: PLC0415 - needs ROS
+    from satform_nodes.plant import reconfiguration, services  # noqa: PLC0415 - needs ROS
 
-    offers = (services.PAUSE, services.RESUME, services.STEP, services.STOP, services.SET_GRAPH)
+    action = f"{reconfiguration.RECONFIGURE}/_action"
+    offers = (
+        *(services.PAUSE, services.RESUME, services.STEP, services.STOP, services.SET_GRAPH),
+        *(f"{action}/{service}" for service in _ACTION_SERVICES),
+    )
     names = [PLANT, *(satellite.name for satellite in scenario.satellites), RECORDER]
     publishes: dict[str, list[str]] = {name: [] for name in names}
     subscribes: dict[str, list[str]] = {name: [] for name in names}
@@ -71,6 +81,7 @@ def accesses(scenario: Scenario) -> list[Access]:
             publishes[name].append(channel.topic)
         for name in channel.subscribers:
             subscribes[name].append(channel.topic)
+    publishes[PLANT] += [f"{action}/{topic}" for topic in _ACTION_TOPICS]
     flying = [
         _node(name, publishes[name], subscribes[name], offers if name == PLANT else ()) for name in names
     ]

@@ -17,6 +17,7 @@ from satform.membership.formation import (
     SatelliteRejoined,
     TopologyChanged,
 )
+from satform.membership.reconfiguration import Target, TargetsChanged, target_of
 
 FormationStatus: TypeAlias = Any
 """A message satform_msgs/msg/FormationStatus, of rclpy or decoded from a bag."""
@@ -87,6 +88,7 @@ def happened(
     plan: Plan = {}
     graph = membership.graph
     number = 0
+    targets: dict[int, Target] = {}
     for status in statuses:
         if status.version <= number:
             continue
@@ -98,6 +100,8 @@ def happened(
             events.append(TopologyChanged(now, status.reason))
         for name, checkpoint in zip(status.rejoined, status.rejoin_checkpoints, strict=True):
             events.append(SatelliteRejoined(names.index(name), int(checkpoint) if checkpoint >= 0 else None))
+        before, targets = targets, targets_in_force(status, names)
+        events += _unplanned_targets(before, targets, step, expected.get(step, []), status.reason)
         for event in events:
             if not _is_planned(event, expected.get(step, [])):
                 plan.setdefault(step, []).append(event)
@@ -105,6 +109,34 @@ def happened(
         adjusted = ParameterChanged(names.index(name), change.name, tuple(change.value.tolist()))
         plan.setdefault(int(change.step), []).append(adjusted)
     return plan
+
+
+def targets_in_force(status: FormationStatus, names: Sequence[str]) -> dict[int, Target]:
+    """The targets that a status carries, by the indices of the satellites.
+
+    Args:
+        status: of the plant; one of an earlier version has no targets.
+        names: of the satellites.
+
+    Raises:
+        ValueError: they are no targets of these satellites.
+    """
+    return {
+        names.index(own.satellite): Target(target_of(own.target), int(own.since))
+        for own in getattr(status, "targets", ())
+    }
+
+
+def _unplanned_targets(
+    before: dict[int, Target], after: dict[int, Target], step: int, planned: list[Event], reason: str
+) -> list[Event]:
+    """The change of targets at a step, where it is not the one that the scenario has."""
+    expected = before
+    for event in planned:
+        if isinstance(event, TargetsChanged):
+            expected = event.applied(expected, step)
+    other = {index: target.spec for index, target in after.items() if target != expected.get(index)}
+    return [TargetsChanged(other, reason, whole=True)] if other else []
 
 
 def _is_planned(event: Event, expected: list[Event]) -> bool:
@@ -117,6 +149,8 @@ def _is_planned(event: Event, expected: list[Event]) -> bool:
             return any(
                 isinstance(other, SatelliteLost) and other.satellite == event.satellite for other in expected
             )
+        case TargetsChanged():
+            return False
         case _:
             return any(
                 isinstance(event, TopologyChanged)

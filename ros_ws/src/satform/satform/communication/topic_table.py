@@ -20,6 +20,9 @@ PLANT = "plant"
 RECORDER = "recorder"
 """Name of the node that keeps the flight; a flight may go without."""
 
+INERTIAL_FRAME = "gcrf"
+"""Frame of the inertial states: the Geocentric Celestial Reference Frame, in metres."""
+
 FRAME = "lvlh"
 """The chief's rotating frame, in metres (REP 103): x radial outward, y along-track, z orbit normal."""
 
@@ -46,6 +49,7 @@ KINDS_OF_A_SATELLITE = (
     "arc_length",
     "motion",
     "truth",
+    "orbit_state",
     "attitude",
     "link_conditions",
     "command",
@@ -83,6 +87,11 @@ class Channel:
         return self.subscribers if recorded else tuple(name for name in self.subscribers if name != RECORDER)
 
 
+def frame_of(kind: str) -> str:
+    """Frame of the messages of a kind."""
+    return INERTIAL_FRAME if kind == "orbit_state" else FRAME
+
+
 def topic_name(kind: str, satellite: str) -> str:
     """Name of a satellite's topic of a kind."""
     return f"/{satellite}/{kind}"
@@ -118,6 +127,7 @@ class Equipment:
         filter: whether it estimates its motion.
         attitude: whether it has an attitude.
         links: whether it receives over radio or optical links.
+        orbit: whether its inertial state and relative elements are published.
     """
 
     name: str
@@ -126,6 +136,7 @@ class Equipment:
     filter: bool = False
     attitude: bool = False
     links: bool = False
+    orbit: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,6 +173,8 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
     ]
     if equipment.sensor:
         found.append(_channel("truth", own, PLANT, [], "states"))
+    if equipment.orbit:
+        found.append(_channel("orbit_state", own, PLANT, [], "states"))
     if equipment.attitude:
         found.append(_channel("attitude", own, PLANT, [own], "states"))
     if equipment.links:

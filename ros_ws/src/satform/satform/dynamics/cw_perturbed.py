@@ -71,6 +71,10 @@ class CwPerturbedDynamics(Dynamics):
         """The ideal chief's LVLH frames; as in `Dynamics.chief_frames`."""
         return frames_of([self.chief.frame(step * self.period) for step in range(steps + 1)])
 
+    def chief_frame(self, state: PerturbedState, step: int) -> LvlhFrame:
+        """The ideal chief's LVLH frame; as in `Dynamics.chief_frame`."""
+        return self.chief.frame(step * self.period)
+
     def advance(self, state: PerturbedState, acceleration_lvlh: Array, step: int) -> PerturbedState:
         """The state one control period later; arguments as in `Dynamics.advance`."""
         motion = state.motion
@@ -185,6 +189,10 @@ class PropagatedChiefDynamics(Dynamics):
             state = alone.advance(state, none, step)
             frames.append(alone._frame(state.time, *state.motion[:, 0])[0])
         return frames_of(frames)
+
+    def chief_frame(self, state: RelativeState, step: int) -> LvlhFrame:
+        """The chief's LVLH frame in a state; as in `Dynamics.chief_frame`."""
+        return self._frame(state.time, *state.motion[:, 0])[0]
 
     def advance(self, state: RelativeState, acceleration_lvlh: Array, step: int) -> RelativeState:
         """The state one control period later; arguments as in `Dynamics.advance`."""

@@ -122,6 +122,10 @@ class InertialDynamics(Dynamics):
             frames.append(alone._frame(state.time, *state.motion[:, 0]))
         return frames_of(frames)
 
+    def chief_frame(self, state: InertialState, step: int) -> LvlhFrame:
+        """The chief's LVLH frame in a state; as in `Dynamics.chief_frame`."""
+        return self._frame(state.time, *state.motion[:, 0])
+
     def _frame(self, time: float, position: Array, velocity: Array) -> LvlhFrame:
         if not self.exact_rate or self.keplerian_chief:
             return chief_frame(position, velocity)

@@ -77,6 +77,19 @@ class Dynamics(Protocol):
         """
         return None
 
+    def chief_frame(self, state: Any, step: int) -> LvlhFrame | None:
+        """The chief's LVLH frame in a state of the flight, inertial.
+
+        Args:
+            state: at the beginning of the step.
+            step: number of the step.
+
+        Returns:
+            The frame that `chief_frames` gives for this step; None for a model that does not know where its
+            chief is.
+        """
+        return None
+
 
 class DynamicsSpec(Spec):
     """Base of every truth model's specification; subclasses set a literal `kind`."""

@@ -8,11 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 
+from satform.flight.orbit_states import epoch_of, unperturbed_chief
 from satform.flight.truth import truth_model
 from satform.numeric.elementwise import Array
 from satform.orbits.inertial_motion import ChiefMotion, unperturbed
 from satform.orbits.turning_axes import AxesByStep, AxesName, axes_by_step
-from satform.scenario.environment import environment_of
 from satform.scenario.model import Scenario
 
 
@@ -27,18 +27,13 @@ def chief_motion(scenario: Scenario, steps: int) -> ChiefMotion | None:
         None where the scenario has no epoch or does not say in which plane the chief moves. Where the truth
         model does not propagate a chief, the unperturbed orbit of time zero.
     """
-    environment = environment_of(scenario.dynamics)
-    given = scenario.orbit.chief
-    if environment is not None:
-        epoch = environment.epoch
-    elif given is not None:
-        epoch = given.time_zero
-    else:
+    epoch = epoch_of(scenario)
+    if epoch is None:
         return None
     frames = truth_model(scenario).chief_frames(steps)
     if frames is not None:
         return ChiefMotion(epoch, frames)
-    chief = scenario.chief if given is None else given.orbit.keplerian(given.mean_motion)
+    chief = unperturbed_chief(scenario)
     if chief is None:
         return None
     times: Array = np.arange(steps + 1, dtype=np.float64) * scenario.timing.step

@@ -25,12 +25,14 @@ from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.specs import OF_SATELLITES
 from satform.equipment.navigation_filter import Estimator
 from satform.flight.chief_motion import turning_axes
+from satform.flight.orbit_states import OrbitStates, orbit_states
 from satform.flight.plans import (
     AttitudePlan,
     FlightPlan,
     LimitPlan,
     ParameterPlan,
     PlantPlan,
+    ReconfigurationPlan,
     ScenePlan,
     TimingPlan,
 )
@@ -94,6 +96,11 @@ class FormationPlan:
         return topic_plan(self._scenario)
 
     @cached_property
+    def orbit_states(self) -> OrbitStates | None:
+        """What the inertial states on topics follow from; None where the scenario publishes none."""
+        return orbit_states(self._scenario) if self._scenario.publish_orbits else None
+
+    @cached_property
     def limits(self) -> LimitPlan:
         """At what the flight ends early."""
         return limit_plan(self._scenario)
@@ -135,6 +142,13 @@ class FormationPlan:
     def orientations(self) -> list[Orientation | None]:
         """Where each satellite points; None for one without attitude."""
         return [self._compiled(index).orientation for index in range(len(self.names))]
+
+    @cached_property
+    def reconfiguration(self) -> ReconfigurationPlan:
+        """What new targets that are asked for in flight are checked against."""
+        scenario = self._scenario
+        whole = {own.name: scenario.satellite(index) for index, own in enumerate(scenario.satellites)}
+        return ReconfigurationPlan(whole, self.announces, 2.0 * math.pi / scenario.orbit.rate)
 
     @property
     def dynamics_text(self) -> str:
@@ -190,6 +204,7 @@ def topic_plan(scenario: Scenario) -> TopicPlan:
             filter=spec.filter is not None,
             attitude=spec.attitude is not None,
             links=index in receivers,
+            orbit=scenario.publish_orbits,
         )
         for index, spec in enumerate(specs)
     )
@@ -257,6 +272,8 @@ def parameter_plan(scenario: Scenario, index: int) -> ParameterPlan:
         phase_offset=own.phase_offset,
         attitude_controller=None if own.attitude is None else own.attitude.controller,
         setting=flight_setting(scenario, index),
+        scale=own.scale,
+        nominal_motion=scenario.nominal_motion,
     )
 
 
@@ -355,10 +372,7 @@ def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Re
     if isinstance(spec.curve, InertialPointSpec):
         axes = turning_axes(scenario, spec.curve.axes)
         path = TurningPointPath(path.curve, path.scale, path.parameter, path.feedforward_sample, axes=axes)
-    nominal = scenario.nominal_motion.rate
-    if nominal is None:
-        assert scenario.nominal_motion.period is not None  # noqa: S101
-        nominal = float(path.period) / scenario.nominal_motion.period
+    nominal = scenario.nominal_motion.rate_along(float(path.period))
     rate = _scalar(nominal if spec.rate is None else spec.rate)
     return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
 

@@ -7,14 +7,19 @@ Values are validated by pydantic in `changed`, which the parameter callback of t
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.common.spec import Number, Spec
 from satform.control.protocol import ControllerSpec
 from satform.flight.plans import ParameterPlan
 from satform.flight.satellite import Satellite
+from satform.membership.reconfiguration import Target, TargetSpec
 from satform.orbits.curve_specs import CurveSpec
+from satform.orbits.path_reference import Path
 
 
 class PhaseSpec(Spec):
@@ -33,6 +38,7 @@ class OnlineParameters:
 
     def __init__(self, plan: ParameterPlan) -> None:
         """As they are at the start of the flight."""
+        self._plan = plan
         self._setting = plan.setting
         self.specs: dict[str, Spec] = {
             "controller": plan.controller,
@@ -64,6 +70,21 @@ class OnlineParameters:
                 satellite.use_phase_offset(spec.offset)
         self.specs[prefix] = spec
 
+    def retarget(self, satellite: Satellite, target: Target) -> None:
+        """Have a satellite fly by another target from its next step on, whatever was changed of it before.
+
+        Args:
+            satellite: the one whose adjustments these are.
+            target: in force.
+        """
+        plan, spec = self._plan, target.spec
+        curve = plan.curve if spec.curve is None else spec.curve
+        offset = plan.phase_offset if spec.phase_offset is None else spec.phase_offset
+        path = target_path(plan, spec, satellite.plan.path)
+        nominal = plan.nominal_motion.rate_along(float(path.period))
+        satellite.use_target(path, offset, nominal, target.since)
+        self.specs["curve"], self.specs["phase"] = curve, PhaseSpec(offset=offset)
+
     def set(self, satellite: Satellite, name: str, value: Sequence[float]) -> None:
         """Change one parameter, as it was noted down when it was changed in flight.
 
@@ -81,6 +102,23 @@ class OnlineParameters:
             raise ValueError(f"{name}: there is no such parameter")
         single = value[0] if len(value) == 1 else list(value)
         self.use(satellite, prefix, changed(spec, {field: single}))
+
+
+def target_path(plan: ParameterPlan, target: TargetSpec, path: Path) -> Path:
+    """The path of a target.
+
+    Args:
+        plan: what the scenario gives the satellite.
+        target: what is other than that.
+        path: of the satellite at any time of the flight, whose parameter and feed-forward it keeps.
+    """
+    curve = (plan.curve if target.curve is None else target.curve).build()
+    scale = plan.scale if target.scale is None else target.scale
+    if target.scale is None and target.curve is not None:
+        own = float(plan.curve.build().perimeter)
+        if own > 0.0 and float(curve.perimeter) > 0.0:
+            scale *= float(curve.perimeter) / own
+    return replace(path, curve=curve, scale=np.asarray(scale, dtype=np.float64)[()])
 
 
 def changed(spec: Spec, fields: dict[str, Any]) -> Spec:

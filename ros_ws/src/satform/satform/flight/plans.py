@@ -5,6 +5,7 @@
 Each part takes its own plan and no scenario. `satform.flight.compile` makes them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,7 @@ from satform.attitude.guidance import Orientation
 from satform.attitude.wheels import Wheels
 from satform.common.spec import Spec
 from satform.communication.physical_links import LinkMedium
-from satform.consensus.arc_length import ArcLengthConsensus
+from satform.consensus.arc_length import Announces, ArcLengthConsensus
 from satform.consensus.graph import Graph
 from satform.consensus.motion_sharing import MotionSharing
 from satform.control.protocol import FlightSetting, Motion
@@ -24,8 +25,10 @@ from satform.equipment.thruster import Thruster
 from satform.membership.faults import FaultSchedule
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
+from satform.orbits.curve_specs import CurveSpec
 from satform.orbits.path_reference import Path
 from satform.scenario.limits import LimitsSpec
+from satform.scenario.parts import NominalMotion, SatelliteSpec
 
 
 @dataclass(frozen=True)
@@ -161,13 +164,32 @@ class ParameterPlan:
         phase_offset: generalised arc length by which it leads the agreement, m.
         attitude_controller: specification of its attitude law; None without attitude.
         setting: what a control law may know when it is built.
+        scale: metres of arc length per metre of generalised arc length.
+        nominal_motion: how fast the satellite goes round once all agree.
     """
 
     controller: Spec
-    curve: Spec
+    curve: CurveSpec
     phase_offset: float
     attitude_controller: Spec | None
     setting: FlightSetting
+    scale: float
+    nominal_motion: NominalMotion
+
+
+@dataclass(frozen=True, eq=False)
+class ReconfigurationPlan:
+    """What new targets of satellites that are asked for in flight are checked against.
+
+    Attributes:
+        satellites: by their names, each with what it has from the defaults.
+        announces: what satellites send each other.
+        nominal_period: about the time of one revolution, s.
+    """
+
+    satellites: Mapping[str, SatelliteSpec]
+    announces: Announces
+    nominal_period: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from satform.flight.plans import PlantPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array, Indices, joined, norm
 from satform.numeric.seeded_numbers import SeededNormals
+from satform.orbits.frames import LvlhFrame
 
 
 class Plant:
@@ -64,6 +65,10 @@ class Plant:
     def modelled_earth_distance(self) -> Array | None:
         """The same from the truth model; None for one in which the chief is on the circle of `orbit`."""
         return self._dynamics.earth_distance(self._state)
+
+    def chief_frame(self) -> LvlhFrame | None:
+        """The chief's LVLH frame at the present step; None for a model that does not know its chief."""
+        return self._dynamics.chief_frame(self._state, self.step)
 
     def may_be_below(self, radius: float, square: float) -> bool:
         """Whether a satellite may be nearer to the Earth's centre than a radius; True where it may be so.

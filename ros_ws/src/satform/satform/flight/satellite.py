@@ -33,7 +33,7 @@ from satform.flight.plans import FlightPlan
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
-from satform.orbits.path_reference import Reference
+from satform.orbits.path_reference import Path, Reference
 
 
 @dataclass(frozen=True)
@@ -295,6 +295,23 @@ class Satellite:
             raise ValueError("an orbit cannot become a fixed point, nor a fixed point an orbit")
         scale = _scalar(own / lap if lap > 0.0 else 1.0)
         self.plan = replace(plan, path=replace(path, scale=scale))
+
+    def use_target(self, path: Path, phase_offset: float, nominal_rate: float, since: int) -> None:
+        """Fly along another path from the next step on.
+
+        The generalised arc length goes on; so does its rate, unless the nominal rate is another one.
+
+        Args:
+            path: to be flown.
+            phase_offset: by which the satellite leads the formation's agreement, m.
+            nominal_rate: of the generalised arc length once all agree, m/s.
+            since: the first step with this path. A satellite whose state is of a later one has the rate of
+                this path.
+        """
+        plan, nominal = self.plan, _scalar(nominal_rate)
+        if nominal != plan.nominal_rate and self.state.step <= since:
+            self.state = replace(self.state, rate=nominal)
+        self.plan = replace(plan, path=path, phase_offset=_scalar(phase_offset), nominal_rate=nominal)
 
     def use_attitude_controller(self, spec: AttitudeTrackingSpec) -> None:
         """Change the gains of the attitude from the next step on.

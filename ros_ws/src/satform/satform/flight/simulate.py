@@ -34,6 +34,7 @@ from satform.membership.formation import (
     merge_plans,
     possible_graph,
 )
+from satform.membership.reconfiguration import Target
 from satform.numeric.elementwise import Indices
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
@@ -53,12 +54,14 @@ class _Group:
         receiver: their indices and possible in-neighbours.
         flies: whether they take part at present.
         online_parameters: what was changed of it in flight; None while nothing was.
+        target: by which it flies; None for that of the scenario.
     """
 
     satellite: Satellite
     receiver: ReceiverModel
     flies: bool = True
     online_parameters: OnlineParameters | None = None
+    target: Target | None = None
 
     @property
     def members(self) -> Indices:
@@ -205,12 +208,25 @@ class _Flight:
                     self._adjust(event)
                 case _:
                     pass
+        for satellite in self.formation.targets:
+            if self.groups[satellite].flies:
+                self._retarget(satellite, self.groups[satellite])
+
+    def _retarget(self, satellite: int, group: _Group) -> None:
+        """Have a satellite fly by the target in force, if it is another one."""
+        target = self.formation.targets.get(satellite)
+        if target is not None and target != group.target:
+            self._online_parameters(satellite, group).retarget(group.satellite, target)
+            group.target = target
+
+    def _online_parameters(self, satellite: int, group: _Group) -> OnlineParameters:
+        if group.online_parameters is None:
+            group.online_parameters = OnlineParameters(self.plans.parameters(satellite))
+        return group.online_parameters
 
     def _adjust(self, event: ParameterChanged) -> None:
         group = self.groups[event.satellite]
-        if group.online_parameters is None:
-            group.online_parameters = OnlineParameters(self.plans.parameters(event.satellite))
-        group.online_parameters.set(group.satellite, event.name, event.value)
+        self._online_parameters(event.satellite, group).set(group.satellite, event.name, event.value)
 
     def _save_checkpoint(self, group: _Group) -> None:
         """Keep a checkpoint of a satellite if it is one that will be needed."""
@@ -227,6 +243,7 @@ class _Flight:
                 name = self._names[event.satellite]
                 raise ValueError(f"{name} has no checkpoint of step {event.checkpoint} to come back from")
             restore(fresh.satellite, self._checkpoints[key])
+        self._retarget(event.satellite, fresh)
         fresh.satellite.join(step)
         self.groups[event.satellite] = fresh
 

@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
+from satform.common.name_list import listed
 from satform.common.spec import NonNegative, Plugin, Spec
 from satform.consensus.graph import Graph, TopologySpec
 from satform.membership.faults import FaultSpec, SatelliteLostSpec, step_at
+from satform.membership.reconfiguration import ReconfigurationSpec, Target, TargetsChanged
 from satform.numeric.elementwise import Array
 
 
@@ -103,7 +105,7 @@ class ParameterChanged:
     value: tuple[float, ...]
 
 
-Event: TypeAlias = SatelliteLost | SatelliteRejoined | TopologyChanged | ParameterChanged
+Event: TypeAlias = SatelliteLost | SatelliteRejoined | TopologyChanged | ParameterChanged | TargetsChanged
 Plan: TypeAlias = dict[int, list[Event]]
 """Events by the step at which they take effect."""
 
@@ -137,6 +139,7 @@ def planned_events(
     faults: Iterable[FaultSpec],
     changes: Iterable[GraphChangeSpec],
     checkpoint_steps: int | None,
+    reconfigurations: Iterable[ReconfigurationSpec] = (),
 ) -> Plan:
     """Planned events of a formation, from the scenario.
 
@@ -147,6 +150,7 @@ def planned_events(
         faults: of the scenario; only losses of satellites are events.
         changes: of the graph.
         checkpoint_steps: steps between two checkpoints of a satellite; None when none are stored.
+        reconfigurations: new targets of satellites.
     """
     plan: Plan = {}
     losses = [fault for fault in faults if isinstance(fault, SatelliteLostSpec)]
@@ -168,6 +172,10 @@ def planned_events(
         graph = change.applied(graph, names)
         event = TopologyChanged(graph, "the scenario changes the graph")
         plan.setdefault(step_at(change.at, step), []).append(event)
+    for reconfiguration in sorted(reconfigurations, key=lambda own: own.at):
+        targets = {names.index(own.satellite): own.target for own in reconfiguration.targets}
+        reason = f"the scenario changes the targets of {listed([names[index] for index in targets])}"
+        plan.setdefault(step_at(reconfiguration.at, step), []).append(TargetsChanged(targets, reason))
     # A loss comes before a return at the same step.
     return {
         at: sorted(plan[at], key=lambda event: isinstance(event, SatelliteRejoined)) for at in sorted(plan)
@@ -234,7 +242,7 @@ def rejoins_after(plan: Plan, satellite: int, since: int) -> bool:
 def has_individual_events(plan: Plan) -> bool:
     """Whether a satellite is lost in it, or changed by itself, so that satellites cannot fly as one."""
     return any(
-        isinstance(event, SatelliteLost | SatelliteRejoined | ParameterChanged)
+        isinstance(event, SatelliteLost | SatelliteRejoined | ParameterChanged | TargetsChanged)
         for events in plan.values()
         for event in events
     )
@@ -253,6 +261,7 @@ class Formation:
         lost_at: by the index of a satellite that has been lost, the step of its latest loss if it had
             announced something for that step; the step before if it had not.
         rejoined_at: by the index of a satellite that has rejoined, the step at which it did last.
+        targets: by the index of a satellite whose target is not that of the scenario, the one in force.
     """
 
     graph: Graph
@@ -262,6 +271,7 @@ class Formation:
     reason: str = ""
     lost_at: dict[int, int] = field(default_factory=dict)
     rejoined_at: dict[int, int] = field(default_factory=dict)
+    targets: dict[int, Target] = field(default_factory=dict)
 
     @classmethod
     def of(cls, plan: MembershipPlan) -> "Formation":
@@ -295,6 +305,9 @@ class Formation:
                     reasons.append(f"{names[event.satellite]} is back")
                 case TopologyChanged():
                     self.graph = event.graph
+                    reasons.append(event.reason)
+                case TargetsChanged():
+                    self.targets = event.applied(self.targets, step)
                     reasons.append(event.reason)
                 case _:
                     continue

@@ -14,6 +14,7 @@ from satform.scenario.deployment import host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
 from satform.scenario.inertial_points import inertial_point_complaints
 from satform.scenario.membership_checks import fault_complaints, schedule_complaints
+from satform.scenario.reconfiguration_checks import reconfiguration_complaints
 from satform.scenario.satellite_start import known_starts, start_complaints
 from satform.scenario.start import coincident_with_followed, singular_references
 from satform.scenario.stations import station_complaints
@@ -45,6 +46,7 @@ def consistency_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> l
         *_link_complaints(scenario),
         *_schedule_complaints(scenario),
         *_fault_complaints(scenario),
+        *_reconfiguration_complaints(scenario),
         *scenario.limits.complaints(scenario.orbit.altitude),
         *_station_complaints(scenario),
         *host_complaints(scenario.hosts, [satellite.name for satellite in scenario.satellites]),
@@ -228,6 +230,9 @@ def _station_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
             "which does not know where the Earth's surface is"
         )
         found.append((("stations",), sentence))
+    if scenario.publish_orbits and environment_of(scenario.dynamics) is None and scenario.orbit.chief is None:
+        sentence = "inertial states need a truth model with a date, cw_perturbed or inertial, or orbit.chief"
+        found.append((("publish_orbits",), sentence))
     return found
 
 
@@ -266,6 +271,14 @@ def _fault_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
     whole = {own.name: scenario.satellite(index) for index, own in enumerate(scenario.satellites)}
     return fault_complaints(
         scenario.faults, whole, scenario.timing, scenario.consensus.announces, scenario.checkpoint_period
+    )
+
+
+def _reconfiguration_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
+    whole = {own.name: scenario.satellite(index) for index, own in enumerate(scenario.satellites)}
+    period = 2.0 * math.pi / scenario.orbit.rate
+    return reconfiguration_complaints(
+        scenario.reconfigurations, whole, scenario.timing, scenario.consensus.announces, period
     )
 
 

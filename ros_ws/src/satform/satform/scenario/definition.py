@@ -15,6 +15,7 @@ from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.membership.faults import FaultSpec
 from satform.membership.formation import GraphChangeSpec, MembershipPlan, planned_events
+from satform.membership.reconfiguration import ReconfigurationSpec
 from satform.orbits.chief import KeplerianChief
 from satform.scenario.deployment import HostSpec
 from satform.scenario.expectation import Expectation
@@ -72,10 +73,15 @@ class ScenarioDefinition(Spec):
     """When the communication graph becomes another one."""
     faults: tuple[Annotated[FaultSpec, Plugin("satform.faults")], ...] = ()
     """What goes wrong, and when."""
+    reconfigurations: Annotated[tuple[ReconfigurationSpec, ...], Field(max_length=10_000)] = ()
+    """When satellites get other targets, and which."""
     stations: Annotated[tuple[StationSpec, ...], Field(max_length=100)] = ()
     """Ground stations whose contacts are in the report; they change nothing in the flight."""
     line_of_sight_margin: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
     """Height above the Earth's equatorial radius that a line of sight between satellites keeps, m."""
+    publish_orbits: bool = False
+    """Whether the plant publishes the inertial state and the relative elements of every satellite at every
+    step; they change nothing in the flight."""
     limits: LimitsSpec = LimitsSpec()
     """At what a flight ends early, as one that has diverged or hit the ground."""
     checkpoint_period: Positive | None = None
@@ -152,6 +158,7 @@ class ScenarioDefinition(Spec):
             self.faults,
             self.graph_schedule,
             self.checkpoint_steps,
+            self.reconfigurations,
         )
         return MembershipPlan(names, self._graph, events, self.timing.steps)
 

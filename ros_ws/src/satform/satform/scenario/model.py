@@ -110,6 +110,8 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
                     "orbit": {"allow_below_surface", *(() if self.orbit.chief else ("chief",))},
                     "satellites": {index: {"start"} for index in without_start},
                     "stations": True,
+                    "publish_orbits": True,
+                    **({} if self.reconfigurations else {"reconfigurations": True}),
                     **(_CHANNELS if self.links is not None and without_channel else {}),
                     "line_of_sight_margin": True,
                 },

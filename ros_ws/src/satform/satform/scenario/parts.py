@@ -128,6 +128,17 @@ class NominalMotion(Spec):
             raise ValueError("give exactly one of period [s] or rate [m/s]")
         return self
 
+    def rate_along(self, period: float) -> float:
+        """Rate of the generalised arc length along a path, m/s.
+
+        Args:
+            period: growth of the generalised arc length in one revolution along the path, m.
+        """
+        if self.rate is not None:
+            return self.rate
+        assert self.period is not None  # noqa: S101 - the validator has seen to it
+        return period / self.period
+
 
 class Source(Spec):
     """Where the scenario comes from: what the source printed and what was chosen here."""

@@ -18,7 +18,7 @@ ListIndices = dict[str, set[int]]
 
 
 def beyond_the_end(written: Any, flown: Any, changed: Iterable[FieldPath]) -> ListIndices:
-    """Expectations, faults and changes of the graph beyond the end of a flight that settings have shortened.
+    """What is listed with a time beyond the end of a flight that settings have shortened.
 
     An expectation is beyond it when the shorter flight does not have its figure: see `Expectation.needs`.
 
@@ -28,8 +28,8 @@ def beyond_the_end(written: Any, flown: Any, changed: Iterable[FieldPath]) -> Li
         changed: what those settings have changed; what is among it is meant for the shorter flight.
 
     Returns:
-        Indices in the lists `expect`, `faults` and `graph_schedule`, of those that have any; none when the
-        flight is as long as written, or cannot be understood.
+        Indices in the lists `expect`, `faults`, `graph_schedule` and `reconfigurations`, of those that have
+        any; none when the flight is as long as written, or cannot be understood.
     """
     paths = list(changed)
     try:
@@ -42,7 +42,10 @@ def beyond_the_end(written: Any, flown: Any, changed: Iterable[FieldPath]) -> Li
     beyond = {
         "expect": _beyond(written, "expect", lambda entry: _unjudged(entry, shorter, duration, step)),
         "faults": _beyond(written, "faults", lambda entry: _never(entry, shorter, duration)),
-        "graph_schedule": _beyond(written, "graph_schedule", lambda entry: _never(entry, shorter, duration)),
+        **{
+            field: _beyond(written, field, lambda entry: _never(entry, shorter, duration))
+            for field in ("graph_schedule", "reconfigurations")
+        },
     }
     kept: ListIndices = {}
     for field, indices in beyond.items():
@@ -76,6 +79,7 @@ def excluded(beyond: ListIndices) -> list[str]:
     for field, one, several in (
         ("faults", "fault begins", "faults begin"),
         ("graph_schedule", "change of the graph is", "changes of the graph are"),
+        ("reconfigurations", "reconfiguration is", "reconfigurations are"),
     ):
         if count := len(beyond.get(field, ())):
             begin = one if count == 1 else several

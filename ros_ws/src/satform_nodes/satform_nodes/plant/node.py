@@ -25,6 +25,7 @@ from satform.membership.formation import Event
 from satform.membership.membership_manager import ALL_LOST, Change, MembershipManager
 from satform.record.early_end import EarlyEnd
 from satform_nodes.plant.publishers import PlantPublishers
+from satform_nodes.plant.reconfiguration import ReconfigurationServer
 from satform_nodes.plant.services import FormationServices
 from satform_nodes.plant.subscriptions import PlantSubscriptions
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
@@ -123,6 +124,7 @@ class PlantNode:
             self._endpoints.require_subscribers(self._health.publisher, [RECORDER])
         executor.add_periodic(self._health.due)
         self._services = FormationServices(node, self)
+        self.reconfiguration = ReconfigurationServer(node, self, executor)
         executor.add_periodic(self._run_periodic)
 
     @property
@@ -240,6 +242,10 @@ class PlantNode:
         """Take up an event for the next step; the step's number."""
         return self.membership.schedule(event)
 
+    def phase(self, satellite: int) -> float | None:
+        """What a satellite has announced as its phase for the present step, m; None if nothing."""
+        return self.subscriptions.announced_arc_length(satellite)
+
     def _on_ready(self, name: str, checkpoint: int) -> None:
         self.membership.note_ready(name)
         if self.flying and name in self.names:
@@ -339,6 +345,8 @@ class PlantNode:
         self._publishers.publish_status(self.membership.formation, phase, reason, early_end=self.early_end)
         if phase not in (FormationStatus.FINISHED, FormationStatus.ABORTED):
             return
+        self.flying = False
+        self.reconfiguration.end(reason or "its last step has been taken")
         # The last messages would be lost when the plant ends; those that a recorder has stored are delivered.
         recorded = phase == FormationStatus.FINISHED and self.recorded
         present = self.membership.everyone - {self.names[index] for index in self.membership.lost}
@@ -410,6 +418,7 @@ class PlantNode:
         if not within:
             return
         self._publishers.publish_propulsion()
+        self.reconfiguration.after_step()
         self._begin_step()
         now = time.monotonic()
         if now >= self._next_progress:

@@ -8,7 +8,16 @@ from typing import Any
 import numpy as np
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from satform_msgs.msg import Attitude, Command, FormationStatus, LinkConditions, Propulsion, RelativeState
+from satform_msgs.msg import (
+    Attitude,
+    Command,
+    FormationStatus,
+    LinkConditions,
+    OrbitState,
+    Propulsion,
+    RelativeState,
+    SatelliteTarget,
+)
 from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
 from satform.communication import topic_table
@@ -28,6 +37,7 @@ from satform_nodes.transport.sim_time import Stamps
 _STATE = layout(RelativeState, topic_table.FRAME)
 _ATTITUDE = layout(Attitude, topic_table.FRAME)
 _PROPULSION = layout(Propulsion, topic_table.FRAME)
+_ORBIT = layout(OrbitState, topic_table.INERTIAL_FRAME)
 
 _NOTHING = Change((), ())
 """No change of the formation."""
@@ -81,6 +91,8 @@ class PlantPublishers:
         self._attitude_publishers = of_satellites("attitude")
         self._link_publishers = of_satellites("link_conditions")
         self._truth_publishers = of_satellites("truth")
+        self._orbit_publishers = of_satellites("orbit_state")
+        self._orbits = plan.orbit_states
         self._propulsion_publishers = list(of_satellites("propulsion").values())
 
     def require_subscribers(self, endpoints: MatchedEndpoints, *, recorded: bool) -> None:
@@ -126,9 +138,17 @@ class PlantPublishers:
             position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
             moved = (*position, *velocity, *applied[index])
             publisher.publish(_STATE.pack(seconds, nanoseconds, step, number, *moved))
+        self._publish_orbits(seconds, nanoseconds, step)
         clock = Clock()
         clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
         self._clock_publisher.publish(clock)
+
+    def _publish_orbits(self, seconds: int, nanoseconds: int, step: int) -> None:
+        if self._orbits is None:
+            return
+        found = np.concatenate(self._orbits.at(self._plant), axis=-1).tolist()
+        for index, publisher in self._orbit_publishers.items():
+            publisher.publish(_ORBIT.pack(seconds, nanoseconds, step, *found[index]))
 
     def _publish_attitudes(self, seconds: int, nanoseconds: int, step: int) -> None:
         attitude = self._plant.attitude()
@@ -230,6 +250,12 @@ class PlantPublishers:
             rejoined=[self._names[event.satellite] for event in change.rejoined],
             rejoin_checkpoints=[
                 -1 if event.checkpoint is None else event.checkpoint for event in change.rejoined
+            ],
+            targets=[
+                SatelliteTarget(
+                    satellite=self._names[index], since=target.since, target=target.spec.to_text()
+                )
+                for index, target in sorted(formation.targets.items())
             ],
             early_end=[] if early_end is None else [_early_end_message(early_end)],
             reason=reason,

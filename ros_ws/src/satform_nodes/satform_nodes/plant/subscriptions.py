@@ -37,6 +37,8 @@ _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
 
+_ARC_LENGTH = _COMMAND.fields.index("announced_arc_length")
+
 _VIOLATION, _VALUE = _COMMAND.fields.index("violation"), _COMMAND.fields.index("violating_value")
 
 
@@ -215,6 +217,12 @@ class PlantSubscriptions:
         """The last command of a satellite since it joined; an empty one when it has not commanded since."""
         data = self._last_commands.get(satellite)
         return deserialize_message(data, Command) if data else Command()
+
+    def announced_arc_length(self, satellite: int) -> float | None:
+        """The phase in the last command of a satellite, m; None when it has not commanded since it joined."""
+        data = self._last_commands.get(satellite)
+        numbers = _COMMAND.unpack(data) if data else None
+        return None if numbers is None else float(numbers[_ARC_LENGTH])
 
     def _on_command(self, index: int, data: bytes, _name: str) -> None:
         membership = self._membership

@@ -40,6 +40,10 @@ from satform_nodes.transport.missing_endpoints import OPTIONAL
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
 
+_UNBOUNDED = {"command": 1, "orbit_state": 6}
+"""Numbers at the end of a message that may have any value: what a satellite reports as beyond every limit,
+and relative elements, which may be undefined."""
+
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
 _CLOCK_BYTES = 12
@@ -220,14 +224,13 @@ class RecorderNode:
                 topic,
                 layout(
                     topic_types.TYPES[kind],
-                    topic_table.FRAME,
+                    topic_table.frame_of(kind),
                     len(self._names) if kind == "link_conditions" else None,
                 ),
                 self.rejections,
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,
-                # A command may report a value that is beyond every limit.
-                unbounded=1 if kind == "command" else 0,
+                unbounded=_UNBOUNDED.get(kind, 0),
             )
         self._channels.append(channel)
 

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from satform_msgs.msg import Command, FormationStatus
 
+from satform.bag.absence_log import targets_in_force
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.formation import Formation
+from satform.membership.reconfiguration import Target
 from satform_nodes.transport.sim_time import Stamps
 
 STOPPED = "asked to stop"
@@ -48,7 +50,8 @@ class FormationView:
         newer = status.version > self.formation.number
         # A known version is not built again: each of a thousand satellites receives it several times.
         graph = self._graph(status) if newer else self.formation.graph
-        if graph is None:
+        targets = self._targets(status) if newer else self.formation.targets
+        if graph is None or targets is None:
             return False
         self.received_statuses += 1
         if status.phase in OVER:
@@ -61,6 +64,7 @@ class FormationView:
         self.formation.alive = np.array(status.alive, dtype=np.bool_)
         self.formation.number, self.formation.step = int(status.version), int(status.step)
         self.formation.reason = status.reason
+        self.formation.targets = targets
         for name, command in zip(status.lost, status.final_commands, strict=False):
             self._lose(name, command, int(status.step))
         for name, checkpoint in zip(status.rejoined, status.rejoin_checkpoints, strict=True):
@@ -87,6 +91,13 @@ class FormationView:
         """The communication graph; None if the edges are no graph of this formation."""
         try:
             return Graph.of_edges(len(self._names), status.edge_receivers, status.edge_senders)
+        except ValueError:
+            return None
+
+    def _targets(self, status: FormationStatus) -> dict[int, Target] | None:
+        """The targets in force; None if they are none of this formation."""
+        try:
+            return targets_in_force(status, self._names)
         except ValueError:
             return None
 

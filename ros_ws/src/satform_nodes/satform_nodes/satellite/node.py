@@ -22,6 +22,7 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.formation import is_lost_at, rejoins_after
+from satform.membership.reconfiguration import Target
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level, with_failures
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.formation_view import FormationView
@@ -109,6 +110,7 @@ class SatelliteNode:
             clocked=self.clocked,
         )
         self._batch: StepBatch | None = None
+        self._target: Target | None = None
         self._row = 0
         self.satellite = self._new_software()
 
@@ -227,6 +229,7 @@ class SatelliteNode:
                 return False
             if returned[1] >= 0:
                 self.memory.restore(self.satellite, self.neighbour_messages.neighbours)
+            self._use_target()
             self.satellite.join(step)
         self.flying = True
         self.step = step
@@ -254,11 +257,19 @@ class SatelliteNode:
         if not first:
             # Satellites of a group share its process, which flies on.
             self.satellite = self._new_software()
+            self._target = None
             self.neighbour_messages.reset()
             self._parameters.reset()
             self.memory.load()
             if rejoins_after(self._planned, self.index, step):
                 self.publish_ready()
+
+    def _use_target(self) -> None:
+        """Fly by the target in force from the next step on."""
+        target = self.view.formation.targets.get(self.index)
+        if target is not None and target != self._target:
+            self._parameters.retarget(self.satellite, target)
+            self._target = target
 
     def _add_new_neighbours(self) -> None:
         """Subscribe to neighbours of which the graph had no edge before."""
@@ -373,6 +384,7 @@ class SatelliteNode:
     ) -> None:
         # Processor time: wall-clock time would include other threads that run meanwhile.
         begin = time.thread_time()
+        self._use_target()
         given = self._messages.inputs(step, state, messages, senders)
         decision: Decision | None = None
         violation: Violation | None = NO_COMMAND

@@ -10,6 +10,7 @@ from satform.common.spec import Spec
 from satform.flight.compile import FormationPlan
 from satform.flight.online_parameters import OnlineParameters, changed
 from satform.flight.satellite import Satellite
+from satform.membership.reconfiguration import Target
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.parameters import (
     ParameterError,
@@ -96,6 +97,26 @@ class SatelliteParameters:
         finally:
             self._resets = False
         self._use_start()
+
+    def retarget(self, satellite: Satellite, target: Target) -> None:
+        """Have the satellite fly by a target of a reconfiguration; the parameters show it.
+
+        The parameters of a curve of another kind than the scenario's cannot: they are then without effect.
+
+        Args:
+            satellite: the flight software.
+            target: in force.
+        """
+        before = dict(self._adjustments.specs)
+        self._adjustments.retarget(satellite, target)
+        self._resets = True
+        try:
+            for prefix in ("curve", "phase"):
+                spec = self._adjustments.specs[prefix]
+                if type(spec) is type(before[prefix]):
+                    show_spec(self._node, prefix, spec, {})
+        finally:
+            self._resets = False
 
     def _use_start(self) -> None:
         """Fly by what was given at the start.

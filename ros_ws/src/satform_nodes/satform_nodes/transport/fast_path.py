@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
+from rclpy.action import ActionServer
 from rclpy.executors import (
     ConditionReachedException,
     ShutdownException,
@@ -22,6 +23,7 @@ from rclpy.executors import (
 )
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+from rclpy.waitable import NumberOfEntities
 
 from satform.communication.topic_table import relative
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
@@ -80,6 +82,7 @@ class FastPathExecutor(SingleThreadedExecutor):
         self._periodic: list[Callable[[], None]] = []
         self._cold: list[Any] = []
         self._services: list[Any] = []
+        self._actions: list[ActionServer] = []
         self._hot_wait_set: Any = None
         self._next_awaited: Callable[[], Any] | None = None
         self._single_wait_set: Any = None
@@ -285,7 +288,7 @@ class FastPathExecutor(SingleThreadedExecutor):
             self._take_any(0.0)
         if now >= self._next_housekeeping:
             self._housekeep()
-        if not (self._cold or self._services):
+        if not (self._cold or self._services or self._actions):
             return
         wait_set = self._cold_wait_set
         wait_set.clear_entities()
@@ -293,6 +296,8 @@ class FastPathExecutor(SingleThreadedExecutor):
             wait_set.add_subscription(subscription.handle)
         for service in self._services:
             wait_set.add_service(service.handle)
+        for action in self._actions:
+            action.add_to_wait_set(wait_set)
         wait_set.wait(0)
         ready = len(wait_set.get_ready_entities("subscription"))
         ready += len(wait_set.get_ready_entities("service"))
@@ -316,8 +321,19 @@ class FastPathExecutor(SingleThreadedExecutor):
             subscription for subscription in subscriptions if id(subscription) not in self._filtered
         ]
         self._services = [service for node in nodes for service in node.services]
+        waitables = [waitable for node in nodes for waitable in node.waitables]
+        self._actions = [waitable for waitable in waitables if isinstance(waitable, ActionServer)]
+        count = NumberOfEntities(num_subs=len(self._cold), num_services=len(self._services))
+        for action in self._actions:
+            count += action.get_num_entities()
         self._cold_wait_set = _rclpy.WaitSet(
-            len(self._cold), 0, 0, 0, len(self._services), 0, self.context.handle
+            count.num_subscriptions,
+            count.num_guard_conditions,
+            count.num_timers,
+            count.num_clients,
+            count.num_services,
+            count.num_events,
+            self.context.handle,
         )
 
 

@@ -1,0 +1,150 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Targets of satellites that change in flight: other curves, scales and phase offsets from a step on.
+
+A target is what a satellite's control law follows, given as in a scenario. A reconfiguration changes the
+targets of one or more satellites at one step.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from satform.common.spec import Number, Plugin, Positive, Spec
+from satform.orbits.curve_specs import CurveSpec
+
+
+class TargetSpec(Spec):
+    """What a satellite flies instead of what the scenario gives it; a field left out is as it was before."""
+
+    curve: Annotated[CurveSpec, Plugin("satform.curves")] | None = None
+    """The closed relative orbit to be flown."""
+    scale: Positive | None = None
+    """Metres of arc length per metre of generalised arc length. When left out, an orbit instead of the
+    scenario's orbit keeps its generalised arc length per revolution; beside a fixed point, the scenario's
+    scale."""
+    phase_offset: Number | None = None
+    """Generalised arc length by which the satellite leads the formation's agreement, m; its phase goes there
+    as the consensus law leads it."""
+
+    def over(self, before: "TargetSpec") -> "TargetSpec":
+        """This target with what it leaves out taken from another one.
+
+        Args:
+            before: the target until then.
+        """
+        given = {name: value for name in FIELDS if (value := getattr(self, name)) is not None}
+        if "curve" in given and "scale" not in given:
+            # The scale until then belongs to the curve until then.
+            given["scale"] = None
+        return before.model_copy(update=given)
+
+    def to_text(self) -> str:
+        """JSON of the fields that are given, from which `target_of` reads the same target."""
+        return self.model_dump_json(include=set(FIELDS), exclude_none=True)
+
+
+FIELDS = tuple(TargetSpec.model_fields)
+"""Names of the fields of a target."""
+
+_UNCHANGED = TargetSpec()
+"""Target of a satellite that flies what the scenario gives it."""
+
+
+class SatelliteTargetSpec(TargetSpec):
+    """New target of one satellite."""
+
+    satellite: str
+    """Name of the satellite."""
+
+    @model_validator(mode="after")
+    def _changes_something(self) -> "SatelliteTargetSpec":
+        if all(getattr(self, name) is None for name in FIELDS):
+            raise ValueError(f"nothing changes for {self.satellite}: give a curve, a scale or a phase_offset")
+        return self
+
+    @property
+    def target(self) -> TargetSpec:
+        """The target without the satellite's name."""
+        return TargetSpec(**{name: getattr(self, name) for name in FIELDS})
+
+
+class ReconfigurationSpec(Spec):
+    """Satellites get new targets at one step."""
+
+    at: Positive
+    """When, at the first step that does not begin before this simulated time, s."""
+    targets: Annotated[tuple[SatelliteTargetSpec, ...], Field(min_length=1, max_length=10_000)]
+    """New targets; other satellites keep theirs."""
+
+    @model_validator(mode="after")
+    def _each_once(self) -> "ReconfigurationSpec":
+        names = [target.satellite for target in self.targets]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"{twice[0]} has two targets; a satellite gets one at a step")
+        return self
+
+
+@dataclass(frozen=True)
+class Target:
+    """The target of a satellite in force.
+
+    Attributes:
+        spec: what is other than in the scenario.
+        since: the first step with it.
+    """
+
+    spec: TargetSpec
+    since: int
+
+
+@dataclass(frozen=True)
+class TargetsChanged:
+    """Satellites have other targets from this step on.
+
+    Attributes:
+        targets: by the indices of the satellites.
+        reason: in words.
+        whole: whether a field that a target leaves out is as the scenario has it; otherwise it is as in the
+            target before.
+    """
+
+    targets: Mapping[int, TargetSpec]
+    reason: str
+    whole: bool = False
+
+    def applied(self, targets: Mapping[int, Target], step: int) -> dict[int, Target]:
+        """All targets in force after this change, by the indices of the satellites.
+
+        Args:
+            targets: in force before.
+            step: of the change.
+        """
+        found = dict(targets)
+        for satellite, spec in self.targets.items():
+            before = found[satellite].spec if satellite in found and not self.whole else _UNCHANGED
+            found[satellite] = Target(spec.over(before), step)
+        return found
+
+
+def present_targets(targets: Mapping[int, Target], satellites: Mapping[int, Any]) -> dict[int, TargetSpec]:
+    """The targets in force of some satellites, to be set again as a whole.
+
+    Args:
+        targets: in force, by the indices of the satellites.
+        satellites: by their indices.
+    """
+    return {index: targets[index].spec if index in targets else _UNCHANGED for index in satellites}
+
+
+def target_of(text: str) -> TargetSpec:
+    """A target from JSON as `TargetSpec.to_text` writes it.
+
+    Raises:
+        ValueError: it is no target.
+    """
+    return TargetSpec.model_validate(json.loads(text))

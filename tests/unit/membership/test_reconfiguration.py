@@ -1,0 +1,277 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""New targets at a numbered step: what satellites fly by, across losses, and what is refused."""
+
+import json
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from formations import formation
+from satform.bag.absence_log import happened
+from satform.flight.compile import compile_scenario
+from satform.flight.reconfiguration_progress import Arrival, ReconfigurationProgress
+from satform.flight.requested_targets import requested_targets
+from satform.flight.simulate import simulate
+from satform.membership.formation import ParameterChanged
+from satform.membership.membership_manager import MembershipManager
+from satform.membership.reconfiguration import Target, TargetsChanged, TargetSpec, present_targets, target_of
+from satform.orbits.curve_specs import CircleSpec, FixedPointSpec
+from satform.scenario import Scenario, ScenarioError, parse_scenario
+
+CIRCLE = {"kind": "circle", "radius": 700.0}
+POINT = {"kind": "fixed_point", "position": [0.0, 700.0, 0.0]}
+AT = 4.0
+STEP = 8
+"""At which a change after 4 s takes effect."""
+
+
+def change(*targets: dict[str, Any], at: float = AT) -> dict[str, Any]:
+    return {"at": at, "targets": list(targets)}
+
+
+def three(*reconfigurations: dict[str, Any], **other: Any) -> Scenario:
+    satellites = [{"arc_length": 100.0 * i, "position_error": [2.0 * i, 1.0, -1.0]} for i in range(3)]
+    return formation(satellites, 20.0, reconfigurations=list(reconfigurations), **other)
+
+
+def test_only_the_named_satellite_has_another_reference_from_the_step_on() -> None:
+    whole, changed = simulate(three()), simulate(three(change({"satellite": "sat2", "curve": CIRCLE})))
+    before = slice(0, STEP)
+    np.testing.assert_array_equal(changed.reference_position[before], whole.reference_position[before])
+    np.testing.assert_array_equal(changed.reference_position[:, [0, 2]], whole.reference_position[:, [0, 2]])
+    radius = np.linalg.norm(changed.reference_position[:, 1], axis=-1)
+    np.testing.assert_allclose(radius[STEP:], 700.0, rtol=1e-12)
+    # The arc length per revolution stays, so that the phases of all stay comparable.
+    np.testing.assert_array_equal(changed.arc_length, whole.arc_length)
+
+
+def test_a_target_is_what_the_satellite_flies_that_has_it_from_the_start() -> None:
+    own = three().satellite(1).curve
+    there = simulate(three().with_({"satellites[sat2].curve": CIRCLE, "satellites[sat2].scale": 1.0}))
+    back = simulate(
+        three().with_(
+            {
+                "satellites[sat2].curve": CIRCLE,
+                "reconfigurations": [change({"satellite": "sat2", "curve": own.model_dump(), "scale": 1.0})],
+            }
+        )
+    )
+    straight = simulate(three())
+    np.testing.assert_array_equal(back.reference_position[:STEP], there.reference_position[:STEP])
+    np.testing.assert_array_equal(back.reference_position[STEP:], straight.reference_position[STEP:])
+
+
+def test_a_point_becomes_an_orbit_with_the_nominal_rate_at_once() -> None:
+    scenario = three(change({"satellite": "sat1", "curve": CIRCLE})).with_(
+        {
+            "satellites[sat1].curve": POINT,
+            "satellites[sat1].arc_length": 0.0,
+            "nominal_motion": {"period": 6000.0},
+            "graph": {"kind": "none"},
+        }
+    )
+    record = simulate(scenario)
+    nominal = 2.0 * np.pi * 700.0 / 6000.0
+    assert np.all(record.rate[: STEP + 1, 0] == 0.0)
+    np.testing.assert_allclose(record.rate[STEP + 1 :, 0], nominal, rtol=1e-12)
+    speed = np.linalg.norm(record.reference_velocity[STEP:, 0], axis=-1)
+    np.testing.assert_allclose(speed, nominal, rtol=1e-12)
+
+
+@pytest.mark.parametrize("memory", ["plan", "checkpoint"])
+@pytest.mark.parametrize("rejoin_at", [AT, 8.0])
+def test_a_satellite_that_rejoins_flies_by_the_targets_in_force(memory: str, rejoin_at: float) -> None:
+    lost = {
+        "kind": "satellite_lost",
+        "satellite": "sat2",
+        "at": 3.0,
+        "rejoin_at": rejoin_at,
+        "memory": memory,
+    }
+    again = change({"satellite": "sat2", "phase_offset": 50.0}, at=6.0)
+    scenario = three(
+        change({"satellite": "sat2", "curve": CIRCLE}), again, faults=[lost], checkpoint_period=1.0
+    )
+    record, back = simulate(scenario), int(rejoin_at / 0.5)
+    radius = np.linalg.norm(record.reference_position[back:, 1], axis=-1)
+    np.testing.assert_allclose(radius, 700.0, rtol=1e-12)
+    # The phase that it publishes has the offset that came meanwhile.
+    jump = np.diff(record.arc_length[:, 1])[max(back, 12)]
+    assert np.isfinite(record.arc_length[back:, 1]).all()
+    assert (abs(jump + 50.0) < 10.0) == (rejoin_at < 6.0)
+
+
+def test_a_target_stands_above_a_parameter_set_before_and_below_one_set_after() -> None:
+    events = {
+        STEP: [ParameterChanged(0, "curve.radius", (800.0,))],
+        STEP + 4: [ParameterChanged(0, "curve.radius", (900.0,))],
+    }
+    scenario = three(change({"satellite": "sat1", "curve": CIRCLE})).with_(
+        {"satellites[sat1].curve": {"kind": "circle", "radius": 600.0}}
+    )
+    radius = np.linalg.norm(simulate(scenario, events=events).reference_position[:, 0], axis=-1)
+    np.testing.assert_allclose(radius[:STEP], 600.0, rtol=1e-12)
+    np.testing.assert_allclose(radius[STEP : STEP + 4], 700.0, rtol=1e-12)
+    np.testing.assert_allclose(radius[STEP + 4 :], 900.0, rtol=1e-12)
+
+
+def test_fields_left_out_are_as_before_and_a_cancel_brings_back_the_former_ones() -> None:
+    plan = three(
+        change({"satellite": "sat1", "curve": CIRCLE, "scale": 2.0}),
+        change({"satellite": "sat1", "phase_offset": 5.0}, at=5.0),
+        change({"satellite": "sat1", "curve": POINT}, at=6.0),
+    ).membership_plan()
+    manager = MembershipManager(plan)
+    seen = {}
+    for step in range(20):
+        manager.begin(step)
+        manager.close()
+        seen[step] = dict(manager.formation.targets)
+    assert seen[STEP - 1] == {}
+    assert seen[STEP][0] == Target(TargetSpec(curve=CircleSpec(radius=700.0), scale=2.0), STEP)
+    assert seen[10][0] == Target(TargetSpec(curve=CircleSpec(radius=700.0), scale=2.0, phase_offset=5.0), 10)
+    # The scale was that of the circle.
+    assert seen[12][0].spec == TargetSpec(curve=FixedPointSpec(position=(0.0, 700.0, 0.0)), phase_offset=5.0)
+    former = present_targets(seen[STEP], {0: None, 1: None})
+    manager.begin(20)
+    manager.schedule(TargetsChanged(former, "cancelled", whole=True))
+    manager.close()
+    assert manager.formation.targets[0] == Target(seen[STEP][0].spec, 20)
+    assert manager.formation.targets[1] == Target(TargetSpec(), 20)
+
+
+def test_what_a_bag_has_beside_the_plan_is_flown_again() -> None:
+    plan = three(change({"satellite": "sat1", "curve": CIRCLE})).membership_plan()
+    own = TargetSpec(curve=CircleSpec(radius=700.0))
+    other = TargetSpec(phase_offset=3.0)
+
+    def status(version: int, step: int, **targets: tuple[TargetSpec, int]) -> SimpleNamespace:
+        carried = [
+            SimpleNamespace(satellite=name, since=since, target=spec.to_text())
+            for name, (spec, since) in targets.items()
+        ]
+        edges = np.nonzero(plan.graph.adjacency)
+        return SimpleNamespace(
+            version=version,
+            step=step,
+            lost=[],
+            rejoined=[],
+            rejoin_checkpoints=[],
+            targets=carried,
+            edge_receivers=edges[0].tolist(),
+            edge_senders=edges[1].tolist(),
+            reason="by an action",
+        )
+
+    statuses = [
+        status(1, STEP, sat1=(own, STEP)),
+        status(2, 15, sat1=(own, STEP), sat3=(other, 15)),
+        status(3, 20, sat1=(TargetSpec(), 20), sat3=(other, 15)),
+    ]
+    found = happened(statuses, [], plan)
+    assert found == {
+        15: [TargetsChanged({2: other}, "by an action", whole=True)],
+        20: [TargetsChanged({0: TargetSpec()}, "by an action", whole=True)],
+    }
+    assert target_of(own.to_text()) == own
+
+
+def test_progress_counts_distance_delta_v_and_the_steps_within_the_tolerance() -> None:
+    plan = compile_scenario(three())
+    targets = {1: TargetSpec(curve=FixedPointSpec(position=(0.0, 700.0, 0.0)))}
+    progress = ReconfigurationProgress(plan, targets, 10, Arrival(tolerance=1.0, hold=2, timeout=50))
+    position, applied = np.zeros((3, 3)), np.full((3, 3), 0.1)
+    alive = np.array([True, True, True])
+    progress.update(9, position, applied, [0.0], alive)
+    assert np.isnan(progress.distance[0])
+    progress.update(10, position, applied, [0.0], alive)
+    assert progress.distance.tolist() == [700.0]
+    assert progress.delta_v.tolist() == [0.0]
+    position[1, 1] = 525.0
+    progress.update(11, position, applied, [0.0], alive)
+    assert progress.fraction == pytest.approx(0.75)
+    assert progress.delta_v[0] == pytest.approx(0.1 * np.sqrt(3.0) * 0.5)
+    position[1, 1] = 699.5
+    for step, reached in [(12, False), (13, False), (14, True)]:
+        progress.update(step, position, applied, [0.0], alive)
+        assert progress.reached is reached
+    progress.update(60, position, applied, [0.0], np.array([True, False, True]))
+    assert progress.timed_out
+    assert not progress.reached
+    assert np.isnan(progress.distance[0])
+
+
+@pytest.mark.parametrize(
+    ("entry", "field", "sentence"),
+    [
+        (change({"satellite": "sat2", "curve": CIRCLE}, at=0.0), "at", "greater than 0"),
+        (change({"satellite": "sat2", "curve": CIRCLE}, at=1e-12), "at", "is the first step"),
+        (change({"satellite": "sat2", "curve": CIRCLE}, at=20.0), "at", "not earlier than the flight's end"),
+        (
+            change({"satellite": "sat4", "curve": CIRCLE}),
+            "targets[0]",
+            "there is no satellite sat4; there are",
+        ),
+        (change({"satellite": "sat2"}), "targets[0]", "nothing changes for sat2: give a curve"),
+        (change(), "targets", "at least 1"),
+        (change(*[{"satellite": "sat2", "scale": 2.0}] * 2), "", "sat2 has two targets"),
+        (change({"satellite": "sat2", "scale": 1e-14}), "targets[0]", "generalised arc length"),
+        (change({"satellite": "sat2", "curve": {"kind": "circle"}}), "radius", "is missing"),
+    ],
+)
+def test_what_is_no_reconfiguration_is_refused_in_a_sentence(
+    entry: dict[str, Any], field: str, sentence: str
+) -> None:
+    data = {**json.loads(three().to_json()), "reconfigurations": [entry]}
+    with pytest.raises(ScenarioError) as refused:
+        parse_scenario(json.dumps(data), "test.yaml")
+    (problem,) = refused.value.problems
+    assert problem.field.startswith("reconfigurations[0]")
+    assert field in problem.field
+    assert sentence in problem.sentence
+
+
+@pytest.mark.parametrize(
+    ("satellites", "texts", "sentence"),
+    [
+        ([], [], "no satellites"),
+        (["sat1"], [], "1 satellites and 0 targets"),
+        (["sat9"], ["{scale: 2.0}"], "there is no satellite sat9"),
+        (["sat1"], ["{scale: -2.0}"], "the target of sat1: scale"),
+        (["sat1"], ["{scale: ["], "the target of sat1"),
+        (["sat1"], ["{curve: {kind: inertial_point, position: [1.0, 2.0, 3.0]}}"], "an inertial_point"),
+        (["sat1"], ["7"], "has to be fields with values"),
+        (["sat1"], ["{}"], "nothing changes for sat1"),
+        (["sat1"], ["{satellite: sat2, scale: 2.0}"], "a field satellite"),
+        (["sat1"], ["{colour: red}"], "colour"),
+        (["sat1"], ["x" * 10_001], "10001 characters"),
+        (["sat1", "sat1"], ["{scale: 2.0}"] * 2, "sat1 has two targets"),
+    ],
+)
+def test_what_cannot_be_asked_for_in_flight_is_refused_in_a_sentence(
+    satellites: list[str], texts: list[str], sentence: str
+) -> None:
+    plan = compile_scenario(three()).reconfiguration
+    with pytest.raises(ValueError, match=r"\w") as refused:
+        requested_targets(plan, satellites, texts)
+    assert sentence in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_what_is_asked_for_in_flight_is_a_target_as_in_a_scenario() -> None:
+    plan = compile_scenario(three()).reconfiguration
+    found = requested_targets(
+        plan, ["sat3", "sat1"], ["{curve: {kind: circle, radius: 7e2}}", '{"scale": 2}']
+    )
+    assert found == {2: TargetSpec(curve=CircleSpec(radius=700.0)), 0: TargetSpec(scale=2.0)}
+
+
+def test_a_shorter_flight_leaves_out_what_lies_beyond_its_end_and_the_digest_counts_the_rest() -> None:
+    longer = three(change({"satellite": "sat2", "curve": CIRCLE}))
+    shorter = longer.with_({"timing.duration": 3.0})
+    assert shorter.reconfigurations == ()
+    assert shorter.digest() == three().with_({"timing.duration": 3.0}).digest()
+    assert longer.digest() != three().digest()
