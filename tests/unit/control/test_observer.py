@@ -16,8 +16,10 @@ from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.lqi import LqiSpec
 from satform.control.lqr import LqrSpec
 from satform.control.observer import ObserverSpec, observer_gain
-from satform.control.protocol import FlightSetting, Motion
+from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion
 from satform.dynamics import cw
+from satform.dynamics.relative_motion_models import input_matrix, relative_motion_model
+from satform.orbits.chief import ChiefOrbitSpec
 from satform.orbits.path_reference import Reference
 
 MEAN_MOTION = 2.0 * math.pi / 86164.0
@@ -137,3 +139,42 @@ def test_a_decay_rate_of_zero_is_refused():
 def test_one_observer_and_a_stack_of_them_command_the_same_bits():
     specs = [ObserverSpec(law=LqiSpec(), initial_position_error=(e, 0.0, 0.0)) for e in (1.0, 50.0)]
     assert_a_stack_has_the_bits_of_each([spec.build(SETTING) for spec in specs], steps=5)
+
+
+def worst_estimate(model, truth, chief):
+    """Largest error, m, of an estimate that starts exact, over a loss in between; truth is a linear model."""
+    law = ObserverSpec(model=model).build(FlightSetting(chief.mean_motion, 5.0, chief=chief))
+    state, applied = np.array([300.0, -500.0, 200.0, 0.1, 0.2, -0.1]), np.zeros(3)
+    memory, worst = law.start(Motion(state[:3], state[3:])), 0.0
+    for number in range(40):
+        seen = Motion(state[:3], np.full(3, np.nan))
+        if number == 25:
+            memory = law.resume(memory, Gap(20, 5, 5.0, applied, seen))
+        if not 20 <= number < 25:
+            worst = max(worst, float(np.linalg.norm(memory.position - state[:3])) if number != 20 else 0.0)
+            memory = law.act(seen, TARGET, memory, ControlStep(number, 5.0, applied, applied)).memory
+            applied = memory.commanded
+        else:
+            applied = np.zeros(3)
+        begin, end = 5.0 * number, 5.0 * (number + 1)
+        held = input_matrix(truth, begin, end) @ applied
+        state = truth.transition(begin, end) @ state + held
+    return worst
+
+
+@pytest.mark.parametrize("name", ["yamanaka_ankersen", "j2_elements"])
+def test_by_the_model_of_its_chief_an_exact_estimate_stays_exact(name):
+    chief = ChiefOrbitSpec(eccentricity=0.6, argument_of_latitude=0.5).keplerian(4e-4)
+    truth = relative_motion_model(name, chief)
+    # The effect of J2 on what a command does within a step is left out, of commands of 1 m/s^2.
+    assert worst_estimate(name, truth, chief) < (1e-3 if name == "j2_elements" else 1e-9)
+    assert worst_estimate("cw", truth, chief) > 1.0
+
+
+def test_on_yamanaka_and_ankersen_s_model_a_stack_has_the_bits_of_each():
+    chief = ChiefOrbitSpec(eccentricity=0.6, argument_of_latitude=0.5).keplerian(4e-4)
+    setting = FlightSetting(4e-4, 5.0, chief=chief)
+    specs = [
+        ObserverSpec(model="yamanaka_ankersen", initial_position_error=(e, 0.0, 0.0)) for e in (1.0, 50.0)
+    ]
+    assert_a_stack_has_the_bits_of_each([spec.build(setting) for spec in specs])

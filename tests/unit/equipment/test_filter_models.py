@@ -128,7 +128,7 @@ def test_process_covariance_about_a_circle_is_that_of_the_circular_model() -> No
     density = np.array([1e-6, 2e-6, 5e-7])
     circle = replace(CHIEF, eccentricity=0.0)
     steady = process_model("cw", circle.mean_motion, STEP, density).over(0)
-    changing = process_model("yamanaka_ankersen", circle, STEP, density).over(70)
+    changing = process_model("yamanaka_ankersen", MEAN_MOTION, STEP, density, circle).over(70)
     for name in ("transition", "response", "process"):
         expected = getattr(steady, name)
         np.testing.assert_allclose(getattr(changing, name), expected, rtol=1e-7, atol=1e-12)

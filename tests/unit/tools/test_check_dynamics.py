@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from flights import shipped
 from satform.dynamics.integration_error import integration_error
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
 from satform.dynamics.models import InertialDynamicsSpec
@@ -87,7 +88,8 @@ def test_check_warns_of_an_eccentric_chief() -> None:
     assert entry.eccentric_error == pytest.approx(second_order, rel=0.4)
     assert entry.error > 100.0 * entry.eccentric_error
     assert f"for timed_burns, errs by up to {entry.eccentric_error:.3g} m" in warning
-    laws = "controller kind model_predictive with model: yamanaka_ankersen, controller kind periodic_lqr"
+    kinds = ("model_predictive with model: yamanaka_ankersen", "observer with model: yamanaka_ankersen")
+    laws = ", ".join(f"controller kind {kind}" for kind in (*kinds, "periodic_lqr"))
     assert f"the model yamanaka_ankersen, of {laws}, of filters, and of the burns of plan approach" in warning
 
 
@@ -307,3 +309,15 @@ def test_check_proposes_collocation_where_everybody_coasts_for_days() -> None:
     assert not said("no satellite", *days, "dynamics={kind: inertial, gravity: {degree: 0}}")
     assert not said("no satellite", *days, "dynamics={kind: cw}")
     assert not said("no satellite", *days[:2], "dynamics={kind: inertial}")
+
+
+def test_check_warns_of_a_filter_about_a_circular_chief_where_it_is_eccentric() -> None:
+    name = "eccentric_navigation"
+    (warning,) = check.warnings(shipped(name))
+    assert "are the model of the filter; with this eccentricity of 0.5 the CW motion of circular" in warning
+    assert not check.warnings(shipped(name, "satellites.0.filter.model=yamanaka_ankersen"))
+
+
+def test_a_filter_whose_model_does_not_know_the_chief_is_refused_at_its_field() -> None:
+    with pytest.raises(ScenarioError, match=r"satellites\[1\]\.filter.*needs the plane of the chief's orbit"):
+        shipped("noisy_navigation", "satellites.1.filter.model=j2_elements")

@@ -73,7 +73,7 @@ def observer_transition(law: Observed) -> Array:
     """How an observer's estimation error goes from one step to the next.
 
     Args:
-        law: of one satellite.
+        law: of one satellite; a model that changes along the chief's orbit is taken as it is at the start.
 
     Returns:
         Transition of the error of (position, velocity), SI units, shape (6, 6).
@@ -87,6 +87,8 @@ def observer_transition(law: Observed) -> Array:
             [coast.velocity_from_position.matrix(), coast.velocity_from_velocity.matrix()],
         ]
     )
+    if law.motion is not None:
+        transition = law.motion.over(0).transition.copy()
     transition[:, :3] -= np.vstack((law.position_gain, law.velocity_gain))
     return transition
 

@@ -28,6 +28,8 @@ from satform.control.protocol import (
 )
 from satform.dynamics import cw
 from satform.dynamics.linear import multiply, position_matrix
+from satform.dynamics.relative_motion_models import ModelName
+from satform.dynamics.stepwise_model import StepwiseModel, stepwise_model
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Reference
 
@@ -90,7 +92,8 @@ class Observed:
 
     Attributes:
         law: control law that flies on the estimate.
-        model: motion over one step with the command held.
+        model: motion about a circular chief over one step with the command held.
+        motion: likewise about a chief of any eccentricity, which takes the place of `model`; None for none.
         position_gain: correction of the position per unit of its miss, shape (..., 3, 3).
         velocity_gain: correction of the velocity per unit of the position's miss, 1/s, (..., 3, 3).
         initial_position_error: of the first estimate, m, shape (..., 3).
@@ -100,6 +103,7 @@ class Observed:
 
     law: Controller
     model: cw.HeldInputStep
+    motion: StepwiseModel | None
     position_gain: Array
     velocity_gain: Array
     initial_position_error: Array
@@ -141,8 +145,8 @@ class Observed:
         for a double integrator with both poles at z.
         """
         position, velocity = memory.position, memory.velocity
-        for _ in range(gap.count):
-            position, velocity = self.model.advance(position, velocity, gap.applied_acceleration)
+        for number in range(gap.first, gap.first + gap.count):
+            position, velocity = self._advanced(position, velocity, gap.applied_acceleration, number)
         duration = (gap.count + 1) * gap.length
         remaining = self.held_errors(duration)[..., None]
         miss = gap.motion.position - position
@@ -159,14 +163,25 @@ class Observed:
         left = [math.exp(-rate * duration) for rate in np.ravel(self.decay_rate).tolist()]
         return np.asarray(left, dtype=np.float64).reshape(np.shape(self.decay_rate))
 
-    def _corrected(self, memory: ObserverMemory, applied: Array | None) -> tuple[Array, Array]:
-        """The estimate for this step, with what was applied over the step before instead of the command."""
+    def _advanced(
+        self, position: Array, velocity: Array, acceleration: Array, number: int
+    ) -> tuple[Array, Array]:
+        """Position and velocity at the end of the step of a number, with an acceleration held over it."""
+        if self.motion is None:
+            return self.model.advance(position, velocity, acceleration)
+        own = self.motion.over(number)
+        state = multiply(own.transition, np.concatenate((position, velocity), axis=-1))
+        state = state + multiply(own.response, acceleration)
+        return state[..., :3], state[..., 3:]
+
+    def _corrected(self, memory: ObserverMemory, applied: Array | None, number: int) -> tuple[Array, Array]:
+        """The estimate for the step of a number, with what was applied before it instead of the command."""
         position, velocity = memory.position, memory.velocity
         if applied is None:
             return position, velocity
         missing = applied - memory.commanded
         rest = np.zeros_like(position)
-        moved, gained = self.model.advance(rest, rest, missing)
+        moved, gained = self._advanced(rest, rest, missing, number - 1)
         return position + moved, velocity + gained
 
     def act(self, motion: Motion, reference: Reference, memory: ObserverMemory, step: ControlStep) -> Action:
@@ -183,10 +198,10 @@ class Observed:
 
         Source: Luenberger 1971, in discrete time, so that the estimate is free of bias between samples.
         """
-        position, velocity = self._corrected(memory, step.applied_acceleration)
+        position, velocity = self._corrected(memory, step.applied_acceleration, step.number)
         action = self.law.act(Motion(position, velocity), reference, memory.law, step)
         miss = motion.position - position
-        position, velocity = self.model.advance(position, velocity, action.acceleration)
+        position, velocity = self._advanced(position, velocity, action.acceleration, step.number)
         position = position + multiply(self.position_gain, miss)
         velocity = velocity + multiply(self.velocity_gain, miss)
         estimate = ObserverMemory(position, velocity, action.memory, action.acceleration)
@@ -199,6 +214,9 @@ class ObserverSpec(ControllerSpec):
     kind: Literal["observer"] = "observer"
     law: Annotated[LqrSpec | LqiSpec | FeedbackLinearisationSpec, Field(discriminator="kind")] = LqrSpec()
     """Control law that uses the estimated position and velocity."""
+    model: ModelName = "cw"
+    """Relative motion by which the estimate is carried from step to step: cw about a circular chief,
+    yamanaka_ankersen about an eccentric one, j2_elements also under the Earth's oblateness."""
     decay_rates: DecayRates = (0.050, 0.052, 0.054, 0.056, 0.058, 0.060)
     """Observer poles: decay rates of the estimation error, real and distinct, 1/s."""
     initial_position_error: Vector = (0.0, 0.0, 0.0)
@@ -207,14 +225,15 @@ class ObserverSpec(ControllerSpec):
     """Error of the first estimated velocity, LVLH, m/s."""
 
     def assumes_circular_chief(self) -> bool:
-        """Its model is that of Clohessy and Wiltshire."""
-        return True
+        """It does with the model `cw`, and with a law on it that does."""
+        return self.model == "cw" or self.law.assumes_circular_chief()
 
     def build(self, setting: FlightSetting) -> Observed:
         """The law and its observer.
 
         Raises:
-            ValueError: two decay rates coincide, or the law's gains cannot fly.
+            ValueError: two decay rates coincide, the law's gains cannot fly, or the model does not know the
+                chief's orbit.
         """
         if len(set(self.decay_rates)) < len(self.decay_rates):
             raise ValueError(f"observer: decay_rates have to differ from each other, got {self.decay_rates}")
@@ -222,6 +241,7 @@ class ObserverSpec(ControllerSpec):
         return Observed(
             law=self.law.build(setting),
             model=cw.HeldInputStep.over(setting.mean_motion, setting.step),
+            motion=stepwise_model(self.model, setting.chief, setting.step),
             position_gain=gain[:3].copy(),
             velocity_gain=gain[3:].copy(),
             initial_position_error=np.array(self.initial_position_error),

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from satform.dynamics.j2_element_model import J2ElementModel
-from satform.dynamics.relative_motion_models import RelativeMotionModel, relative_motion_model
+from satform.dynamics.relative_motion_models import ModelName, RelativeMotionModel, relative_motion_model
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
@@ -64,6 +64,30 @@ class StepwiseModel:
         """
         block, row = divmod(number, _BLOCK)
         return _block(self, block)[row]
+
+
+def stepwise_model(name: ModelName, chief: KeplerianChief | None, step: float) -> StepwiseModel | None:
+    """The model of a name over control periods.
+
+    Args:
+        name: of the model.
+        chief: its orbit; None for a circular one in an unknown plane.
+        step: control period, s.
+
+    Returns:
+        None where it is that of Clohessy and Wiltshire, which is the same in all control periods:
+        yamanaka_ankersen about a circular chief in an unknown plane is.
+
+    Raises:
+        ValueError: the model does not know such an orbit.
+    """
+    if name == "cw" or (name == "yamanaka_ankersen" and chief is None):
+        return None
+    if chief is None:
+        raise ValueError("j2_elements needs the plane of the chief's orbit, which nothing here gives")
+    model = StepwiseModel(name, chief, step)
+    _motion(model)
+    return model
 
 
 @functools.lru_cache(maxsize=32)

@@ -13,7 +13,7 @@ import numpy as np
 from satform.dynamics.cw import input_matrix, transition_matrix
 from satform.dynamics.linear import multiply
 from satform.dynamics.relative_motion_models import ModelName
-from satform.dynamics.stepwise_model import StepwiseModel
+from satform.dynamics.stepwise_model import StepwiseModel, stepwise_model
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
 
@@ -181,30 +181,28 @@ class KalmanFilter:
 
 
 def process_model(
-    model: ModelName, chief: KeplerianChief | float, step: float, acceleration_density: Array
+    model: ModelName,
+    mean_motion: float,
+    step: float,
+    acceleration_density: Array,
+    chief: KeplerianChief | None = None,
 ) -> ProcessModel:
     """The model of a name, for one chief and one control period.
 
     Args:
         model: of the relative motion.
-        chief: its orbit; for one on a circle in an unknown plane its mean motion in rad/s.
+        mean_motion: of the chief, rad/s.
         step: control period, s.
         acceleration_density: power spectral density of the unknown acceleration on each axis, taken to
             be white, m^2/s^3, shape (3,).
+        chief: its orbit; None for a circular one in an unknown plane.
 
     Raises:
         ValueError: the model does not know such an orbit.
     """
-    if model == "j2_elements":
-        if isinstance(chief, float):
-            raise ValueError("j2_elements needs the plane of the chief's orbit, which nothing here gives")
-        motion = StepwiseModel(model, chief, step)
-        motion.over(0)
+    motion = stepwise_model(model, chief, step)
+    if motion is not None:
         return ChangingProcess(motion, acceleration_density)
-    if model == "yamanaka_ankersen" and not isinstance(chief, float):
-        return ChangingProcess(StepwiseModel(model, chief, step), acceleration_density)
-    # About a circle both models are the same.
-    mean_motion = chief if isinstance(chief, float) else chief.mean_motion
     return SteadyProcess(
         ProcessStep(
             transition=transition_matrix(mean_motion, step),

@@ -210,9 +210,8 @@ class FilterSpec(Spec):
         density = np.array(self.acceleration_density)
         sensor = navigation.build(step)
         gate = np.inf if self.innovation_gate is None else self.innovation_gate
-        orbit = mean_motion if chief is None or self.model == "cw" else chief
         return Estimator(
-            KalmanFilter(process_model(self.model, orbit, step, density), noise**2),
+            KalmanFilter(process_model(self.model, mean_motion, step, density, chief), noise**2),
             sensor.update,
             sensor.latency,
             np.asarray(gate, dtype=np.float64),
