@@ -39,7 +39,9 @@ def consistency_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> l
         *_reference_complaints(scenario),
         *_attitude_complaints(scenario),
         *inertial_point_complaints(
-            [scenario.satellite(index) for index in range(len(scenario.satellites))], scenario.dynamics
+            [scenario.satellite(index) for index in range(len(scenario.satellites))],
+            scenario.dynamics,
+            scenario.timing.steps,
         ),
         *_environment_complaints(scenario),
         *_expectation_complaints(scenario, recorded=recorded),

@@ -11,13 +11,19 @@ from satform.orbits.curve_specs import InertialPointSpec
 from satform.scenario.environment import environment_of
 from satform.scenario.parts import SatelliteSpec
 
+MOST_STEPS = 200_000
+"""Control periods of a flight: where the axes point is computed for all of them before the first one."""
 
-def inertial_point_complaints(satellites: Sequence[SatelliteSpec], dynamics: DynamicsSpec) -> list[Complaint]:
+
+def inertial_point_complaints(
+    satellites: Sequence[SatelliteSpec], dynamics: DynamicsSpec, steps: int
+) -> list[Complaint]:
     """Field and sentence of each fault.
 
     Args:
         satellites: complete ones, in their order.
         dynamics: the truth model.
+        steps: control periods of the flight.
     """
     moving = {own.name for own in satellites if isinstance(own.curve, InertialPointSpec)}
     found: list[Complaint] = []
@@ -28,6 +34,12 @@ def inertial_point_complaints(satellites: Sequence[SatelliteSpec], dynamics: Dyn
             sentence = (
                 f"curve of {own.name}: an inertial_point needs a truth model that knows the date and the "
                 f"chief's orbit plane, cw_perturbed or inertial; found {kind}"
+            )
+            found.append((("satellites", index), sentence))
+        if own.name in moving and steps > MOST_STEPS:
+            sentence = (
+                f"curve of {own.name}: an inertial_point is flown for at most {MOST_STEPS} control periods, "
+                f"and this flight has {steps}; lengthen the step or shorten the flight"
             )
             found.append((("satellites", index), sentence))
         pointing = None if own.attitude is None else own.attitude.pointing
