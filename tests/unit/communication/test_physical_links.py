@@ -83,6 +83,16 @@ def test_a_terminal_points_within_its_field_of_regard_as_the_attitude_has_it() -
         assert loss == pytest.approx(1.0 if closed else 0.0, abs=1e-6)
 
 
+def test_a_terminal_without_limits_points_everywhere() -> None:
+    generator = np.random.default_rng(5)
+    medium = LinkMedium([(0, 1)], [LASER], 2)
+    for _ in range(50):
+        x, y, z = generator.standard_normal(3)
+        aimed = LASER.model_copy(update={"boresight": (x, y, z)})
+        places = geometry((0.0, 0.0, 0.0), (1e3 * x, 1e3 * y, 1e3 * z))
+        assert LinkMedium([(0, 1)], [aimed], 2).states(places).ratio == medium.states(places).ratio
+
+
 def test_gains_are_those_in_the_body_axes_of_both() -> None:
     beam = RADIO.model_copy(
         update={"antenna": BeamSpec(peak_gain=12.0, beamwidth=math.radians(40.0), floor=-30.0)}

@@ -7,6 +7,7 @@ Ratios are factors, not decibels, unless a name or docstring says so.
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -140,6 +141,7 @@ def message_loss(error_rate: Array, bits: int) -> Array:
     return np.asarray(-np.expm1(bits * np.log1p(-error_rate)))
 
 
+@cache
 def required_ratio(modulation: str, error_rate: float) -> float:
     """Eb/N0, or photons per bit, at which a modulation has a bit error rate.
 

@@ -10,7 +10,6 @@ import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
@@ -73,7 +72,7 @@ class PhysicalSpec(Spec):
     def scheme(self) -> str:
         """Modulation or detection, a key of `BIT_ERROR_RATES`."""
 
-    @cached_property
+    @property
     def required(self) -> float:
         """Eb/N0, or photons per bit, at the required bit error rate, as a factor."""
         return required_ratio(self.scheme, self.required_bit_error_rate)
@@ -154,7 +153,8 @@ class OpticalSpec(PhysicalSpec):
         # The part of the beam that the telescope takes is at most all of it.
         spread = beam_gain(self.divergence) * (0.25 * self.aperture / np.maximum(distance, 1e-3)) ** 2
         received = self.power * factor(-self.losses) * pointing * np.minimum(spread, 1.0)
-        least = math.cos(self.field_of_regard)
+        # A rounding is not to close a terminal that can point everywhere.
+        least = math.cos(self.field_of_regard) - 1e-12
         axis = unit(self.boresight)
         in_regard = (dot(forth, axis) >= least) & (dot(back, axis) >= least)
         photons = photons_per_bit(received, self.wavelength, self.rate)
