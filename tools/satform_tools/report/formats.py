@@ -16,7 +16,7 @@ class Format(StrEnum):
 
 
 class FlightFormat(StrEnum):
-    """An export format of a flight."""
+    """An export format of a flight; an enumeration cannot be extended by the two that a campaign has not."""
 
     PNG = "png"
     SVG = "svg"

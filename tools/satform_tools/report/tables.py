@@ -96,18 +96,7 @@ def print_summary(summary: Summary) -> None:
         "delta-v [m/s]",
         "delta-v per orbit [m/s]",
     )
-    rows = [
-        (
-            entry.name,
-            number(entry.final_error),
-            number(entry.final_sliding_variable),
-            number(entry.mean_control),
-            number(entry.largest_control),
-            number(entry.delta_v),
-            number(entry.delta_v_per_orbit),
-        )
-        for entry in summary.satellites
-    ]
+    rows = [entry.row() for entry in summary.satellites]
     console.table(Table(headings, rows, frozenset(range(1, len(headings)))))
     _print_thrusters(summary)
     _print_filters(summary)

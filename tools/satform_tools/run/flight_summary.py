@@ -16,6 +16,7 @@ from satform.evaluation.reducers import ExtremeOf
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
 from satform.record.stretch import TIME_SLACK, Stretch
+from satform_tools.console import number
 from satform_tools.run.pair_figures import PairSummary, least_tetrahedron_quality, pair_summaries
 
 FINAL_FRACTION = 0.2
@@ -63,6 +64,11 @@ class SatelliteSummary:
     mean_nees: float
     mean_innovation: float
     rejected: int
+
+    def row(self) -> tuple[str, ...]:
+        """Its name, errors, controls and delta-v as texts, in the order of the attributes."""
+        figures = (self.final_error, self.final_sliding_variable, self.mean_control, self.largest_control)
+        return (self.name, *map(number, (*figures, self.delta_v, self.delta_v_per_orbit)))
 
 
 @dataclass(frozen=True)

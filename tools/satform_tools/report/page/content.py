@@ -194,13 +194,7 @@ def figures(summary: Summary, title: str) -> PageTable:
     )
     rows: list[tuple[str, ...]] = [
         (
-            entry.name,
-            number(entry.final_error),
-            number(entry.final_sliding_variable),
-            number(entry.mean_control),
-            number(entry.largest_control),
-            number(entry.delta_v),
-            number(entry.delta_v_per_orbit),
+            *entry.row(),
             number(entry.propellant_used),
             " / ".join(
                 str(count)
