@@ -191,6 +191,12 @@ def steps_absent(expectation: Any, flight: Flight) -> float:
     return math.nan if values is None else float(values.sum(axis=0).max())
 
 
+def unsolved_plans(expectation: Any, flight: Flight) -> float:
+    series = np.where(np.array(flight.absent[:-1]), 0.0, flight.arrays["unsolved_plans"])
+    values = flight.window(expectation, series, held=True)
+    return math.nan if values is None else greatest(np.cumsum(values, axis=0)[-1:])
+
+
 def rejoin_time(expectation: Any, flight: Flight) -> float:
     column = flight.names.index(expectation.satellite)
     lost = [k for k in range(flight.steps) if flight.absent[k][column]]
@@ -309,6 +315,7 @@ FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "tetrahedron_quality_at": tetrahedron_quality_at,
     "tracking_error": largest(tracking_error),
     "tracking_error_at": at_moment(tracking_error),
+    "unsolved_plans": unsolved_plans,
     "velocity_error": largest(
         lambda own: length(own.arrays["velocity"][:-1] - own.arrays["reference_velocity"])
     ),

@@ -17,7 +17,16 @@ from satform.scenario.expectation import Expectation
 
 COMPONENTS = {
     **dict.fromkeys(
-        ("arc_length", "rate", "propellant", "delta_v", "innovation", "rejected_measurements"), ()
+        (
+            "arc_length",
+            "rate",
+            "propellant",
+            "delta_v",
+            "innovation",
+            "rejected_measurements",
+            "unsolved_plans",
+        ),
+        (),
     ),
     **dict.fromkeys(("saturated_steps", "below_minimum_impulse_steps", "propellant_depleted_steps"), ()),
     **dict.fromkeys(("torque_saturated_steps", "momentum_saturated_steps"), ()),

@@ -151,6 +151,7 @@ setup(
             "tetrahedron_quality_at = satform.evaluation.formation_shape:TetrahedronQualityAt",
             "tracking_error = satform.evaluation.tracking:TrackingError",
             "tracking_error_at = satform.evaluation.tracking:TrackingErrorAt",
+            "unsolved_plans = satform.evaluation.equipment:UnsolvedPlans",
             "velocity_error = satform.evaluation.response:VelocityError",
             "wheel_momentum = satform.evaluation.attitude:WheelMomentum",
             "wheel_saturation = satform.evaluation.attitude:WheelSaturation",

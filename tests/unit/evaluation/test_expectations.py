@@ -50,6 +50,11 @@ def test_a_control_law_that_is_a_tenth_worse_than_it_was_is_noticed(index: int) 
         ("triangle", "{kind: pointing_error, below: 1.0", "sat1, sat2, sat3 have no attitude"),
         ("triangle", "{kind: saturated_steps, below: 1.0", "sat1, sat2, sat3 have no thruster"),
         (
+            "triangle",
+            "{kind: unsolved_plans, below: 1.0, satellites: [sat2]",
+            "sat2 has no control law that makes plans",
+        ),
+        (
             "directed_triangle",
             "{kind: arc_length_spread, below: 1.0",
             "they have no arc lengths",

@@ -21,8 +21,9 @@ def record() -> FlightRecord:
     """A flight of four steps and three satellites, filled with numbers that mean nothing."""
     flight = simulate(shortened("formation_pointing", 2.0))
     generator = np.random.default_rng(7)
-    # No satellite has a filter, so that what filters give has no rows; here it has.
-    arrays = {name: getattr(flight, name) for name in QUANTITIES} | without("filter", COUNT, STEPS)
+    # No satellite has a filter or plans, so that what they give has no rows; here it has.
+    more = without("filter", COUNT, STEPS) | without("plans", COUNT, STEPS)
+    arrays = {name: getattr(flight, name) for name in QUANTITIES} | more
     numbers = {name: generator.normal(size=array.shape) for name, array in arrays.items()}
     return dataclasses.replace(flight, **numbers)
 

@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from flights import SCENARIOS, shipped
+from satform.evaluation.evaluate import evaluate
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
 from satform.flight.stacked_plans import group_runs
@@ -310,3 +311,20 @@ def test_what_acts_on_satellites_may_differ_from_run_to_run(
     for run, record in enumerate(records):
         assert unlike(blocks, run, record) == []
     assert records[0].position.tobytes() != records[1].position.tobytes()
+
+
+def test_unsolved_plans_of_many_runs_are_those_of_each_and_a_figure_over_a_window() -> None:
+    expect = [
+        {"kind": "unsolved_plans", "satellites": ["around"], "after": after, "below": 99.0, "source": "none"}
+        for after in (0.0, 30.0)
+    ]
+    changes = {"timing.duration": 300.0, "satellites[1].controller.iterations": 2, "expect": expect}
+    base = shipped("keep_out_transfer").with_(changes)
+    runs = [base.with_({"satellites[1].position_error": [3.0 * run, 0.0, 0.0]}) for run in range(2)]
+    blocks, _ = flown(runs, block_steps=7)
+    for run, scenario in enumerate(runs):
+        record = simulate(scenario)
+        assert unlike(blocks, run, record) == []
+        # One a minute from the start on, each of which is made at the step on the minute.
+        assert [verdict.figure for verdict in evaluate(scenario, record)] == [5.0, 4.0]
+        assert record["plane"].unsolved_plans.max() == 0.0

@@ -33,6 +33,7 @@ _FROM_SATELLITE = (
     "estimate_covariance",
     "innovation",
     "rejected_measurements",
+    "unsolved_plans",
 )
 """Quantities that the satellite publishes: the last messages may be lost with it."""
 

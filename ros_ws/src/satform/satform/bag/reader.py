@@ -330,6 +330,7 @@ def _record(
         **_propulsion(applied, satellites, steps),
         **_attitudes(attitude, command, satellites, steps),
         **_estimates(estimate, satellites, steps),
+        **_plans(tracking, satellites, steps),
         **without("pointing", len(names), None),
         early_end=early_end,
         chief_source=None,
@@ -386,6 +387,23 @@ def _attitudes(
         for name in WHEEL_COUNTERS:
             found[name][:, column] = tables[column].column(name)[: steps + 1]
         found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
+    return found
+
+
+def _plans(
+    tables: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """Plans that were not finished; not a number for satellites without plans and while they are absent."""
+    planning = [
+        column
+        for column, satellite in enumerate(satellites)
+        if satellite.controller is not None and satellite.controller.makes_plans
+    ]
+    found = without("plans", len(satellites), steps if planning else None)
+    for column in planning:
+        absent = np.isnan(_vectors([tables[column]], "sliding_variable", steps)[:, 0, 0])
+        unsolved = tables[column].column("unsolved_plans")[:steps]
+        found["unsolved_plans"][:, column] = np.where(absent, np.nan, unsolved)
     return found
 
 

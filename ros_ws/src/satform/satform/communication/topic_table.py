@@ -118,13 +118,14 @@ def in_namespace(topic: str, namespace: str) -> str:
 
 @dataclass(frozen=True)
 class Equipment:
-    """What a satellite has that takes topics of its own.
+    """What a satellite has that takes topics of its own, or fields of others.
 
     Attributes:
         name: of the satellite.
         thruster: whether what its thrusters apply is modelled.
         sensor: whether it measures its motion.
         filter: whether it estimates its motion.
+        plans: whether its control law makes plans.
         attitude: whether it has an attitude.
         links: whether it receives over radio or optical links.
         orbit: whether its inertial state and relative elements are published.
@@ -134,6 +135,7 @@ class Equipment:
     thruster: bool = False
     sensor: bool = False
     filter: bool = False
+    plans: bool = False
     attitude: bool = False
     links: bool = False
     orbit: bool = False

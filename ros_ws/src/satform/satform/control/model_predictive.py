@@ -8,7 +8,7 @@ Equations: docs/controllers/model_predictive.md.
 import math
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -143,6 +143,10 @@ class ModelPredictive:
             commands[where], begin[where], planned[where] = plan.commands, step.number, 1
         return PlanMemory(commands, begin, due, planned, unsolved)
 
+    def unsolved_plans(self, memory: PlanMemory) -> Indices:
+        """Plans so far that were not finished, as in `MakesPlans`, shape (...)."""
+        return memory.unsolved
+
     def failures(self, memory: PlanMemory) -> dict[str, int]:
         """What has failed so far, as in `ReportsFailures`: plans of one satellite that were not finished."""
         return {"plans not solved": int(memory.unsolved)}
@@ -267,6 +271,8 @@ class ModelPredictiveSpec(ControllerSpec):
     The plan is for intervals over which a command is held, and is renewed after each. It needs the optional
     dependency `satform[mpc]`.
     """
+
+    makes_plans: ClassVar[bool] = True
 
     kind: Literal["model_predictive"] = "model_predictive"
     model: Literal["cw", "yamanaka_ankersen"] = "cw"

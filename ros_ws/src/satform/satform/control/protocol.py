@@ -6,6 +6,9 @@ import inspect
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from satform.common.spec import Spec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
@@ -149,6 +152,14 @@ class ReportsFailures(Protocol):
         """Counts of one satellite so far, by what has failed in words; a node warns while one is not zero."""
 
 
+@runtime_checkable
+class MakesPlans(Protocol):
+    """A control law that makes plans in flight, which its solver may not finish."""
+
+    def unsolved_plans(self, memory: Any) -> NDArray[np.int64]:
+        """Plans so far that were not finished, of one satellite or of each of many, shape (...)."""
+
+
 class NeighbourController(Protocol):
     """A control law that follows a neighbour instead of a reference."""
 
@@ -180,9 +191,12 @@ class ControllerSpec(Spec):
 
     Attributes:
         follows: what the law follows: a reference, or the satellite's one in-neighbour.
+        makes_plans: whether the law is one that `MakesPlans`; a flight then records those that were not
+            finished.
     """
 
     follows: ClassVar[Literal["reference", "neighbour"]] = "reference"
+    makes_plans: ClassVar[bool] = False
 
     def build(self, setting: FlightSetting) -> Any:
         """The control law itself, a `Controller` or `NeighbourController` as `follows` says.

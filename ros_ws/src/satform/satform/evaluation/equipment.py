@@ -4,8 +4,12 @@
 
 from typing import Literal
 
-from satform.evaluation.reducers import ExtremeOf, LargestChange, MeanOf
+import numpy as np
+
+from satform.evaluation.reducers import ExtremeOf, LargestChange, LargestSum, MeanOf
 from satform.evaluation.tracking import LargestOfSteps
+from satform.numeric.elementwise import Array
+from satform.record.flight_block import FlightBlock
 from satform.record.reducer import FlightShape, Reducer
 from satform.record.stretch import Stretch
 from satform.scenario.windowed_expectation import OverWindow
@@ -64,6 +68,34 @@ class PropellantDepletedSteps(_OfThrusters):
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return self.counted("propellant_depleted_steps", flight)
+
+
+class UnsolvedPlans(OverWindow):
+    """Plans of `model_predictive` that its solver did not finish, the most of the satellites.
+
+    Instead of such a plan the one before is flown on.
+    """
+
+    of_equipment = "plans"
+    unit = "plans"
+    kind: Literal["unsolved_plans"] = "unsolved_plans"
+
+    def holds_in_part(self) -> bool:
+        # A part of a flight counts less: it is judged where nothing at all is allowed.
+        return self.largest_allowed <= 0.0
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        stretch = self.stretch(flight, flight.steps, held=True)
+        return LargestSum(stretch, _unsolved_while_flying, ("unsolved_plans", "absent"))
+
+    def describe(self) -> str:
+        return self.label or f"unsolved plans{self.when()}{self.whose()}"
+
+
+def _unsolved_while_flying(block: FlightBlock) -> Array:
+    """Unsolved plans of each step, none while a satellite does not fly."""
+    plans: Array = block.unsolved_plans
+    return np.where(block.absent_rows(len(plans)), 0.0, plans) if len(plans) else plans
 
 
 def _largest_or_rms(stretch: Stretch, series: str, statistic: Literal["maximum", "rms"]) -> Reducer:

@@ -202,6 +202,7 @@ def topic_plan(scenario: Scenario) -> TopicPlan:
             thruster=spec.thruster is not None,
             sensor=spec.sensor is not None,
             filter=spec.filter is not None,
+            plans=spec.controller is not None and spec.controller.makes_plans,
             attitude=spec.attitude is not None,
             links=index in receivers,
             orbit=scenario.publish_orbits,

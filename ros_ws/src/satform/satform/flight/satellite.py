@@ -24,6 +24,7 @@ from satform.control.protocol import (
     ControlStep,
     FlightSetting,
     Gap,
+    MakesPlans,
     Motion,
     ReportsFailures,
 )
@@ -80,6 +81,8 @@ class Decision:
         wheel_torque: of the motors on the wheels until the next step, N m, shape (..., 3); None for a
             satellite without attitude.
         estimate: of the filter, with its covariance; None for a satellite without one.
+        unsolved_plans: of this step, that the control law's solver did not finish, shape (...); None for a
+            law that makes no plans.
     """
 
     acceleration: Array
@@ -88,6 +91,7 @@ class Decision:
     motion: Motion
     wheel_torque: Array | None = None
     estimate: EstimatorMemory | None = None
+    unsolved_plans: Array | None = None
 
 
 class Satellite:
@@ -101,6 +105,7 @@ class Satellite:
             neighbours: number of possible in-neighbours; of satellites flown as one the largest.
         """
         self.plan = plan
+        self._makes_plans = isinstance(plan.controller, MakesPlans)
         neighbour_timeout = plan.consensus.neighbour_timeout
         self._aim = (
             None
@@ -199,7 +204,12 @@ class Satellite:
             aim = self._aim.at(state.step, reference, neighbour_states)
             time = np.full_like(state.arc_length, state.step * plan.step)
             torque = plan.orientation.wheel_torque(attitude, aim, time, self._aim.ahead)
-        return Decision(action.acceleration, reference, action.sliding_variable, motion, torque, estimate)
+        unsolved = None
+        if self._makes_plans:
+            law = plan.controller
+            unsolved = (law.unsolved_plans(action.memory) - law.unsolved_plans(memory)).astype(np.float64)
+        sliding = action.sliding_variable
+        return Decision(action.acceleration, reference, sliding, motion, torque, estimate, unsolved)
 
     def _neighbour_states(self, inbox: NeighbourBuffer, received: Received) -> NeighbourStates:
         """The newest message of each neighbour, with weight zero where it has become too old."""

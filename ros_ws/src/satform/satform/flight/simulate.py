@@ -304,12 +304,14 @@ class _Log:
         self._byzantine = [index for index in range(count) if self._faults.is_byzantine(index)]
         self.measures = any(satellite.sensor for satellite in satellites)
         self._filters = any(satellite.filter for satellite in satellites)
+        self._plans = any(satellite.plans for satellite in satellites)
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
         acceleration = np.empty((steps, count, 3))
         self._turns = any(satellite.attitude for satellite in satellites)
         unknown: dict[str, Any] = {
             **without("thruster", count, steps),
             **without("filter", count, steps if self._filters else None),
+            **without("plans", count, steps if self._plans else None),
             **without("attitude", count, steps if self._turns else None),
             **without("pointing", count, None),
         }
@@ -412,6 +414,8 @@ class _Log:
         record.reference_velocity[step, row] = np.nan
         record.reference_acceleration[step, row] = np.nan
         record.sliding_variable[step, row] = np.nan
+        if self._plans:
+            record.unsolved_plans[step, row] = np.nan
         if self._turns:
             record.wheel_torque[step, row] = 0.0
         if self._filters:
@@ -427,6 +431,8 @@ class _Log:
         record.reference_velocity[step, row] = reference.velocity
         record.reference_acceleration[step, row] = reference.acceleration
         record.sliding_variable[step, row] = decision.sliding_variable
+        if decision.unsolved_plans is not None:
+            record.unsolved_plans[step, row] = decision.unsolved_plans
         if decision.wheel_torque is not None:
             record.wheel_torque[step, row] = decision.wheel_torque
         if self._filters:

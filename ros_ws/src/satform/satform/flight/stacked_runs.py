@@ -279,6 +279,8 @@ def _decided(decision: Decision) -> dict[str, Array]:
         found["estimate_covariance"] = decision.estimate.covariance
         found["innovation"] = decision.estimate.innovation
         found["rejected_measurements"] = decision.estimate.rejected
+    if decision.unsolved_plans is not None:
+        found["unsolved_plans"] = decision.unsolved_plans
     return found
 
 

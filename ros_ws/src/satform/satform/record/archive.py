@@ -12,7 +12,7 @@ from satform.files.durable_file import durable_file
 from satform.files.numpy_archive import read_archive
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
-from satform.record.quantities import ESTIMATES, QUANTITIES, without
+from satform.record.quantities import OPTIONAL, QUANTITIES, without
 
 RECORD = "record.npz"
 """Name of the archive in the folder of a run."""
@@ -55,11 +55,13 @@ def load_record(path: Path) -> FlightRecord:
     try:
         archive = read_archive(path)
         head = json.loads(str(archive["head"]))
-        # Records of earlier versions have no covariance of filters.
-        arrays = without("filter", len(head["satellites"]), None) | {
+        # Records of earlier versions have no covariance of filters and no plans.
+        count = len(head["satellites"])
+        arrays = without("filter", count, None) | without("plans", count, None)
+        arrays |= {
             name: np.asarray(archive[name], dtype=np.float64)
             for name in QUANTITIES
-            if name in archive or name not in ESTIMATES
+            if name in archive or name not in OPTIONAL
         }
         end = head.get("early_end")
         early_end = None if end is None else EarlyEnd.of(end)

@@ -107,6 +107,8 @@ class FlightRecord(DerivedQuantities):
             rows when no satellite has one.
         innovation: normalised innovation squared of the newest measurement, shape (K, N); 0 at first.
         rejected_measurements: so far, by the innovation gate, shape (K, N).
+        unsolved_plans: of the step, that the control law's solver did not finish, shape (K, N); not a number
+            for satellites whose law makes no plans, and without rows when no satellite has one.
         early_end: why the flight ended before its last step; None when it did not. The record then ends
             with the last state within the limits, and holds no number beyond them.
         chief_source: computes the chief's motion up to a number of steps, or gives None where it is not
@@ -148,6 +150,7 @@ class FlightRecord(DerivedQuantities):
     estimate_covariance: Array
     innovation: Array
     rejected_measurements: Array
+    unsolved_plans: Array
     early_end: EarlyEnd | None = None
     chief_source: Callable[[int], ChiefMotion | None] | None = None
     link_source: Callable[["FlightRecord"], LinkHistory] | None = None
@@ -301,8 +304,8 @@ class FlightRecord(DerivedQuantities):
         found = hashlib.sha256(repr((self.satellites, self.step)).encode())
         for name, quantity in QUANTITIES.items():
             array = getattr(self, name)
-            if quantity.equipment == "filter" and not array.size:
-                # A flight without filters has nothing of this kind, not even a name.
+            if quantity.equipment in ("filter", "plans") and not array.size:
+                # A flight without filters or plans has nothing of this kind, not even a name.
                 continue
             found.update(f"{quantity.hashed_as or name}{array.shape}".encode())
             # All that is not a number is hashed alike: its bits depend on who made it.

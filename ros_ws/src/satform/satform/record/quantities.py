@@ -11,8 +11,9 @@ import numpy as np
 
 from satform.numeric.elementwise import Array
 
-Equipment: TypeAlias = Literal["", "thruster", "attitude", "pointing", "filter"]
-"""What a satellite has to have for a quantity; empty for nothing. Pointing is what follows of an attitude."""
+Equipment: TypeAlias = Literal["", "thruster", "attitude", "pointing", "filter", "plans"]
+"""What a satellite has to have for a quantity; empty for nothing. Pointing is what follows of an attitude;
+plans are those of its control law."""
 
 _VECTOR = (3,)
 
@@ -80,6 +81,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "estimate_covariance": Quantity("m, m/s, squared", (6, 6), equipment="filter"),
     "innovation": Quantity("1", equipment="filter"),
     "rejected_measurements": Quantity("measurements", equipment="filter"),
+    "unsolved_plans": Quantity("plans", equipment="plans"),
 }
 """The arrays of a `FlightRecord` by their names, in its order; derived ones are in `derived.DERIVED`."""
 
@@ -115,6 +117,12 @@ POINTING = _names("pointing")
 
 ESTIMATES = _names("filter")
 """Quantities of the filters."""
+
+PLANS = _names("plans")
+"""Quantities of the plans of control laws."""
+
+OPTIONAL = (*ESTIMATES, *PLANS)
+"""Quantities that records of earlier versions do not have."""
 
 
 def without(equipment: Equipment, satellites: int, steps: int | None) -> dict[str, Array]:

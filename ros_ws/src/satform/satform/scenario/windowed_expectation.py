@@ -20,8 +20,8 @@ from satform.scenario.parts import SatelliteSpec, Timing
 class OfSatellites(Expectation):
     """An expectation of all satellites or of some of them."""
 
-    of_equipment: ClassVar[Literal["", "thruster", "sensor", "filter", "attitude"]] = ""
-    """What each satellite has to have for it; empty for nothing."""
+    of_equipment: ClassVar[Literal["", "thruster", "sensor", "filter", "attitude", "plans"]] = ""
+    """What each satellite has to have for it, plans being those of its control law; empty for nothing."""
 
     satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     """Names of the satellites that are meant; all when left out."""
@@ -38,9 +38,10 @@ class OfSatellites(Expectation):
         if not self.of_equipment:
             return own
         meant = self.satellites or tuple(satellites)
-        bare = sorted(name for name in meant if getattr(satellites[name], self.of_equipment) is None)
+        bare = sorted(name for name in meant if not _has(satellites[name], self.of_equipment))
         have = "has" if len(bare) == 1 else "have"
-        return [*own, f"{', '.join(bare)} {have} no {self.of_equipment}"] if bare else own
+        lacking = "control law that makes plans" if self.of_equipment == "plans" else self.of_equipment
+        return [*own, f"{', '.join(bare)} {have} no {lacking}"] if bare else own
 
     def whole(self, flight: FlightShape, rows: int, *, of_others: bool = False) -> Stretch:
         """All rows of a series, and the satellites that are meant.
@@ -58,6 +59,13 @@ class OfSatellites(Expectation):
     def whose(self) -> str:
         """The satellites that are meant, as the end of a label."""
         return f", {', '.join(self.satellites)}" if self.satellites else ""
+
+
+def _has(satellite: SatelliteSpec, equipment: str) -> bool:
+    """Whether a satellite has some equipment, or plans of its control law."""
+    if equipment == "plans":
+        return satellite.controller is not None and satellite.controller.makes_plans
+    return getattr(satellite, equipment) is not None
 
 
 class OverWindow(OfSatellites):

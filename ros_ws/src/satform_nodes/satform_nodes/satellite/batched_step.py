@@ -299,5 +299,7 @@ class BatchedStep:
             ),
             axis=-1,
         ).tolist()
-        for own, tracked in zip(publishers, shown, strict=True):
-            own.publish_tracking(_TRACKING.pack(*now, step, *tracked))
+        unsolved = decision.unsolved_plans
+        plans = [0] * len(nodes) if unsolved is None else unsolved.astype(np.int64).tolist()
+        for own, tracked, count in zip(publishers, shown, plans, strict=True):
+            own.publish_tracking(_TRACKING.pack(*now, step, *tracked, count))

@@ -173,6 +173,7 @@ class SatellitePublishers:
                 *(motion.position - reference.position).tolist(),
                 *(motion.velocity - reference.velocity).tolist(),
                 *decision.sliding_variable.tolist(),
+                0 if decision.unsolved_plans is None else int(decision.unsolved_plans),
             )
         )
 
