@@ -72,7 +72,7 @@ def messages_of(record: FlightRecord) -> Messages:
                 "velocity_error": velocity_error[k, i],
                 "sliding_variable": record.sliding_variable[k, i],
             }
-            yield "tracking", name, k, vectors(**tracking)
+            yield "tracking", name, k, {**vectors(**tracking), "unsolved_plans": 0}
 
 
 def write(

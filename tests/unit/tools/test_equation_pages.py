@@ -14,6 +14,7 @@ from satform.attitude.ground_pointing import GroundPointingSpec
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.common.spec import Spec, specs
+from satform.control.adaptive_approximation import PartitionOfUnitySpec
 
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "controllers"
 PAGES = sorted(FOLDER.glob("*.md"))
@@ -24,6 +25,7 @@ SPECS: dict[str, type[Spec]] = {
     "mrp_tracking": AttitudeTrackingSpec,
     "ground_pointing": GroundPointingSpec,
     "satellite_pointing": SatellitePointingSpec,
+    "partition_of_unity": PartitionOfUnitySpec,
 }
 
 
