@@ -78,6 +78,7 @@ class UnsolvedPlans(OverWindow):
 
     of_equipment = "plans"
     unit = "plans"
+    figure_name = "unsolved plans"
     kind: Literal["unsolved_plans"] = "unsolved_plans"
 
     def holds_in_part(self) -> bool:
@@ -87,9 +88,6 @@ class UnsolvedPlans(OverWindow):
     def reducer(self, flight: FlightShape) -> Reducer:
         stretch = self.stretch(flight, flight.steps, held=True)
         return LargestSum(stretch, _unsolved_while_flying, ("unsolved_plans", "absent"))
-
-    def describe(self) -> str:
-        return self.label or f"unsolved plans{self.when()}{self.whose()}"
 
 
 def _unsolved_while_flying(block: FlightBlock) -> Array:
