@@ -97,7 +97,7 @@ def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
     observer: Node, tmp_path: Path
 ) -> None:
     # Long enough for observer and display to discover each other on busy cores.
-    scenario = shortened("triangle", 2000.0)
+    scenario = shortened("triangle", 1200.0)
     stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
     poses = [hear(observer, "pose", topic_name("pose", spec.name)) for spec in scenario.satellites]
     paths = [hear(observer, "path", topic_name("path", spec.name)) for spec in scenario.satellites]
@@ -135,7 +135,7 @@ def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
 def test_a_display_that_dies_or_hangs_in_flight_does_not_matter(
     number: signal.Signals, tmp_path: Path
 ) -> None:
-    scenario = shortened("triangle", 500.0)
+    scenario = shortened("triangle", 200.0)
     ended: list[int] = []
 
     def end_the_display(done: int, _all: int) -> None:

@@ -71,7 +71,7 @@ class Formation:
 
 
 def test_three_hosts_fly_with_the_bits_of_one_process_and_say_which_of_them_judges(hosts: Network) -> None:
-    formation = Formation(hosts, 200.0)
+    formation = Formation(hosts, 100.0)
     ends = formation.assert_flown_with_the_bits_of_one_process()
     assert not (hosts.folder / "alpha-run" / "bag").exists()
     assert not (hosts.folder / "gamma-run" / "bag").exists()
@@ -87,14 +87,15 @@ def test_a_tenth_of_all_packets_lost_does_not_change_a_bit(hosts: Network) -> No
     assert hosts.lost_packets("gamma") > 50
 
 
+@pytest.mark.unmeasured
 def test_a_cut_cable_costs_the_host_behind_it_and_the_others_fly_on(hosts: Network) -> None:
-    formation = Formation(hosts, 600.0, "node_timeout=2.0")
+    formation = Formation(hosts, 400.0, "node_timeout=2.0")
     formation.wait_for_steps()
     hosts.cut("gamma")
     ends = formation.ends()
     assert ends["alpha"][0] == ends["gamma"][0] == 3
     assert re.search(r"sat3 lost at step \d+, .*no answer within 2 s from sat3", ends["alpha"][1])
-    assert re.search(r"Lost plant at step \d+ of 1200", ends["gamma"][1])
+    assert re.search(r"Lost plant at step \d+ of 800", ends["gamma"][1])
     bag = read_bag(hosts.folder / "beta-run" / "bag")
     assert bag.complete
     ((step, (loss,)),) = bag.events.items()
@@ -108,7 +109,7 @@ def test_a_cut_cable_costs_the_host_behind_it_and_the_others_fly_on(hosts: Netwo
 def test_a_cable_that_is_out_for_less_than_the_tolerated_silence_does_not_change_a_bit(
     hosts: Network,
 ) -> None:
-    formation = Formation(hosts, 500.0, "node_timeout=30.0")
+    formation = Formation(hosts, 400.0, "node_timeout=30.0")
     formation.wait_for_steps()
     hosts.cut("gamma")
     time.sleep(2.0)  # duration of the link outage that is tested

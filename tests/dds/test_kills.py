@@ -30,7 +30,7 @@ from satform_tools.cli.main import main
 
 pytestmark = pytest.mark.unmeasured
 
-STEPS = 1200
+STEPS = 800
 SCENARIO = ("triangle", STEPS * 0.5)
 
 
@@ -178,7 +178,7 @@ def test_a_process_killed_before_the_first_step_ends_the_flight_by_name(name: st
 
 
 def test_with_restart_a_killed_satellite_comes_back_from_its_checkpoint(tmp_path: Path) -> None:
-    scenario = shortened("triangle", 3000.0, "checkpoint_period=20.0", "node_timeout=300.0")
+    scenario = shortened("triangle", 1000.0, "checkpoint_period=20.0", "node_timeout=300.0")
     killer = HeldRestart(tmp_path, 300, "sat2", held="sat1", restarted="sat2.1")
     flight, bag = flown(scenario, tmp_path, killer, restart=True)
     # Back at the end it is not lost any more; both are on record.
@@ -252,14 +252,14 @@ def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tm
 
 
 def test_a_satellite_that_stood_still_for_too_long_is_fenced_when_it_goes_on(tmp_path: Path) -> None:
-    scenario = shortened("triangle", 3000.0, "node_timeout=2.0")
+    scenario = shortened("triangle", 1200.0, "node_timeout=2.0")
     stopped: list[int] = []
 
     def stop_and_continue(done: int, _all: int) -> None:
         if done >= 300 and not stopped:
             stopped.append(processes_of(tmp_path)["sat2"])
             os.kill(stopped[0], signal.SIGSTOP)
-        elif done >= 2000 and len(stopped) == 1:
+        elif done >= 1000 and len(stopped) == 1:
             os.kill(stopped[0], signal.SIGCONT)
             stopped.append(0)
 

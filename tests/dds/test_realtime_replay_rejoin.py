@@ -94,11 +94,11 @@ def test_a_flight_with_a_kill_has_the_same_bits_when_it_is_replayed(tmp_path: Pa
             killed.append(processes_of(tmp_path)["sat3"])
             os.kill(killed[0], signal.SIGKILL)
 
-    flown(shortened("triangle", 600.0), tmp_path, kill)
+    flown(shortened("triangle", 400.0), tmp_path, kill)
     done = satform("replay", str(tmp_path), "--json")
     assert done.returncode == 0, done.stdout + done.stderr
     told = json.loads(done.stdout)
-    assert (told["steps"], told["events"], told["differences"]) == (1200, 1, [])
+    assert (told["steps"], told["events"], told["differences"]) == (800, 1, [])
 
 
 def test_a_lost_satellite_that_is_started_by_hand_takes_part_again(tmp_path: Path) -> None:
@@ -111,7 +111,7 @@ def test_a_lost_satellite_that_is_started_by_hand_takes_part_again(tmp_path: Pat
             command = [sys.executable, "-m", "satform_tools", "rejoin", str(tmp_path), "sat2"]
             commands.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
 
-    flight, bag = flown(shortened("triangle", 4000.0, "node_timeout=300.0"), tmp_path, kill_and_rejoin)
+    flight, bag = flown(shortened("triangle", 1500.0, "node_timeout=300.0"), tmp_path, kill_and_rejoin)
     with commands[0] as command:
         assert command.wait(300) == 0
     assert [loss.name for loss in flight.losses] == ["sat2"]
