@@ -3,6 +3,8 @@
 """How every test is run: examples are the same in every run, and none fails because the machine is busy."""
 
 import gc
+import sys
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
@@ -20,3 +22,20 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     gc.collect()
     gc.freeze()
     gc.enable()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Stop the coverage measurement for tests that are marked `unmeasured`: it doubles their time.
+
+    Processes that such a test starts are measured.
+    """
+    coverage = sys.modules.get("coverage")
+    running = coverage.Coverage.current() if coverage and item.get_closest_marker("unmeasured") else None
+    if running is None:
+        return (yield)
+    running.stop()
+    try:
+        return (yield)
+    finally:
+        running.start()

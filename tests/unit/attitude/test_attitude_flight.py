@@ -157,6 +157,7 @@ def test_a_satellite_without_attitude_flies_beside_one_that_has_one() -> None:
     assert np.array_equal(record.position, whole.position)
 
 
+@pytest.mark.unmeasured
 def test_the_limits_of_the_wheels_hold_all_through_a_flight() -> None:
     record = simulate(shortened("attitude_limited_wheels", 60.0))
     moved = np.diff(record.wheel_momentum[:, 0], axis=0) / record.step
@@ -310,6 +311,7 @@ def left_by_the_hold(sample: str, step: float) -> float:
     return float(np.max(record.attitude_error))
 
 
+@pytest.mark.unmeasured
 def test_torque_taken_at_the_middle_of_the_hold_leaves_an_error_of_second_order() -> None:
     first = [left_by_the_hold("start", step) for step in (0.8, 0.4)]
     second = [left_by_the_hold("midpoint", step) for step in (0.8, 0.4)]

@@ -260,6 +260,7 @@ def test_two_satellites_at_one_place_have_no_light_angle() -> None:
     assert math.isnan(angle.measure(record))
 
 
+@pytest.mark.unmeasured
 def test_check_says_that_a_step_is_too_long_for_the_desired_attitude_s_own_motion() -> None:
     # The satellite passes its target at 164 s, where its boresight turns about by a radian in seconds.
     changes = ("timing.step=4.0", "timing.duration=200.0", "expect=[]")

@@ -23,6 +23,8 @@ from satform.scenario import Scenario
 from satform_tools.cli import main as cli
 from satform_tools.describe import campaign_schema
 
+pytestmark = pytest.mark.unmeasured
+
 LOADED = {name: load_campaign(CAMPAIGNS / f"{name}.yaml") for name in SHIPPED}
 
 

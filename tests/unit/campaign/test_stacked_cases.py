@@ -21,6 +21,8 @@ from satform.flight.compile import FormationPlan, compile_scenario
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
+pytestmark = pytest.mark.unmeasured
+
 NOT_REACHED = {("triangle_dispersed", "agreement")}
 """Names and figures of shipped campaigns that no flight of a short duration has."""
 

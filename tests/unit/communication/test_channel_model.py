@@ -100,6 +100,7 @@ def test_messages_come_and_go_as_in_a_queue_written_out_by_hand() -> None:
     assert expected.count(-1) > 100
 
 
+@pytest.mark.unmeasured
 def test_jitter_is_evenly_spread_between_nothing_and_its_bound() -> None:
     found = heard(links([(0, 1)], delay=5.0, jitter=50.0), 4_000)[:, 0]
     age = np.arange(4_000)[found >= 0] - found[found >= 0]

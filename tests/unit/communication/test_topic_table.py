@@ -73,6 +73,7 @@ def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) ->
     assert all(RECORDER not in channel.subscribers_in(recorded=False) for channel in table)
 
 
+@pytest.mark.unmeasured
 def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() -> None:
     with_thruster = shipped("triangle", "satellite_defaults.thruster={dry_mass: 12.0}")
     with_orbits = shipped("truth_j2", "publish_orbits=true")

@@ -91,6 +91,7 @@ def some_lie(generator):
     return lie
 
 
+@pytest.mark.unmeasured
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(
     st.integers(0, 2**32),

@@ -21,6 +21,8 @@ from satform.record.flight_record import FlightRecord
 from satform.record.quantities import QUANTITIES
 from satform.scenario import Scenario
 
+pytestmark = pytest.mark.unmeasured
+
 STEPS = 10
 RUNS = 4
 EVERYTHING = frozenset(QUANTITIES)

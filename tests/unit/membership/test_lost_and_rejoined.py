@@ -19,6 +19,8 @@ from satform.membership.formation import ParameterChanged, Plan, SatelliteLost, 
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
+pytestmark = pytest.mark.unmeasured
+
 STEP = 0.5
 LOST = {"kind": "satellite_lost", "satellite": "sat2", "at": 5.0}
 

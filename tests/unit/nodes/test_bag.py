@@ -217,6 +217,7 @@ def lengths(data: bytes) -> list[int]:
     return sorted({*range(24), *anywhere, len(data) - 1, len(data) - 8, len(data) - 9, len(data) - 20})
 
 
+@pytest.mark.unmeasured
 def test_a_bag_cut_at_any_length_opens_up_to_its_last_complete_chunk_or_says_why_not(
     tmp_path: Path, data: bytes, record: FlightRecord
 ) -> None:

@@ -62,6 +62,7 @@ def lengths(data: bytes) -> Iterator[int]:
     yield from (len(data) - 1, len(data) - 20)
 
 
+@pytest.mark.unmeasured
 def test_a_bag_that_is_cut_anywhere_becomes_a_whole_one(tmp_path: Path, data: bytes) -> None:
     ends = list(chunks(data))
     for length in lengths(data):

@@ -120,6 +120,7 @@ def refused(path: Path) -> str:
     return problem.sentence
 
 
+@pytest.mark.unmeasured
 def test_what_is_no_regular_file_of_a_scenarios_size_is_refused_at_once(tmp_path: Path) -> None:
     pipe, large = tmp_path / "pipe.yaml", tmp_path / "large.yaml"
     os.mkfifo(pipe)
