@@ -76,6 +76,14 @@ def statistic(series: Callable[[Flight], np.ndarray]) -> Callable[[Any, Flight],
     return figure
 
 
+def root_mean_square(series: Callable[[Flight], np.ndarray]) -> Callable[[Any, Flight], float]:
+    def figure(expectation: Any, flight: Flight) -> float:
+        values = flight.window(expectation, series(flight))
+        return math.sqrt(mean(None if values is None else values * values))
+
+    return figure
+
+
 def control(expectation: Any, flight: Flight) -> float:
     commanded = length(flight.arrays["acceleration"])
     commanded[np.array(flight.absent[:-1])] = math.nan
@@ -314,6 +322,7 @@ FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "tetrahedron_quality": tetrahedron_quality,
     "tetrahedron_quality_at": tetrahedron_quality_at,
     "tracking_error": largest(tracking_error),
+    "tracking_error_rms": root_mean_square(tracking_error),
     "tracking_error_at": at_moment(tracking_error),
     "unsolved_plans": unsolved_plans,
     "velocity_error": largest(

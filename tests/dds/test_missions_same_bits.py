@@ -14,9 +14,13 @@ from satform_bringup.supervisor.run import fly
 pytestmark = pytest.mark.unmeasured
 
 MISSIONS = {
+    "aperture_model_predictive": 900.0,
+    "canx_formations": 1200.0,
     "mms_tetrahedron": 87000.0,
     "netsat_helix": 1800.0,
+    "prisma_approach": 1800.0,
     "proba3_coronagraph": 800.0,
+    "tandemx_helix": 4800.0,
 }
 """Durations in s: over the first burns of one, and some control periods of the others."""
 

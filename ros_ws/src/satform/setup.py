@@ -150,6 +150,7 @@ setup(
             "tetrahedron_quality = satform.evaluation.formation_shape:TetrahedronQuality",
             "tetrahedron_quality_at = satform.evaluation.formation_shape:TetrahedronQualityAt",
             "tracking_error = satform.evaluation.tracking:TrackingError",
+            "tracking_error_rms = satform.evaluation.tracking:TrackingErrorRms",
             "tracking_error_at = satform.evaluation.tracking:TrackingErrorAt",
             "unsolved_plans = satform.evaluation.equipment:UnsolvedPlans",
             "velocity_error = satform.evaluation.response:VelocityError",

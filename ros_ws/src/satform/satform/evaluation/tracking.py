@@ -13,7 +13,7 @@ from pydantic import Field
 
 from satform.common.spec import Positive
 from satform.evaluation.event_reducers import EventTime, FirstInside, SettlingOf, not_all_within
-from satform.evaluation.reducers import ExtremeOf
+from satform.evaluation.reducers import ExtremeOf, MeanOf
 from satform.numeric.elementwise import Array, norm
 from satform.record.reducer import FlightShape, Reducer
 from satform.record.stretch import Part, Stretch
@@ -39,6 +39,18 @@ class TrackingError(LargestOfSteps):
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(self.stretch(flight, flight.steps), "tracking_error")
+
+
+class TrackingErrorRms(OverWindow):
+    """Root of the mean square of the distance between satellites and their references, in m."""
+
+    unit = "m"
+    of_steps = True
+    figure_name = "rms tracking error"
+    kind: Literal["tracking_error_rms"] = "tracking_error_rms"
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return MeanOf(self.stretch(flight, flight.steps), "tracking_error", root_of_squares=True)
 
 
 class TrackingErrorAt(AtTime, OfSatellites):
