@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
+import numpy as np
 import pytest
 import rclpy
 from pydantic import Field
@@ -14,10 +15,14 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from formations import formation
 from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.common.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Positive, Spec
 from satform.control.sliding_mode import SlidingModeSpec
-from satform.orbits.curve_specs import FixedPointSpec
+from satform.flight.compile import compile_scenario
+from satform.flight.satellite import Satellite
+from satform.membership.reconfiguration import Target, TargetSpec
+from satform.orbits.curve_specs import CircleSpec, EllipseSpec, FixedPointSpec
 from satform.scenario.yaml_reader import read_value
 from satform_bringup.deployment.domain_lock import own_domain
 from satform_nodes.runtime.formation_node import FormationNode
@@ -28,6 +33,7 @@ from satform_nodes.runtime.parameters import (
     declare_spec,
     on_spec_change,
 )
+from satform_nodes.satellite.parameters import SatelliteParameters
 
 
 class Tuning(Spec):
@@ -402,3 +408,32 @@ def test_a_part_within_a_part_is_changed_by_a_name_with_one_more_dot(flown: Flow
     refused = node.set_parameters_atomically([Parameter("nested.law.weights", value=[-4.0, 5.0, 6.0])])
     assert not refused.successful
     assert "nested.law.weights" in refused.reason
+
+
+def test_parameters_show_a_new_target_and_are_refused_for_a_curve_of_another_kind(
+    ros: rclpy.Context,
+) -> None:
+    plan = compile_scenario(formation([{}], 20.0))
+    node = QuietNode(ros)
+    satellite = Satellite(plan.satellite(0))
+    changes: list[tuple[str, list[float]]] = []
+    parameters = SatelliteParameters(node, plan, 0, lambda: (satellite, 7), changes)
+
+    def set_radius(value: float) -> Any:
+        return node.set_parameters_atomically([Parameter("curve.radius", value=value)])
+
+    parameters.retarget(satellite, Target(TargetSpec(curve=CircleSpec(radius=700.0), phase_offset=5.0), 3))
+    assert node.get_parameter("curve.radius").value == 700.0
+    assert node.get_parameter("phase.offset").value == 5.0
+    assert set_radius(800.0).reason == "takes effect at step 7"
+    assert changes == [("curve.radius", [800.0])]
+    parameters.retarget(satellite, Target(TargetSpec(curve=FixedPointSpec(position=(1.0, 2.0, 3.0))), 9))
+    found = set_radius(900.0)
+    assert not found.successful
+    ellipse = EllipseSpec(first_axis=(2.0, 0.0, 0.0), second_axis=(0.0, 1.0, 0.0))
+    parameters.retarget(satellite, Target(TargetSpec(curve=ellipse), 11))
+    found = node.set_parameters_atomically([Parameter("curve.centre", value=[1.0, 0.0, 0.0])])
+    assert not found.successful
+    assert "a reconfiguration gave the satellite another kind" in found.reason
+    assert satellite.plan.path.curve.point(np.asarray(0.0)).position.tolist() == [2.0, 0.0, 0.0]
+    node.destroy_node()

@@ -137,6 +137,7 @@ SCHEDULED: dict[str, Any] = {
     "waypoint": "satellite_defaults.controller={kind: impulsive_guidance, waypoints: "
     "[{position: [0, 500, 0], duration: TIME}]}",
     "graph": "graph_schedule=[{at: TIME, graph: {kind: none}}]",
+    "target": "reconfigurations=[{at: TIME, targets: [{satellite: a, phase_offset: 1.0}]}]",
     "fault": "faults=[{kind: clock_offset, satellite: a, at: TIME, offset: 1.0}]",
     "until": "faults=[{kind: clock_offset, satellite: a, at: 10.0, until: TIME, offset: 1.0}]",
     "rejoin": "faults=[{kind: satellite_lost, satellite: a, at: 10.0, rejoin_at: TIME, memory: plan}]",
@@ -160,6 +161,7 @@ SCHEDULED: dict[str, Any] = {
             121.0,
             "graph_schedule[0].at: 121 s is between two steps; it takes effect at the next",
         ),
+        ("target", 121.0, "reconfigurations[0].at: 121 s is between two steps; it takes effect at the next"),
         (
             "fault",
             121.0,

@@ -17,6 +17,9 @@ from satform_tools import console
 from satform_tools.errors import CommandError
 from satform_tools.inspect.observer_node import Observer
 
+_LAST_RESULT = 1.0
+"""Wall-clock time for which a result is waited for after the plant has ended, s."""
+
 _FOREVER = 1e9
 """Wall-clock time for which a goal may last, s."""
 
@@ -102,7 +105,8 @@ def _followed(observer: Observer, client: Any, goal: Any, *, quiet: bool) -> Any
     except KeyboardInterrupt:
         handle.cancel_goal_async()
         observer.wait(ended.done, observer.timeout)
-    if not ended.done():
+    # The result may still be on its way when the plant is gone.
+    if not observer.wait(ended.done, _LAST_RESULT):
         raise CommandError("the flight ended before the goal did")
     return ended.result()
 

@@ -36,6 +36,9 @@ _FEEDBACK_PERIOD = 0.2
 _RESULT_RETENTION = 30
 """Wall-clock time for which the result of an ended goal is stored, s."""
 
+_POLLS_TO_SEND = 10
+"""Background polls of the executor in which an outcome becomes a result that is sent."""
+
 _RESULT_TIMEOUT = 2.0
 """Wall-clock time for which the end of a flight waits for the result of a goal to be sent, s."""
 
@@ -95,6 +98,7 @@ class ReconfigurationServer:
         self._node = node
         self._goal: _Goal | None = None
         self._next_feedback = 0.0
+        self._polls = 0
         self._server = ActionServer(
             node,
             Reconfigure,
@@ -112,6 +116,7 @@ class ReconfigurationServer:
         try:
             goal = self._taken_up(handle)
         except ValueError as error:
+            self._polls = _POLLS_TO_SEND
             handle.abort()
             return Reconfigure.Result(step=self._control.plant.step, message=str(error))
         self._goal = goal
@@ -186,11 +191,9 @@ class ReconfigurationServer:
             reason: why the flight ends.
         """
         goal = self._goal
-        if goal is None:
-            return
-        if not goal.ended.done():
+        if goal is not None and not goal.ended.done():
             self._end("abort", f"not reached before the flight ended: {reason}")
-        self._executor.spin_until(lambda: self._goal is None, _RESULT_TIMEOUT)
+        self._executor.spin_until(lambda: not self._polls, _RESULT_TIMEOUT)
 
     def _end(self, outcome: str, sentence: str) -> None:
         goal = self._goal
@@ -198,13 +201,16 @@ class ReconfigurationServer:
             self._publish_feedback(goal)
             step = self._control.plant.step if goal.back_at is None else goal.back_at
             goal.ended.set_result((outcome, step, sentence))
-            # The executor resumes `_execute` at its next look at everything.
-            self._executor.wake()
+            self._polls = _POLLS_TO_SEND
 
     # Now and then
 
     def _report(self) -> None:
-        """Publish feedback, and take up a cancel."""
+        """Have a result sent, publish feedback, and take up a cancel."""
+        if self._polls:
+            self._polls -= 1
+            # The executor goes on with coroutines and callbacks of futures when it looks at everything.
+            self._executor.wake()
         goal = self._goal
         if goal is None or goal.ended.done():
             return

@@ -78,6 +78,7 @@ class SatelliteParameters:
         self._adjustments = OnlineParameters(plan.parameters(index))
         self._resets = False
         self._start: dict[str, dict[str, Any]] = {}
+        self._kinds = {prefix: type(spec) for prefix, spec in self._adjustments.specs.items()}
         for prefix, spec in self._adjustments.specs.items():
             self._declare(prefix)
             self._start[prefix] = known_before_flight(node, prefix, spec)
@@ -107,13 +108,12 @@ class SatelliteParameters:
             satellite: the flight software.
             target: in force.
         """
-        before = dict(self._adjustments.specs)
         self._adjustments.retarget(satellite, target)
         self._resets = True
         try:
             for prefix in ("curve", "phase"):
                 spec = self._adjustments.specs[prefix]
-                if type(spec) is type(before[prefix]):
+                if type(spec) is self._kinds[prefix]:
                     show_spec(self._node, prefix, spec, {})
         finally:
             self._resets = False
@@ -142,6 +142,11 @@ class SatelliteParameters:
     def _accept(self, prefix: str, spec: Spec, fields: dict[str, Any]) -> str:
         if self._resets:
             return ""
+        if type(spec) is not self._kinds[prefix]:
+            raise ValueError(
+                f"{prefix}: a reconfiguration gave the satellite another kind than these parameters are for; "
+                "change it by another target"
+            )
         satellite, step = self._to_change()
         self._adjustments.use(satellite, prefix, spec)
         for name, value in fields.items():
