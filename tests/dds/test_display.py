@@ -132,7 +132,7 @@ def test_the_display_shows_what_the_in_process_run_computes_and_changes_no_bit(
 
 
 @pytest.mark.parametrize(
-    "number", [signal.SIGKILL, pytest.param(signal.SIGSTOP, marks=pytest.mark.unmeasured)]
+    "number", [signal.SIGSTOP, pytest.param(signal.SIGKILL, marks=pytest.mark.unmeasured)]
 )
 def test_a_display_that_dies_or_hangs_in_flight_does_not_matter(
     number: signal.Signals, tmp_path: Path
