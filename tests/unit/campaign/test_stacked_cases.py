@@ -193,6 +193,26 @@ def test_a_figure_that_measures_whole_records_has_its_cases_flown_one_by_one() -
     assert stacks(changed, range(3)) == []
 
 
+@pytest.mark.parametrize("kind", ["delivered_connectivity", "delivered_fraction"])
+def test_cases_with_a_figure_of_links_are_flown_one_by_one_and_have_it(kind: str) -> None:
+    rates = of("links.default.loss", {"kind": "uniform", "low": 0.2, "high": 0.9})
+    figure = {"name": "links", "measure": {"kind": kind}}
+    if kind == "delivered_connectivity":
+        figure["measure"] = {"kind": kind, "statistic": "mean"}
+    dispersed = campaign(
+        "lossy_links",
+        runs=3,
+        set={"timing.duration": 40.0, "expect": []},
+        dispersions=[rates],
+        figures=[EFFORT, figure],
+    )
+    results = fly_chunk(dispersed, range(3))
+    assert not any(result.stacked for result in results)
+    figures = [result.figures["links"] for result in results]
+    assert all(map(math.isfinite, figures))
+    assert len(set(figures)) == 3
+
+
 @pytest.mark.parametrize("where", ["fly_stack", "stacks"])
 def test_a_part_that_fails_among_many_has_each_case_flown_alone(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, where: str

@@ -24,8 +24,11 @@ from satform.common.spec import specs
 from satform.evaluation.evaluate import figures_of
 from satform.evaluation.flight_figures import FlightFigures
 from satform.evaluation.reducers import added_in_order
+from satform.scenario.expectation import ComputedFrom
 
-KINDS = sorted(set(specs("satform.metrics")) - {"spectral_radius"})
+KINDS = sorted(
+    kind for kind, spec in specs("satform.metrics").items() if spec.computed_from is ComputedFrom.BLOCKS
+)
 SEEDS = range(20)
 NAMES = ("a", "b", "c", "d")
 
@@ -53,8 +56,18 @@ def test_a_figure_is_that_of_its_formula_for_any_blocks_and_any_runs_beside(kind
     assert known >= 5
 
 
-def test_every_kind_has_a_formula_and_a_reducer() -> None:
+def test_every_kind_has_a_formula_and_a_reducer_but_those_of_loops_and_of_links() -> None:
     assert sorted(FORMULAS) == KINDS
+    others = {
+        kind: spec.computed_from for kind, spec in specs("satform.metrics").items() if kind not in KINDS
+    }
+    # The figures of links are those of test_link_figures.py.
+    assert others == {
+        "spectral_radius": ComputedFrom.LOOPS,
+        "delivered_connectivity": ComputedFrom.RECORD,
+        "delivered_fraction": ComputedFrom.RECORD,
+        "link_margin": ComputedFrom.RECORD,
+    }
 
 
 def held_bytes(thing: Any, seen: set[int]) -> int:

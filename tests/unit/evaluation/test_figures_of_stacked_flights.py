@@ -18,7 +18,7 @@ from satform.record.flight_block import FlightBlock
 from satform.record.reducer import FlightShape
 from satform.record.series import DecimatedSeries
 from satform.scenario import Scenario
-from satform.scenario.expectation import Expectation
+from satform.scenario.expectation import ComputedFrom, Expectation
 
 RUNS = 3
 STEPS = 60
@@ -52,11 +52,14 @@ CHOICES = {
 
 
 def expectations(scenario: Scenario) -> list[Expectation]:
-    """Of every kind that is a figure of a flight, over the whole of it and from some time on."""
+    """Of every kind whose figure is made of blocks, over the whole flight and from some time on."""
     names = [own.name for own in scenario.satellites]
     found = []
     for kind, spec in sorted(specs("satform.metrics").items()):
-        if kind == "spectral_radius" or (kind.startswith("tetrahedron") and len(names) != 4):
+        # Campaigns fly cases with a figure of whole records one by one.
+        if spec.computed_from is not ComputedFrom.BLOCKS or (
+            kind.startswith("tetrahedron") and len(names) != 4
+        ):
             continue
         fields = {name: value for name, value in FIELDS.items() if name in spec.model_fields}
         if kind == "distance" or kind.startswith("pass"):
