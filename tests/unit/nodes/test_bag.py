@@ -27,8 +27,9 @@ from flights import shortened
 from satform.bag.errors import BagError
 from satform.bag.reader import read_bag
 from satform.communication import topic_table
+from satform.consensus.graph import Graph
 from satform.flight.simulate import simulate
-from satform.membership.formation import Plan, SatelliteLost
+from satform.membership.formation import Plan, SatelliteLost, TopologyChanged
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.writer import BagWriter
@@ -315,6 +316,22 @@ def test_what_a_killed_satellite_said_and_nobody_recorded_is_not_a_number(
     assert np.isnan(bag.record.arc_length[150:200, 1]).all()
     assert bag.record.arc_length[200, 1] == flown.arc_length[200, 1]
     assert compare(bag.scenario, bag.record, bag.events).differences == ()
+
+
+def test_the_links_of_a_bag_follow_a_graph_that_was_set_in_flight(tmp_path: Path, scenario: Scenario) -> None:
+    flown = simulate(scenario, events={100: [TopologyChanged(Graph(np.zeros((3, 3))), "told to")]})
+    status = FormationStatus(
+        step=100,
+        version=1,
+        satellites=[satellite.name for satellite in scenario.satellites],
+        alive=[True, True, True],
+        reason="told to",
+    )
+    write(tmp_path / "bag", scenario, messages_of(flown), statuses=[status])
+    links = read_bag(tmp_path / "bag").record.links
+    assert links is not None
+    assert links.delivered[:100].all()
+    assert not links.delivered[100:].any()
 
 
 def test_a_message_that_is_there_twice_is_named(

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from flights import shipped
+from satform.consensus.graph import Graph
 from satform.evaluation.links import DeliveredConnectivity, DeliveredFraction, LinkMargin
 from satform.flight.simulate import simulate
+from satform.membership.formation import TopologyChanged
 from satform.plot.style import Unit
 from satform_tools.report.event_log import flight_events
 from satform_tools.report.page.charts import graph_charts
@@ -96,3 +98,40 @@ def test_constant_links_have_a_history_too_and_a_bare_record_has_none() -> None:
     assert cut.measure(record) == pytest.approx(0.35, abs=0.09)
     bare = replace(record, link_source=None)
     assert math.isnan(figure.measure(bare))
+
+
+def test_an_unplanned_change_of_the_graph_counts_in_the_figures() -> None:
+    scenario = shipped("triangle", "timing.duration=50.0")
+    pair = np.zeros((3, 3))
+    pair[0, 1] = 1.0
+    record = simulate(
+        scenario,
+        events={
+            10: [TopologyChanged(Graph(np.zeros((3, 3))), "told to")],
+            20: [TopologyChanged(Graph(pair), "told to")],
+        },
+    )
+    assert record.steps > 20
+    links = record.links
+    assert links is not None
+    each_step = links.delivered.sum(axis=1)
+    assert each_step[:10].tolist() == [len(links.edges)] * 10
+    assert each_step[10:20].tolist() == [0] * 10
+    assert set(each_step[20:].tolist()) == {1}
+    assert links.names_of(int(np.flatnonzero(links.delivered[20])[0])) == ("sat2", "sat1")
+    least = DeliveredConnectivity(above=1.0, below=4.0, source="t")
+    assert least.measure(record) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_an_edge_that_only_an_unplanned_change_brings_has_no_channel() -> None:
+    pair = "graph={kind: matrix, rows: [[0,1,0,0,0],[0,0,0,0,0],[0,0,0,0,0],[0,0,0,0,0],[0,0,0,0,0]]}"
+    scenario = shipped("radio_links_spread", "timing.duration=200.0", pair)
+    added = np.zeros((5, 5))
+    added[0, 2] = added[0, 1] = 1.0
+    links = simulate(scenario, events={5: [TopologyChanged(Graph(added), "told to")]}).links
+    assert links is not None
+    assert links.states is not None
+    assert [links.names_of(int(edge)) for edge in links.physical] == [("sat2", "sat1")]
+    assert links.states.margin.shape[1] == 1
+    new = [place for place in range(len(links.edges)) if links.names_of(place) == ("sat3", "sat1")]
+    assert links.delivered[:, new].sum(axis=1).tolist() == [0] * 5 + [1] * (len(links.sent) - 5)

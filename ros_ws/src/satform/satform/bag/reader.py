@@ -111,16 +111,17 @@ def read_bag(path: str | Path) -> Bag:
         )
     statuses = _messages(contents, STATUS, file)
     record = _record(contents, scenario, statuses, file)
+    events = _events(contents, scenario, statuses, file)
     whole = contents.closed and (record.steps == scenario.timing.steps or record.early_end is not None)
     counts = {contents.names[role]: len(messages) for role, messages in contents.messages.items()}
     return Bag(
         path=file,
         scenario=scenario,
         versions=contents.versions,
-        record=record,
+        record=with_chief(record, scenario, events),
         messages=counts,
         complete=whole,
-        events=_events(contents, scenario, statuses, file),
+        events=events,
         clocked=contents.clocked,
         history=_history(contents, file),
     )
@@ -336,7 +337,6 @@ def _record(
         chief_source=None,
         link_source=None,
     )
-    record = with_chief(record, scenario)
     if not any(satellite.attitude for satellite in satellites):
         return record
     known = record.quantities()

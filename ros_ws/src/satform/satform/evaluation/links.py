@@ -47,7 +47,7 @@ class DeliveredConnectivity(_OfLinks):
 
     The stretch is divided into windows; an edge counts in a window if it delivered at least one message of
     it, and if both its satellites are meant. Of a directed graph it is the second smallest real part of the
-    Laplacian's eigenvalues. The topology is that of the scenario; a satellite that does not fly is isolated.
+    Laplacian's eigenvalues. The topology is that of the flight; a satellite that does not fly is isolated.
     """
 
     figure_name = "{0.statistic} connectivity of what was delivered"

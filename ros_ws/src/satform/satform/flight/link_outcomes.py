@@ -11,7 +11,7 @@ from satform.communication.channel_model import LinkSpec, LinksSpec, combined_lo
 from satform.communication.physical_links import Geometry, LinkMedium, LinkStates
 from satform.flight.compile import FormationPlan
 from satform.flight.link_geometry import body_axes
-from satform.membership.formation import Formation
+from satform.membership.formation import Formation, Plan, merge_plans, possible_graph
 from satform.numeric.elementwise import Array, Indices, norm
 from satform.record.flight_record import FlightRecord
 from satform.record.link_history import LinkHistory
@@ -19,27 +19,30 @@ from satform.record.link_history import LinkHistory
 Flags: TypeAlias = NDArray[np.bool_]
 
 
-def link_history(plan: FormationPlan, record: FlightRecord) -> LinkHistory:
+def link_history(plan: FormationPlan, record: FlightRecord, events: Plan) -> LinkHistory:
     """State of every link at every step, and which messages it delivered.
 
-    The graph is that of the scenario, and the losses of satellites are those of the record: changes of the
-    graph that the scenario does not plan are not known here.
+    The losses of satellites are those of the record.
 
     Args:
         plan: of the flight.
         record: of the flight, with its chief.
+        events: that the scenario does not plan, by step.
     """
     names = plan.names
-    receivers, senders = np.nonzero(plan.membership.possible_graph.adjacency)
+    happened = merge_plans(plan.membership.events, events)
+    receivers, senders = np.nonzero(possible_graph(plan.membership.graph, happened).adjacency)
     edges = np.stack((senders, receivers), axis=1)
     specs = plan.links.links or LinksSpec()
     links = [specs.of(names[sender], names[receiver]) for sender, receiver in edges.tolist()]
-    physical = np.array(
-        [place for place, link in enumerate(links) if link.channel is not None], dtype=np.int64
-    )
     medium = plan.plant.links
+    # An edge that only an unplanned change brings has no channel in the flight, either.
+    reached: set[tuple[int, int]] = set() if medium is None else set(map(tuple, medium.edges.tolist()))
+    physical = np.array(
+        [place for place, edge in enumerate(edges.tolist()) if tuple(edge) in reached], dtype=np.int64
+    )
     states = None if medium is None else _states(plan, record, medium)
-    linked = _linked(plan, record, edges)
+    linked = _linked(plan, happened, record, edges)
     every = np.array([max(1, round(link.period / record.step)) for link in links], dtype=np.int64)
     sent = linked & (np.arange(record.steps)[:, None] % every == 0)
     loss = np.tile(np.array([link.loss for link in links]), (record.steps, 1))
@@ -52,14 +55,14 @@ def link_history(plan: FormationPlan, record: FlightRecord) -> LinkHistory:
     return LinkHistory(names, edges, physical, states, linked, sent, delivered)
 
 
-def _linked(plan: FormationPlan, record: FlightRecord, edges: Indices) -> Flags:
+def _linked(plan: FormationPlan, happened: Plan, record: FlightRecord, edges: Indices) -> Flags:
     """Whether the graph has an edge, its sender flew in the step before, and its receiver flies, (K, E)."""
     senders, receivers = edges.T
     formation = Formation.of(plan.membership)
     found = np.zeros((record.steps, len(edges)), dtype=np.bool_)
     absent = record.absent
     for step in range(record.steps):
-        events = plan.membership.events.get(step)
+        events = happened.get(step)
         if events:
             formation.apply(events, step, plan.names)
         published = ~absent[max(step - 1, 0), senders]

@@ -8,22 +8,27 @@ from functools import partial
 from satform.flight.chief_motion import chief_motion
 from satform.flight.compile import compile_scenario
 from satform.flight.link_outcomes import link_history
+from satform.membership.formation import Plan
 from satform.record.flight_record import FlightRecord
 from satform.record.link_history import LinkHistory
 from satform.scenario.model import Scenario
 
 
-def with_chief(record: FlightRecord, scenario: Scenario) -> FlightRecord:
+def with_chief(record: FlightRecord, scenario: Scenario, events: Plan | None = None) -> FlightRecord:
     """A record that can compute its chief's motion, its inertial quantities, and what its links did.
 
     Args:
         record: of a flight.
         scenario: that was flown.
+        events: what happened beside that which the scenario plans, by step; of these the changes of the
+            graph count.
     """
     return replace(
-        record, chief_source=partial(chief_motion, scenario), link_source=partial(_links_of, scenario)
+        record,
+        chief_source=partial(chief_motion, scenario),
+        link_source=partial(_links_of, scenario, events or {}),
     )
 
 
-def _links_of(scenario: Scenario, record: FlightRecord) -> LinkHistory:
-    return link_history(compile_scenario(scenario), record)
+def _links_of(scenario: Scenario, events: Plan, record: FlightRecord) -> LinkHistory:
+    return link_history(compile_scenario(scenario), record, events)

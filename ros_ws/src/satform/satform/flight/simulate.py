@@ -111,7 +111,7 @@ def simulate(
                 break
             if progress:
                 progress(step + 1)
-        return with_chief(flight.finished(), scenario)
+        return with_chief(flight.finished(), scenario, events)
 
 
 class _Flight:
