@@ -9,6 +9,7 @@ import pytest
 
 from flights import SCENARIOS, satellite_of, shipped, shortened
 from formations import RATE, formation
+from satform.communication.channel_model import LinkSpec
 from satform.evaluation.arc_lengths import ArcLengthRate, ArcLengthSpread
 from satform.evaluation.evaluate import judge
 from satform.evaluation.presence import RejoinTime, StepsAbsent
@@ -115,10 +116,24 @@ def undisturbed(scenario: Scenario, at: int) -> list[str]:
     return simulate(scenario, events=events).differences(simulate(scenario))
 
 
+def takes_time(link: LinkSpec) -> bool:
+    """Whether messages over a link arrive later than in the step in which they are sent."""
+    return link.delay > 0.0 or (link.channel is not None and link.channel.light_time)
+
+
+def test_light_time_delays_a_message_and_a_channel_without_it_does_not() -> None:
+    radio = {"kind": "radio", "frequency": 2.2e9, "power": 10.0, "rate": 1e3}
+    differing = []
+    for light_time in (True, False):
+        links = {"default": {"channel": {**radio, "light_time": light_time}}}
+        differing.append(bool(undisturbed(three(links=links, checkpoint_period=4.0), 16)))
+    assert differing == [True, False]
+
+
 @pytest.mark.parametrize("file", sorted(SCENARIOS.glob("*.yaml")), ids=lambda file: file.stem)
 def test_a_return_at_the_checkpoint_s_own_step_changes_no_bit_of_any_shipped_scenario(file: Any) -> None:
     whole = shipped(file.stem)
-    step, late = whole.timing.step, whole.links is not None and whole.links.default.delay > 0.0
+    step, late = whole.timing.step, whole.links is not None and takes_time(whole.links.default)
     # Long enough for the first words to arrive where they take their time.
     unit = 32 if late else 8
     scenario = shortened(file.stem, 3 * unit * step, f"checkpoint_period={unit * step}")
