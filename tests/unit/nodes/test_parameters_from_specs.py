@@ -436,4 +436,11 @@ def test_parameters_show_a_new_target_and_are_refused_for_a_curve_of_another_kin
     assert not found.successful
     assert "a reconfiguration gave the satellite another kind" in found.reason
     assert satellite.plan.path.curve.point(np.asarray(0.0)).position.tolist() == [2.0, 0.0, 0.0]
+    # A second target with that kind cannot be shown either, and one with the declared kind is shown again.
+    parameters.retarget(satellite, Target(TargetSpec(curve=ellipse, phase_offset=6.0), 13))
+    assert node.get_parameter("phase.offset").value == 6.0
+    assert node.get_parameter("curve.radius").value == 800.0
+    parameters.retarget(satellite, Target(TargetSpec(curve=CircleSpec(radius=650.0)), 15))
+    assert node.get_parameter("curve.radius").value == 650.0
+    assert set_radius(660.0).successful
     node.destroy_node()
