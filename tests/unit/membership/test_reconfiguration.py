@@ -220,6 +220,11 @@ def test_progress_counts_distance_delta_v_and_the_steps_within_the_tolerance() -
         (change(*[{"satellite": "sat2", "scale": 2.0}] * 2), "", "sat2 has two targets"),
         (change({"satellite": "sat2", "scale": 1e-14}), "targets[0]", "generalised arc length"),
         (change({"satellite": "sat2", "curve": {"kind": "circle"}}), "radius", "is missing"),
+        (
+            change({"satellite": "sat2", "curve": {"kind": "fixed_point", "position": [1e15, 0.0, 0.0]}}),
+            "targets[0]",
+            "sat2 leads 1e+15 m from the chief, beyond the limit of 1e+07 m (limits.distance)",
+        ),
     ],
 )
 def test_what_is_no_reconfiguration_is_refused_in_a_sentence(
@@ -243,6 +248,7 @@ def test_what_is_no_reconfiguration_is_refused_in_a_sentence(
         (["sat1"], ["{scale: -2.0}"], "the target of sat1: scale"),
         (["sat1"], ["{scale: ["], "the target of sat1"),
         (["sat1"], ["{curve: {kind: inertial_point, position: [1.0, 2.0, 3.0]}}"], "an inertial_point"),
+        (["sat1"], ["{curve: {kind: circle, radius: 6.0e6, centre: [0.0, 6.0e6, 0.0]}}"], "beyond the limit"),
         (["sat1"], ["7"], "has to be fields with values"),
         (["sat1"], ["{}"], "nothing changes for sat1"),
         (["sat1"], ["{satellite: sat2, scale: 2.0}"], "a field satellite"),

@@ -148,7 +148,8 @@ class FormationPlan:
         """What new targets that are asked for in flight are checked against."""
         scenario = self._scenario
         whole = {own.name: scenario.satellite(index) for index, own in enumerate(scenario.satellites)}
-        return ReconfigurationPlan(whole, self.announces, 2.0 * math.pi / scenario.orbit.rate)
+        period = 2.0 * math.pi / scenario.orbit.rate
+        return ReconfigurationPlan(whole, self.announces, period, scenario.limits.distance)
 
     @property
     def dynamics_text(self) -> str:

@@ -185,11 +185,13 @@ class ReconfigurationPlan:
         satellites: by their names, each with what it has from the defaults.
         announces: what satellites send each other.
         nominal_period: about the time of one revolution, s.
+        largest_distance: of a reference from the chief, m.
     """
 
     satellites: Mapping[str, SatelliteSpec]
     announces: Announces
     nominal_period: float
+    largest_distance: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,7 +38,9 @@ def requested_targets(
     found: dict[int, TargetSpec] = {}
     for name, text in zip(satellites, texts, strict=True):
         own = _target(name, text)
-        complaints = target_complaints(own, plan.satellites, plan.announces, plan.nominal_period)
+        complaints = target_complaints(
+            own, plan.satellites, plan.announces, plan.nominal_period, plan.largest_distance
+        )
         if complaints:
             raise ValueError(complaints[0])
         index = names.index(name)

@@ -280,7 +280,12 @@ def _reconfiguration_complaints(scenario: ScenarioDefinition) -> list[Complaint]
     whole = {own.name: scenario.satellite(index) for index, own in enumerate(scenario.satellites)}
     period = 2.0 * math.pi / scenario.orbit.rate
     return reconfiguration_complaints(
-        scenario.reconfigurations, whole, scenario.timing, scenario.consensus.announces, period
+        scenario.reconfigurations,
+        whole,
+        scenario.timing,
+        scenario.consensus.announces,
+        period,
+        scenario.limits.distance,
     )
 
 

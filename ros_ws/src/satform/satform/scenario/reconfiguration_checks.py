@@ -12,7 +12,7 @@ from satform.membership.faults import step_at
 from satform.membership.reconfiguration import ReconfigurationSpec, SatelliteTargetSpec
 from satform.orbits.curve_specs import InertialPointSpec
 from satform.scenario.parts import SatelliteSpec, Timing
-from satform.scenario.start import singular_references
+from satform.scenario.start import beyond_distance, singular_references
 
 
 def reconfiguration_complaints(
@@ -21,6 +21,7 @@ def reconfiguration_complaints(
     timing: Timing,
     announces: Announces,
     nominal_period: float,
+    largest_distance: float,
 ) -> list[Complaint]:
     """What is wrong with reconfigurations.
 
@@ -30,6 +31,7 @@ def reconfiguration_complaints(
         timing: of the flight.
         announces: what satellites send each other.
         nominal_period: about the time of one revolution, s.
+        largest_distance: of a reference from the chief, m.
     """
     complaints: list[Complaint] = []
     taken: dict[tuple[int, str], float] = {}
@@ -43,7 +45,7 @@ def reconfiguration_complaints(
             sentence = f"at {own.at:g} s is the first step: give the satellites these targets themselves"
             complaints.append(((*place, "at"), sentence))
         for row, target in enumerate(own.targets):
-            found = target_complaints(target, satellites, announces, nominal_period)
+            found = target_complaints(target, satellites, announces, nominal_period, largest_distance)
             if (step, target.satellite) in taken:
                 found.append(f"{target.satellite} has another target at this step")
             taken[step, target.satellite] = own.at
@@ -56,6 +58,7 @@ def target_complaints(
     satellites: Mapping[str, SatelliteSpec],
     announces: Announces,
     nominal_period: float,
+    largest_distance: float,
 ) -> list[str]:
     """Why a satellite cannot have a target; a sentence for each reason.
 
@@ -64,6 +67,7 @@ def target_complaints(
         satellites: by their names, each with what it has from the defaults.
         announces: what satellites send each other.
         nominal_period: about the time of one revolution, s.
+        largest_distance: of a reference from the chief, m.
     """
     name = target.satellite
     satellite = satellites.get(name)
@@ -85,8 +89,12 @@ def target_complaints(
         changes["curve"] = target.curve
     if target.scale is not None:
         changes["scale"] = target.scale
-    singular = singular_references([satellite.model_copy(update=changes)], nominal_period)
-    return [*found, *(sentence for _, sentence in singular)]
+    changed = satellite.model_copy(update=changes)
+    singular = [sentence for _, sentence in singular_references([changed], nominal_period)]
+    if target.curve is not None and not singular:
+        far = beyond_distance(changed, largest_distance)
+        singular = [far] if far else []
+    return [*found, *singular]
 
 
 def _points_at(satellite: SatelliteSpec, name: str) -> bool:

@@ -106,3 +106,22 @@ def _singular(satellite: SatelliteSpec, nominal_period: float) -> str:
     if np.all(np.abs(parts) < _LARGEST):
         return ""
     return f"the reference of satellite {satellite.name} is not a finite motion all along its curve"
+
+
+def beyond_distance(satellite: SatelliteSpec, largest: float) -> str:
+    """Why a satellite's curve leads too far from the chief; empty where it does not.
+
+    Args:
+        satellite: complete one, with a reference that is finite.
+        largest: distance from the chief, m.
+    """
+    assert satellite.curve is not None  # noqa: S101 - the caller has seen to it
+    path = Path(satellite.curve.build(), np.asarray(satellite.scale), satellite.path_parameter)
+    arc_lengths = np.linspace(0.0, 1.0, _SAMPLES) * float(path.period)
+    farthest = float(np.max(np.linalg.norm(path.curve.point(path.angle(arc_lengths)).position, axis=-1)))
+    if farthest <= largest:
+        return ""
+    return (
+        f"the curve of satellite {satellite.name} leads {farthest:g} m from the chief, beyond the limit of "
+        f"{largest:g} m (limits.distance)"
+    )
