@@ -39,13 +39,34 @@ def test_figures_are_printed_as_json_and_as_text(tmp_path: Path, capsys: pytest.
     [
         ("50", "The load is matched: no stub is needed."),
         ("-30j", "The load takes no power: no stub matches it."),
+        ("j", "The load takes no power: no stub matches it."),
+        ("-j", "The load takes no power: no stub matches it."),
+        ("1e-20+1j", "The load takes no power: no stub matches it."),
+        ("1e16", "The load takes no power: no stub matches it."),
     ],
 )
 def test_a_load_that_no_stub_helps_is_said(
     load: str, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["plan", "match", f"--load={load}", "--out", str(tmp_path / "out")]) == 0
-    assert sentence in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert sentence in shown
+    assert "-0 dB" not in shown
+
+
+def test_a_short_circuit_at_a_quarter_wavelength_has_an_infinite_input_impedance(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("plan", "match", "--load", "0", "--z0", "50", "--frequency", "2.2e9")
+    quarter = ("--length", "0.034067324772727275")
+    assert cli.main([*words, *quarter, "--out", str(tmp_path / "text")]) == 0
+    shown = capsys.readouterr().out
+    assert "infinite ohm" in shown
+    assert "-0 dB" not in shown
+    assert cli.main([*words, *quarter, "--out", str(tmp_path / "json"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["input_impedance"] is None
+    assert found["return_loss"] == 0.0
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,12 @@ from scenario_problems import TRIANGLE, broken, changed_field, line_of, problems
 SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
 
 
+def with_channel(channel: str) -> tuple[str, str]:
+    """Replacement that gives all links a channel."""
+    graph = "graph: {kind: complete}"
+    return graph, f"links: {{default: {{channel: {channel}}}}}\n{graph}"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "field", "sentence"),
     [
@@ -59,6 +65,19 @@ SIGNS = ":[]{}-#&*!|>'\"%@`,\n 0x."
         ("value: 0.461, relative: 0.005, ", "", "expect[1]", "give a value with its tolerance"),
         ("at: 6000.0", "at: 60000.0", "expect[0]", "later than the flight's end at 12000 s"),
         ("graph: {kind: complete}", "graph: {kind: star, centre: 3}", "graph", "numbered 0 to 2"),
+        (*with_channel("{}"), "links.default.channel", "needs a `kind:`, one of optical, radio"),
+        (*with_channel("2"), "links.default.channel", "of fields with `kind:` one of optical, radio"),
+        (*with_channel("{kind: laser}"), "links.default.channel", "no kind 'laser'; allowed: optical, radio"),
+        (
+            *with_channel("{kind: radio, antenna: {}}"),
+            "links.default.channel.antenna",
+            "needs a `kind:`, one of array, beam, isotropic",
+        ),
+        (
+            *with_channel("{kind: optical, wavelenth: 1e-6}"),
+            "links.default.channel.wavelenth",
+            "did you mean wavelength? Allowed: ",
+        ),
         ("seed: 1" if "seed: 1" in TRIANGLE else "orbit:", "seed: 1.5\norbit:", "seed", "found 1.5"),
     ],
 )

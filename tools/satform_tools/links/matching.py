@@ -163,7 +163,7 @@ def _write(folder: Path, line: Line, task: MatchTask, wavelength: float) -> None
 
 
 def _stubs(line: Line) -> tuple[Any, ...]:
-    return line.stubs() if abs(line.reflection) < 1.0 else ()
+    return line.stubs() if line.takes_power else ()
 
 
 def _print(line: Line, wavelength: float, found: Mapping[str, Any]) -> None:
@@ -192,7 +192,7 @@ def _print(line: Line, wavelength: float, found: Mapping[str, Any]) -> None:
             for number, stub in enumerate(found["stubs"], start=1)
         ]
         console.table(Table(headings, table, frozenset(range(1, 4))))
-    elif abs(reflection) < 1.0:
+    elif line.takes_power:
         console.line("The load is matched: no stub is needed.")
     else:
         console.line("The load takes no power: no stub matches it.")

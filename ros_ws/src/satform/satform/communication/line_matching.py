@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass
 
 _MATCHED = 1e-12
-"""Magnitude of a reflection coefficient below which a load counts as matched."""
+"""Magnitude of a reflection coefficient below which a load counts as matched; one that is nearer to 1 than
+this counts as 1. Coefficients nearer to 1 than this have an infinite impedance."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,16 @@ class Line:
     def impedance_at(self, distance: float) -> complex:
         """Impedance towards the load at a distance from it in wavelengths, ohm; may be infinite."""
         reflection = self.reflection_at(distance)
-        if reflection == 1.0:
+        if abs(1.0 - reflection) < _MATCHED:
             return complex(math.inf)
-        return self.characteristic * (1.0 + reflection) / (1.0 - reflection)
+        found = self.characteristic * (1.0 + reflection) / (1.0 - reflection)
+        # Where all is reflected, rounding leaves a resistance of either sign.
+        return complex(max(0.0, found.real) if self.load.real else 0.0, found.imag)
+
+    @property
+    def takes_power(self) -> bool:
+        """Whether the load takes any power, and can be matched; false for a reactance."""
+        return abs(self.reflection) < 1.0 - _MATCHED
 
     @property
     def input_impedance(self) -> complex:
@@ -82,19 +90,24 @@ class Line:
     @property
     def standing_wave_ratio(self) -> float:
         """Largest voltage along the line divided by the smallest; infinite where all is reflected."""
-        magnitude = min(abs(self.reflection), 1.0)
+        magnitude = self._magnitude
         return math.inf if magnitude == 1.0 else (1.0 + magnitude) / (1.0 - magnitude)
 
     @property
     def return_loss(self) -> float:
         """Incident power over reflected power, dB; infinite for a matched load."""
-        magnitude = abs(self.reflection)
-        return math.inf if magnitude == 0.0 else -20.0 * math.log10(magnitude)
+        magnitude = self._magnitude
+        return math.inf if magnitude == 0.0 else max(0.0, -20.0 * math.log10(magnitude))
 
     @property
     def mismatch_loss(self) -> float:
         """Incident power over the power that the load takes, dB; infinite where all is reflected."""
-        return mismatch_loss(self.reflection)
+        return mismatch_loss(self._magnitude)
+
+    @property
+    def _magnitude(self) -> float:
+        """Of the reflection coefficient: 1 without rounding for a reactance."""
+        return min(abs(self.reflection), 1.0) if self.load.real else 1.0
 
     def stubs(self) -> tuple[Stub, ...]:
         """Both places at which a shunt stub matches the load; none where the load is matched already.
@@ -108,7 +121,7 @@ class Line:
         magnitude, angle = cmath.polar(self.reflection)
         if magnitude < _MATCHED:
             return ()
-        if magnitude >= 1.0 - _MATCHED:
+        if not self.takes_power:
             raise ValueError(
                 f"the load of {impedance_text(self.load)} ohm takes no power, so that no stub matches it"
             )
@@ -132,7 +145,7 @@ def mismatch_loss(reflection: complex) -> float:
     """
     magnitude = abs(reflection)
     passed = (1.0 - magnitude) * (1.0 + magnitude)
-    return math.inf if passed <= 0.0 else -10.0 * math.log10(passed)
+    return math.inf if passed <= 0.0 else max(0.0, -10.0 * math.log10(passed))
 
 
 def impedance_text(impedance: complex) -> str:

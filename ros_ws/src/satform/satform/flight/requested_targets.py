@@ -66,8 +66,10 @@ def _target(name: str, text: str) -> SatelliteTargetSpec:
         raise ValueError(f"the target of {name} has to be fields with values, such as {{phase_offset: 10.0}}")
     if "satellite" in data:
         raise ValueError(f"the target of {name} has a field satellite; its name is given beside it")
+    fields = {**data, "satellite": name}
     try:
-        return SatelliteTargetSpec.model_validate({**data, "satellite": name})
+        return SatelliteTargetSpec.model_validate(fields)
     except ValidationError as error:
-        sentences = [field_sentence(details) for details in error.errors(include_url=False)]
+        found = error.errors(include_url=False)
+        sentences = [field_sentence(details, SatelliteTargetSpec, fields) for details in found]
         raise ValueError(f"the target of {name}: {'; '.join(sentences)}") from None

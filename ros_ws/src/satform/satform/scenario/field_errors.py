@@ -175,7 +175,7 @@ def _missing(path: FieldPath, found: Any) -> str:
 def _no_mapping(kind: str, found: Any, kinds: Sequence[str]) -> str:
     choice = f" with `kind:` one of {', '.join(kinds)}" if kinds else ""
     if kind == "union_tag_not_found":
-        return f"needs a `kind:`, one of {', '.join(kinds)}"
+        return f"needs a `kind:`, one of {', '.join(kinds)}" if kinds else "needs a `kind:`"
     return f"found {shortened(found)}; it should be a mapping of fields{choice}"
 
 
@@ -217,14 +217,22 @@ def nearest(name: str, candidates: Sequence[str], renamed: Mapping[str, str] = R
     return f"; did you mean {close[0]}? Allowed: {allowed}" if close else f"; allowed: {allowed}"
 
 
-def field_sentence(details: ErrorDetails) -> str:
+def field_sentence(details: ErrorDetails, model: type[Spec] | None = None, data: Any = None) -> str:
     """What a check of one field found, in the words of a scenario's errors: where, what, and what is allowed.
 
     Args:
         details: the finding, of a specification that is checked by itself.
+        model: of the specification, from which the sentence lists what is allowed; None where it is unknown.
+        data: the mapping that was checked; needed with `model`.
+
+    Returns:
+        The sentence alone where the finding is about the whole specification.
     """
     path = tuple(details["loc"])
-    return f"{dotted(path)}: {_sentence(details, path, None, {})}"
+    if model is not None:
+        path = _walk(path, data)
+    sentence = _sentence(details, path, model, data or {})
+    return f"{dotted(path)}: {sentence}" if path else sentence
 
 
 def shortened(value: Any) -> str:
@@ -244,9 +252,15 @@ def _field_names(path: FieldPath, root: type[Spec] | None, data: Any) -> set[str
 
 
 def _kinds(path: FieldPath, root: type[Spec] | None, data: Any) -> list[str]:
-    """Names among which a plug-in is chosen at a path; empty where there is nothing to choose."""
-    plugin = _plugin_in(_annotation(path, root, data)[0])
-    return [] if plugin is None else sorted(specs(plugin.group))
+    """Names of the kinds among which is chosen at a path; empty where there is nothing to choose."""
+    annotation = _annotation(path, root, data)[0]
+    plugin = _plugin_in(annotation)
+    if plugin is not None:
+        return sorted(specs(plugin.group))
+    kinds = {
+        model.model_fields["kind"].default for model in _models_in(annotation) if "kind" in model.model_fields
+    }
+    return sorted(kinds) if len(kinds) > 1 else []
 
 
 def _annotation(path: FieldPath, root: type[Spec] | None, data: Any) -> tuple[Any, Any]:
@@ -278,8 +292,19 @@ def _model_in(annotation: Any, kind: str | None) -> type[Spec] | None:
     if plugin is not None:
         known = specs(plugin.group)
         return next(iter(known.values())) if len(known) == 1 else known.get(kind or "")
+    models = _models_in(annotation)
+    chosen = [
+        model
+        for model in models
+        if kind and "kind" in (own := model.model_fields) and own["kind"].default == kind
+    ]
+    return next(iter((*chosen, *models)), None)
+
+
+def _models_in(annotation: Any) -> list[type[Spec]]:
+    """The specifications that a field's annotation names, without those behind plug-ins, in its order."""
     parts = annotation if isinstance(annotation, tuple) else get_args(annotation)
-    found = next((model for part in parts if (model := _model_in(part, kind)) is not None), None)
-    if found is None and isinstance(annotation, type) and issubclass(annotation, Spec):
-        return annotation
+    found = [model for part in parts for model in _models_in(part)]
+    if not found and isinstance(annotation, type) and issubclass(annotation, Spec):
+        return [annotation]
     return found

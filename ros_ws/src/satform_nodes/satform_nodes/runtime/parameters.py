@@ -227,7 +227,7 @@ def on_spec_change(
 def _sentences(error: ValidationError, prefix: str) -> str:
     lines = []
     for details in error.errors(include_url=False):
-        lines.append(f"{prefix}.{field_sentence(details)}")
+        lines.append(f"{prefix}{'.' if details['loc'] else ': '}{field_sentence(details)}")
     return "; ".join(lines)
 
 
