@@ -55,7 +55,12 @@ def show(figures: Sequence[Figure], folder: Path | None, *, as_json: bool) -> No
         console.line(f"stored in {path}")
 
 
-_UNITS = {"memory": (1e-6, "MB"), "one_by_one": (1e6, "us")}
+_UNITS = {
+    "memory": (1e-6, "MB"),
+    "one_by_one": (1e6, "us"),
+    "distance_from_rkf78": (1.0, "m"),
+    "rkn1210_from_rkf78": (1.0, "m"),
+}
 """Factor and unit in which a detail is printed, where it is not SI."""
 
 

@@ -88,6 +88,39 @@ def plant(json: Json = False) -> None:
 
 
 @app.command()
+def coast(
+    days: Annotated[
+        float,
+        typer.Option(
+            min=0.01, max=365.0, help="Length of the flight, rounded up to whole periods of 1200 s."
+        ),
+    ] = 30.0,
+    repetitions: Repetitions = 3,
+    history: History = None,
+    json: Json = False,
+) -> None:
+    """Measure a long flight without commands, beside brahe's RKN1210.
+
+    Two satellites at 500 km with gravity of degree 20, drag, Sun and Moon fly in process, with all their
+    flight software. The ratio is the CPU time of the flight, divided by that of brahe's RKN1210 for the same
+    two trajectories. Prints also the largest distance at the end from brahe's RKF78 with steps of 30 s.
+    RKN1210 is no reference of accuracy here: its method is for forces that do not depend on the velocity, and
+    with drag it is 46 m off after one day.
+    """
+    from satform_tools.bench import coast as measurement
+    from satform_tools.bench import output as bench_output
+    from satform_tools.errors import CommandError
+
+    try:
+        found = [measurement.measure(days, repetitions)]
+    except RuntimeError as error:
+        raise CommandError(str(error)) from None
+    bench_output.show(found, history, as_json=json)
+    if not json:
+        bench_output.details(found)
+
+
+@app.command()
 def models(
     separation: Annotated[
         float, typer.Option(min=1.0, help="Distance of the satellites from the chief, m.")
