@@ -8,6 +8,9 @@ drift apart with the difference of their inclinations. The chief is the mean orb
 does to it within one revolution is left out, and so is the second order in the distance.
 
 Frame: LVLH of the chief (x radial outward, y along-track, z orbit normal).
+
+The state transition matrix under J2 for any eccentricity is `orbits/j2_elements.py` (relative elements), and
+`dynamics/j2_element_model.py` in positions and velocities.
 """
 
 import math
