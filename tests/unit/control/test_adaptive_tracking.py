@@ -112,15 +112,45 @@ def test_weights_are_kept_over_a_gap_and_not_adapted_by_the_step_before_it():
     assert np.array_equal(resumed.integral, memory.integral)
 
 
-def test_another_number_of_patches_in_flight_begins_with_weights_of_zero():
+@pytest.mark.parametrize(
+    ("changed", "count"),
+    [
+        ({"velocity_patches": 5}, 16),
+        # As many weights, of other functions.
+        ({"velocity_patches": 6, "phase_patches": 6, "local_model": "constant"}, 12),
+        ({"velocity_limit": 2.0}, 12),
+    ],
+)
+def test_another_approximation_in_flight_begins_with_weights_of_zero(changed, count):
     motion = Motion(np.array([3.0, 2.0, 1.0]), np.zeros(3))
     law = AdaptiveTrackingSpec().build(SETTING)
-    memory = law.act(motion, NOWHERE, law.start(motion), ControlStep(0, 0.1)).memory
-    changed = AdaptiveTrackingSpec(approximation=PartitionOfUnitySpec(velocity_patches=5)).build(SETTING)
-    after = changed.act(motion, NOWHERE, memory, ControlStep(1, 0.1)).memory
-    assert after.weights.shape == (3, 16)
+    memory = law.start(motion)
+    for number in range(2):
+        memory = law.act(motion, NOWHERE, memory, ControlStep(number, 0.1)).memory
+    assert np.any(memory.weights)
+    other = AdaptiveTrackingSpec(approximation=PartitionOfUnitySpec(**changed)).build(SETTING)
+    after = other.act(motion, NOWHERE, memory, ControlStep(2, 0.1)).memory
+    assert after.weights.shape == (3, count)
     assert not np.any(after.weights)
     assert np.all(after.integral == memory.integral + 0.1 * motion.position)
+    # From then on the weights are its own, and kept.
+    again = other.act(motion, NOWHERE, after, ControlStep(3, 0.1)).memory
+    assert np.any(again.weights)
+
+
+def test_other_gains_in_flight_keep_the_weights():
+    motion = Motion(np.array([3.0, 2.0, 1.0]), np.zeros(3))
+    law, other = (
+        AdaptiveTrackingSpec(weight_rate=rate, surface_gain=1.0).build(SETTING) for rate in (5.0, 4.0)
+    )
+    memory = law.start(motion)
+    for number in range(2):
+        memory = law.act(motion, NOWHERE, memory, ControlStep(number, 0.1)).memory
+    kept = other.act(
+        motion, NOWHERE, replace(memory, values=np.zeros_like(memory.values)), ControlStep(2, 0.1)
+    )
+    leaked = memory.weights * (1.0 - 0.1 * 0.01)
+    np.testing.assert_allclose(kept.memory.weights, leaked, rtol=1e-12)
 
 
 def test_weights_stay_within_their_limit():

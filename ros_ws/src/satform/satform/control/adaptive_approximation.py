@@ -28,6 +28,10 @@ class Approximator(Protocol):
     def rates(self) -> Array:
         """Adaptation rate of each weight, 1/s^2, shape (..., m)."""
 
+    @property
+    def functions(self) -> Array:
+        """Numbers that tell these functions from all others, shape (..., k); k may differ between them."""
+
     def values(self, velocity: Array, phase: Array, filtered_error: Array) -> Array:
         """What the weights are multiplied by.
 
@@ -74,6 +78,12 @@ class PartitionOfUnity:
     def rates(self) -> Array:
         """Adaptation rate of each weight, 1/s^2, shape (..., m)."""
         return self.rate[..., None] + np.zeros(self.count)
+
+    @property
+    def functions(self) -> Array:
+        """Centres, number of phase patches and order of the models; as in `Approximator.functions`."""
+        kind = np.array([0.0, self.phase_patches, float(self.affine)])
+        return np.concatenate((self.centres, np.broadcast_to(kind, (*self.rate.shape, 3))), axis=-1)
 
     def values(self, velocity: Array, phase: Array, filtered_error: Array) -> Array:
         """What the weights are multiplied by; as in `Approximator.values`.
@@ -150,6 +160,13 @@ class FuzzySets:
         sets = self.centres.shape[-1] * max(1, self.phase_sets)
         weights = self.rate[..., None] + np.zeros(sets)
         return np.concatenate((weights, self.disturbance_rate[..., None]), axis=-1)
+
+    @property
+    def functions(self) -> Array:
+        """Centres, number of phase sets and both widths; as in `Approximator.functions`."""
+        kind = np.broadcast_to(np.array([1.0, self.phase_sets]), (*self.rate.shape, 2))
+        widths = (self.width[..., None], self.boundary[..., None])
+        return np.concatenate((self.centres, kind, *widths), axis=-1)
 
     def values(self, velocity: Array, phase: Array, filtered_error: Array) -> Array:
         """What the weights are multiplied by; as in `Approximator.values`.

@@ -6,7 +6,7 @@ Equations: docs/controllers/adaptive_tracking.md.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -33,11 +33,13 @@ class TrackingAdaptation:
         weights: of the approximation of the unknown acceleration, m/s^2, shape (..., 3, m).
         values: of its functions in the step before, shape (..., 3, m); zero where there was none.
         integral: of the position error over time, m s, shape (..., 3).
+        functions: numbers that tell which functions the weights belong to, shape (..., k).
     """
 
     weights: Array
     values: Array
     integral: Array
+    functions: Array
 
 
 @dataclass(frozen=True)
@@ -70,11 +72,13 @@ class AdaptiveTracking:
         """Weights and integral of zero."""
         shape = motion.velocity.shape
         weights = np.zeros((*shape, self.approximator.rates.shape[-1]))
-        return TrackingAdaptation(weights, np.zeros_like(weights), np.zeros(shape))
+        own = self.approximator.functions
+        functions = np.broadcast_to(own, (*shape[:-1], own.shape[-1])).copy()
+        return TrackingAdaptation(weights, np.zeros_like(weights), np.zeros(shape), functions)
 
     def resume(self, memory: TrackingAdaptation, gap: Gap) -> TrackingAdaptation:
         """Weights and integral are kept; the step before the gap says nothing of the error after it."""
-        return TrackingAdaptation(memory.weights, np.zeros_like(memory.values), memory.integral)
+        return replace(memory, values=np.zeros_like(memory.values))
 
     def act(
         self, motion: Motion, reference: Reference, memory: TrackingAdaptation, step: ControlStep
@@ -93,10 +97,7 @@ class AdaptiveTracking:
         Returns:
             Commanded acceleration, the filtered error as sliding variable, the next memory.
         """
-        if memory.weights.shape[-1] != self.approximator.rates.shape[-1]:
-            # The approximation was changed in flight: its weights are not those of another one.
-            begun = self.start(motion)
-            memory = TrackingAdaptation(begun.weights, begun.values, memory.integral)
+        memory = self._of_these_functions(memory, motion)
         duration, slope = self.step[..., None], self.error_rate[..., None]
         error = motion.position - reference.position
         rate = motion.velocity - reference.velocity
@@ -119,7 +120,27 @@ class AdaptiveTracking:
             position = motion.position + half * motion.velocity
             acceleration = acceleration - self.natural.at(position, velocity)
         integral = memory.integral + np.where(follows, duration * error, 0.0)
-        return Action(acceleration, filtered, TrackingAdaptation(weights, values, integral))
+        return Action(acceleration, filtered, TrackingAdaptation(weights, values, integral, memory.functions))
+
+    def _of_these_functions(self, memory: TrackingAdaptation, motion: Motion) -> TrackingAdaptation:
+        """The memory, with weights of zero where they belong to an approximation flown before."""
+        own = self.approximator.functions
+        if memory.functions.shape[-1] == own.shape[-1]:
+            same = np.all(memory.functions == own, axis=-1)
+            if np.all(same):
+                return memory
+        else:
+            same = np.zeros(motion.velocity.shape[:-1], dtype=np.bool_)
+        begun = self.start(motion)
+        if memory.weights.shape != begun.weights.shape:
+            return replace(begun, integral=memory.integral)
+        kept = same[..., None, None]
+        return TrackingAdaptation(
+            np.where(kept, memory.weights, begun.weights),
+            np.where(kept, memory.values, begun.values),
+            memory.integral,
+            begun.functions,
+        )
 
     def _adapted(self, memory: TrackingAdaptation, filtered: Array) -> Array:
         """Weights after the step before, within their limits, m/s^2, shape (..., 3, m)."""
