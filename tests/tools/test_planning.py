@@ -201,6 +201,9 @@ def test_an_approach_about_an_eccentric_chief_meets_its_points_under_inertial_gr
         assert np.linalg.norm(left) < 2e-5
 
 
+BY_ELEMENTS = ("--model", "j2_elements", "--inclination", "50")
+
+
 def test_an_eccentric_chief_is_refused_where_the_model_does_not_know_it(capsys) -> None:
     task = ("plan", "approach", "--start", "0,-100,0", "--point", "0,0,0,600", "--period", "6000")
     for options, words in (
@@ -208,9 +211,49 @@ def test_an_eccentric_chief_is_refused_where_the_model_does_not_know_it(capsys) 
         (("--model", "yamanaka_ankersen", "--eccentricity", "1.0"), "--eccentricity 1: takes 0 to below 1"),
         (("--model", "j2_elements"), "leaves the node undefined"),
         (("--model", "j2_elements", "--inclination", "190"), "--inclination 190: takes 0 to 180"),
+        ((*BY_ELEMENTS, "--inclination", "nan"), "--inclination nan: takes 0 to 180 deg"),
+        ((*BY_ELEMENTS, "--true-anomaly", "inf"), "--true-anomaly inf: takes -360 to 360 deg"),
+        ((*BY_ELEMENTS, "--perigee", "1e300"), "--perigee 1e+300: takes -360 to 360 deg"),
+        (
+            (*BY_ELEMENTS, "--eccentricity", "0.9999999"),
+            "--eccentricity 0.9999999: the chief's perigee has a radius of",
+        ),
+        ((*BY_ELEMENTS, "--period", "10"), "--period 10: the chief's perigee has a radius of"),
     ):
         assert cli.main([*task, *options]) == 2
         assert words in capsys.readouterr().err
+
+
+SUNLIT = ("approach", "--start", "0,-100,0", "--date", "2025-03-21T00:00", "--longitude", "5")
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        (("--period", "6000"), "found 6000 s, 0 and 0 deg"),
+        (("--model", "yamanaka_ankersen", "--eccentricity", "0.1"), "found 86164.0905 s, 0.1 and 0 deg"),
+        (("--model", "j2_elements", "--inclination", "5"), "found 86164.0905 s, 0 and 5 deg"),
+        (("--longitude", "nan"), "--longitude nan: takes -360 to 360"),
+    ],
+)
+def test_a_sun_angle_is_given_at_a_geostationary_chief_alone(options, found, capsys) -> None:
+    assert cli.main(["plan", *SUNLIT, "--point", "0,-50,0,600", *options]) == 2
+    said = capsys.readouterr().err
+    assert "--longitude" in said
+    assert found in said
+
+
+def test_a_sun_angle_is_the_angle_between_the_last_point_and_the_sun(capsys) -> None:
+    angles = [
+        data(capsys, *SUNLIT, "--point", point)["light_angle"] for point in ("0,-50,0,600", "0,50,0,600")
+    ]
+    assert sum(angles) == pytest.approx(math.pi, abs=1e-9)
+    circular = (*SUNLIT, "--point", "0,-50,0,600", "--model", "yamanaka_ankersen")
+    assert data(capsys, *circular)["light_angle"] == pytest.approx(angles[0], abs=1e-12)
+    # The chief's own place lies in no direction from it.
+    assert data(capsys, *SUNLIT, "--point", "0,0,0,600")["light_angle"] is None
+    assert cli.main(["plan", *SUNLIT, "--point", "0,0,0,600"]) == 0
+    assert "Sun angle at the chief on arrival: none, as the tour ends at the chief" in capsys.readouterr().out
 
 
 places = st.tuples(*[st.floats(-3000.0, 3000.0)] * 3).map(np.array)

@@ -60,7 +60,7 @@ def approach(
     date: Date = None,
     longitude: Annotated[
         float | None,
-        typer.Option(help="Longitude of a geostationary chief, deg E; needed for the Sun angle."),
+        typer.Option(help="Longitude of a geostationary chief, deg E; for the Sun angle."),
     ] = None,
     model: Annotated[
         Model,

@@ -13,7 +13,7 @@ import numpy as np
 from satform.control.protocol import Motion
 from satform.dynamics.relative_motion_models import ModelName, relative_motion_model
 from satform.orbits.chief import KeplerianChief, mean_anomaly, semi_major_axis_of
-from satform.orbits.earth import GRAVITATIONAL_PARAMETER
+from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.orbits.sun import days_at, sun_in_lvlh
 from satform.planning.coasts import ModelCoasts
 from satform.planning.patrol import (
@@ -38,6 +38,15 @@ from satform_tools.errors import CommandError, InfeasibleError
 from satform_tools.run.plan_options import numbers, require_period
 
 DAY = 86400.0
+
+_GEOSTATIONARY_PERIOD = 86164.0905
+"""s."""
+
+_PERIOD_TOLERANCE = 100.0
+"""Difference from the geostationary period, s, by which a chief drifts 0.4 deg in a day."""
+
+_ANGLES = (("--true-anomaly", -360.0, 360.0), ("--inclination", 0.0, 180.0), ("--perigee", -360.0, 360.0))
+"""Options of the chief's angles with least and largest value, deg, in the order of the task's orbit."""
 
 _SAMPLES, _FEW_SAMPLES = 2000, 200
 """Moments of a coast at which its distance is looked at; few where a transition takes milliseconds."""
@@ -88,6 +97,8 @@ def approach(task: ApproachTask, *, as_json: bool) -> None:
     if (task.date is None) != (task.longitude is None):
         raise CommandError("the Sun angle needs both --date and --longitude")
     require_period(task.period)
+    if task.longitude is not None:
+        _require_geostationary(task)
     if task.step is not None and not task.step > 0.0:
         raise CommandError(f"--step {task.step:g}: a control step takes a positive time")
     legs = [_leg(text) for text in task.points]
@@ -110,8 +121,24 @@ def approach(task: ApproachTask, *, as_json: bool) -> None:
         console.as_json(_approach_data(plan, light))
         return
     _print_approach(plan)
-    if light is not None:
-        console.line(f"Sun angle at the chief on arrival: {math.degrees(light):.1f} deg")
+    if task.date is not None:
+        text = "none, as the tour ends at the chief" if light is None else f"{math.degrees(light):.1f} deg"
+        console.line(f"Sun angle at the chief on arrival: {text}")
+
+
+def _require_geostationary(task: ApproachTask) -> None:
+    """Refuse a longitude for a chief that does not stay at it."""
+    if not -360.0 <= (task.longitude or 0.0) <= 360.0:
+        raise CommandError(f"--longitude {task.longitude:g}: takes -360 to 360")
+    eccentricity, _, inclination, _ = task.orbit
+    drift = abs(task.period - _GEOSTATIONARY_PERIOD)
+    if eccentricity == 0.0 and inclination == 0.0 and drift <= _PERIOD_TOLERANCE:
+        return
+    raise CommandError(
+        "--longitude: the Sun angle is that at a geostationary chief, whose --period is within "
+        f"{_PERIOD_TOLERANCE:g} of {_GEOSTATIONARY_PERIOD:.10g} s, and whose --eccentricity and "
+        f"--inclination are 0; found {task.period:.10g} s, {eccentricity:g} and {inclination:g} deg"
+    )
 
 
 def _coasts(task: ApproachTask) -> ModelCoasts | None:
@@ -124,15 +151,15 @@ def _coasts(task: ApproachTask) -> ModelCoasts | None:
                 "--inclination and --perigee; use yamanaka_ankersen or j2_elements"
             )
         return None
-    if not (0.0 <= eccentricity < 1.0 and all(math.isfinite(angle) for angle in angles)):
-        raise CommandError(
-            f"--eccentricity {eccentricity:g}: takes 0 to below 1, and the angles finite numbers"
-        )
+    if not 0.0 <= eccentricity < 1.0:
+        raise CommandError(f"--eccentricity {eccentricity:g}: takes 0 to below 1")
+    for (option, least, largest), angle in zip(_ANGLES, angles, strict=True):
+        if not least <= angle <= largest:
+            raise CommandError(f"{option} {angle:g}: takes {least:g} to {largest:g} deg")
+    axis = _semi_major_axis(task.period, eccentricity)
     anomaly, inclination, perigee = (math.radians(angle) for angle in angles)
-    if not 0.0 <= inclination <= math.pi:
-        raise CommandError(f"--inclination {math.degrees(inclination):g}: takes 0 to 180")
     chief = KeplerianChief(
-        semi_major_axis_of(2.0 * math.pi / task.period, GRAVITATIONAL_PARAMETER),
+        axis,
         eccentricity,
         inclination,
         0.0,
@@ -141,6 +168,19 @@ def _coasts(task: ApproachTask) -> ModelCoasts | None:
     )
     model = relative_motion_model(task.model, chief)
     return ModelCoasts(model, task.period, _FEW_SAMPLES if task.model == "j2_elements" else _SAMPLES)
+
+
+def _semi_major_axis(period: float, eccentricity: float) -> float:
+    """Semi-major axis in m of an orbit of a period in s that does not lead into the Earth."""
+    axis = semi_major_axis_of(2.0 * math.pi / period, GRAVITATIONAL_PARAMETER)
+    perigee = axis * (1.0 - eccentricity)
+    if perigee < EQUATORIAL_RADIUS:
+        option = f"--period {period:g}" if axis < EQUATORIAL_RADIUS else f"--eccentricity {eccentricity:.10g}"
+        raise CommandError(
+            f"{option}: the chief's perigee has a radius of {perigee / 1e3:.1f} km, which is inside the "
+            f"Earth, whose radius is {EQUATORIAL_RADIUS / 1e3:.1f} km"
+        )
+    return axis
 
 
 def _print_approach(plan: TourPlan) -> None:
@@ -243,11 +283,12 @@ def _target(text: str) -> PatrolTarget:
     return PatrolTarget(*(math.radians(angle) for angle in numbers("--target", text, 3)))
 
 
-def _light_at_the_end(legs: Sequence[Leg], plan: TourPlan, date: datetime, longitude: float) -> float:
+def _light_at_the_end(legs: Sequence[Leg], plan: TourPlan, date: datetime, longitude: float) -> float | None:
+    """Sun angle of the last point as seen from the chief, rad; None where that is the chief's own place."""
     sun = sun_in_lvlh(days_at(date) + plan.duration / DAY, longitude)
     position = legs[-1].position
     if not np.any(position):
-        return 0.0
+        return None
     return math.acos(max(-1.0, min(1.0, float(position @ sun) / float(np.linalg.norm(position)))))
 
 
