@@ -53,6 +53,28 @@ def test_budgets_of_all_links_are_printed_and_written(
     assert shown.count("at 180 km") == 2
 
 
+def test_a_terminal_that_cannot_point_at_the_other_satellite_has_no_gain(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    laser = (
+        "links.default.channel={kind: optical, wavelength: 1.55e-6, power: 1.0, rate: 1.0e9, "
+        "divergence: 1.0e-4, aperture: 0.1, field_of_regard: 0.1, boresight: [0, 0, 1]}"
+    )
+    file = tmp_path / "links.csv"
+    words = ["plan", "link", "radio_links_spread", "--set", "timing.duration=100.0", "--set", laser]
+    assert cli.main([*words, "--csv", str(file)]) == 0
+    shown = capsys.readouterr().out
+    assert shown.count("no gain") >= 20
+    assert "-3009" not in shown
+    assert "inf" not in shown.replace("/", " ").split()
+    with file.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert {(row["blocked"], row["ratio_db"], row["margin_db"]) for row in rows} == {("0", "", "")}
+    assert cli.main([*words, "--json"]) == 0
+    (entry, *_) = json.loads(capsys.readouterr().out)["links"]
+    assert (entry["blocked"], entry["no_gain"], entry["worst"], entry["best"]) == (0.0, 1.0, None, None)
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -12,6 +12,7 @@ from scipy.integrate import quad
 from satform.communication.antennas import ArraySpec, BeamSpec, IsotropicSpec, factor
 from satform.communication.link_budget import (
     BIT_ERROR_RATES,
+    LEAST_ERROR_RATE,
     beam_gain,
     bit_energy_ratio,
     bit_error_rate,
@@ -269,3 +270,17 @@ def test_a_mismatch_enters_the_budget_at_both_ends() -> None:
         IsotropicSpec(impedance=(0.0, 10.0))
     with pytest.raises(ValueError, match=r"boresight .* has no direction"):
         BeamSpec(peak_gain=1.0, beamwidth=1.0, boresight=(0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r"floor -20 dBi is above peak_gain -25 dBi"):
+        BeamSpec(peak_gain=-25.0, beamwidth=1.0)
+    with pytest.raises(ValueError, match=r"elements: two are at \[0.0, 0.05, 0.0\]"):
+        ArraySpec(elements=((0.0, 0.05, 0.0), (0.0, 0.0, 0.0), (0.0, 0.05, 0.0)))
+
+
+@pytest.mark.parametrize("modulation", sorted(BIT_ERROR_RATES))
+def test_the_smallest_error_rate_has_a_required_ratio(modulation: str) -> None:
+    ratio = required_ratio(modulation, LEAST_ERROR_RATE)
+    assert float(bit_error_rate(modulation, np.asarray(ratio))) == pytest.approx(LEAST_ERROR_RATE, rel=1e-6)
+
+
+def test_no_power_at_all_is_minus_infinity_in_decibels() -> None:
+    assert decibels(np.array([0.0, 1e-300, 1.0])).tolist() == pytest.approx([-math.inf, -3000.0, 0.0])

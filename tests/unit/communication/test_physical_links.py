@@ -79,8 +79,10 @@ def test_a_terminal_points_within_its_field_of_regard_as_the_attitude_has_it() -
                 [[math.cos(turn), math.sin(turn), 0], [-math.sin(turn), math.cos(turn), 0], [0, 0, 1]],
             )
         )
-        loss = LinkMedium([(0, 1)], [narrow], 2).states(geometry(*place, body=body)).loss[0]
-        assert loss == pytest.approx(1.0 if closed else 0.0, abs=1e-6)
+        states = LinkMedium([(0, 1)], [narrow], 2).states(geometry(*place, body=body))
+        assert states.loss[0] == pytest.approx(1.0 if closed else 0.0, abs=1e-6)
+        assert not states.blocked[0]
+        assert np.isneginf([states.ratio[0], states.margin[0]]).tolist() == [closed, closed]
 
 
 def test_a_terminal_without_limits_points_everywhere() -> None:
@@ -280,8 +282,52 @@ def test_links_are_without_a_digest_of_their_own_where_none_is_physical() -> Non
         ("antenna", {"kind": "array", "elements": []}, "elements"),
         ("antenna", {"kind": "beam", "peak_gain": 3.0, "beamwidth": 0.0}, "beamwidth"),
         ("required_bit_error_rate", 0.5, "required_bit_error_rate"),
+        ("required_bit_error_rate", 1e-305, "required_bit_error_rate"),
+        ("losses", -3.0, "losses"),
+        ("losses", 4000.0, "losses"),
+        ("antenna", {"kind": "isotropic", "peak_gain": 4000.0}, "peak_gain"),
+        ("antenna", {"kind": "beam", "peak_gain": 4000.0, "beamwidth": 1.0}, "peak_gain"),
+        ("antenna", {"kind": "beam", "peak_gain": 4.0, "beamwidth": 1.0, "floor": -4000.0}, "floor"),
     ],
 )
 def test_bad_links_are_rejected_with_their_field(field: str, value: Any, words: str) -> None:
     with pytest.raises(ScenarioError, match=words):
         shipped("triangle").with_({"links": {"default": {"channel": {**RADIO_LINKS, field: value}}}})
+
+
+@pytest.mark.parametrize(
+    ("changes", "expectation", "words"),
+    [
+        (
+            {"links": {"default": {"loss": 0.1}}},
+            {"kind": "link_margin", "above": 1.0},
+            "no edge of the graph between the satellites that are meant has a radio or optical channel",
+        ),
+        (
+            {"graph": {"kind": "line"}},
+            {"kind": "link_margin", "above": 1.0, "satellites": ["sat1", "sat3"]},
+            "no edge of the graph between",
+        ),
+        (
+            {"graph": {"kind": "none"}},
+            {"kind": "delivered_fraction", "above": 0.5},
+            "the graph has no edge between the satellites that are meant",
+        ),
+        (
+            {},
+            {"kind": "delivered_connectivity", "above": 0.5, "window_length": 60.0, "after": 20.0},
+            "window_length 60 s is longer than the stretch of 55 s",
+        ),
+    ],
+)
+def test_figures_that_the_links_cannot_give_are_rejected(
+    changes: dict[str, Any], expectation: dict[str, Any], words: str
+) -> None:
+    base = shipped("triangle").with_(
+        {"timing.duration": 75.0, "links": {"default": {"channel": RADIO_LINKS}}}, expect=[]
+    )
+    source = {"source": "test", "below": 9.0}
+    possible = {"kind": "delivered_fraction", "above": 0.1}
+    assert base.with_(expect=[{**possible, **source}]).expect
+    with pytest.raises(ScenarioError, match=words):
+        base.with_(changes, expect=[{**expectation, **source}])

@@ -85,7 +85,9 @@ def link_margin(expectation: Any, links: LinkHistory) -> float:
         return math.nan
     meant = [p for p, e in enumerate(links.physical.tolist()) if e in edges_of(expectation, links)]
     margins = [float(links.states.margin[k, p]) for k in steps_of(expectation) for p in meant]
-    return statistic(expectation, margins) if all(map(math.isfinite, margins)) else math.nan
+    if expectation.statistic != "minimum":
+        margins = [margin for margin in margins if margin != -math.inf]
+    return statistic(expectation, margins)
 
 
 FORMULAS = {

@@ -12,13 +12,13 @@ import pytest
 
 import satform as sf
 from flights import shortened
-from satform.communication.physical_links import line_of_sight_distance
 from satform.dynamics.orbital_forces import FullEarthRotation
 from satform.evaluation.visibility import Interval, timeline
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.orbits.earth_orientation import without_file
 from satform.orbits.frames import ClosedEarthRotation, lvlh_frame
 from satform.orbits.inertial_motion import ChiefMotion
+from satform.orbits.line_of_sight import line_of_sight_distance
 from satform.orbits.time_scales import brahe_epoch
 from satform.scenario.environment import earth_rotation
 from satform.scenario.stations import StationSpec

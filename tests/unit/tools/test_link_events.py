@@ -15,6 +15,7 @@ from satform.evaluation.links import DeliveredConnectivity, DeliveredFraction, L
 from satform.flight.simulate import simulate
 from satform.membership.formation import TopologyChanged
 from satform.plot.style import Unit
+from satform.record.link_history import LinkHistory
 from satform_tools.report.event_log import flight_events
 from satform_tools.report.page.charts import graph_charts
 from satform_tools.run.stored_run import StoredRun
@@ -57,8 +58,10 @@ def test_the_earth_and_a_lost_satellite_close_links_too() -> None:
     assert links.states.blocked.all()
     assert not links.delivered.any()
     assert links.changes() == []
-    margin = LinkMargin(value=0.0, absolute=1.0, source="t")
-    assert math.isnan(margin.measure(simulate(scenario)))
+    record = simulate(scenario)
+    assert LinkMargin(value=0.0, absolute=1.0, source="t").measure(record) == -math.inf
+    mean = LinkMargin(statistic="mean", value=0.0, absolute=1.0, source="t")
+    assert math.isnan(mean.measure(record))
     lost = shipped(
         "radio_links_spread",
         "timing.duration=200.0",
@@ -135,3 +138,13 @@ def test_an_edge_that_only_an_unplanned_change_brings_has_no_channel() -> None:
     assert links.states.margin.shape[1] == 1
     new = [place for place in range(len(links.edges)) if links.names_of(place) == ("sat3", "sat1")]
     assert links.delivered[:, new].sum(axis=1).tolist() == [0] * 5 + [1] * (len(links.sent) - 5)
+
+
+def test_no_history_of_links_is_computed_for_events_of_a_scenario_without_channels() -> None:
+    scenario = shipped("lossy_links", "timing.duration=20.0")
+
+    def never(_: object) -> LinkHistory:
+        raise AssertionError("computed")
+
+    record = replace(simulate(scenario), link_source=never)
+    assert flight_events(StoredRun(Path("bag"), scenario, record, True, {}, None)) == []

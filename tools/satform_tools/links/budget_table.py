@@ -104,7 +104,7 @@ def _summary(flown: _Flown, link: int) -> dict[str, Any]:
     """Budget, best and worst margin of a link."""
     states, edge = flown.states, int(flown.history.physical[link])
     margin = states.margin[:, link]
-    seen = np.flatnonzero(~states.blocked[:, link])
+    seen = np.flatnonzero(margin > -np.inf)
     sent = int(flown.history.sent[:, edge].sum())
     sender, receiver = flown.names(link)
     found: dict[str, Any] = {"sender": sender, "receiver": receiver, **_fixed(flown.spec(link))}
@@ -121,6 +121,7 @@ def _summary(flown: _Flown, link: int) -> dict[str, Any]:
         else:
             found[name] = None
     found["blocked"] = float(states.blocked[:, link].mean())
+    found["no_gain"] = float((np.isneginf(margin) & ~states.blocked[:, link]).mean())
     found["closed"] = float((margin < 0.0).mean())
     found["delivered"] = int(flown.history.delivered[:, edge].sum()) / sent if sent else None
     return found
@@ -151,7 +152,11 @@ def _print(flown: _Flown, summary: list[dict[str, Any]]) -> None:
     )
     rows = []
     for index, entry in enumerate(summary):
-        margins = [_decibels(value) for value in flown.states.margin[chosen, index].tolist()]
+        blocked = flown.states.blocked[chosen, index].tolist()
+        margins = [
+            _decibels(value, blocked=behind)
+            for value, behind in zip(flown.states.margin[chosen, index].tolist(), blocked, strict=True)
+        ]
         extremes = [_extreme(entry[name]) for name in ("worst", "best")]
         fractions = [_percentage(entry[name]) for name in ("blocked", "closed", "delivered")]
         rows.append((f"{entry['sender']} to {entry['receiver']}", *margins, *extremes, *fractions))
@@ -174,8 +179,10 @@ def _extreme(entry: dict[str, float] | None) -> str:
     return "" if entry is None else f"{entry['margin']:.2f} at {entry['distance'] / 1e3:.4g} km"
 
 
-def _decibels(value: float) -> str:
-    return "blocked" if math.isinf(value) else f"{value:.2f}"
+def _decibels(value: float, *, blocked: bool) -> str:
+    if blocked:
+        return "blocked"
+    return "no gain" if value == -math.inf else f"{value:.2f}"
 
 
 def _percentage(value: float | None) -> str:
@@ -186,13 +193,13 @@ def _rows(flown: _Flown, stride: int) -> Iterator[tuple[Any, ...]]:
     states, history = flown.states, flown.history
     for step in range(0, len(states.margin), stride):
         for link, edge in enumerate(history.physical.tolist()):
-            margin = float(states.margin[step, link])
+            margin, ratio = float(states.margin[step, link]), float(states.ratio[step, link])
             yield (
                 step * flown.step,
                 *flown.names(link),
                 float(states.distance[step, link]),
                 int(states.blocked[step, link]),
-                float(states.ratio[step, link]),
+                "" if math.isinf(ratio) else ratio,
                 "" if math.isinf(margin) else margin,
                 float(states.loss[step, link]),
                 float(states.light_time[step, link]),

@@ -92,6 +92,9 @@ def graph_states(stored: StoredRun) -> list[GraphState]:
 
 def _link_changes(stored: StoredRun) -> list[tuple[int, Kind, str]]:
     """Radio and optical links that reach their required bit error rate or no longer do."""
+    links = stored.scenario.links
+    if links is None or not links.physical:
+        return []
     history = stored.record.links
     found: list[tuple[int, Kind, str]] = []
     # The first change is what holds at the start.

@@ -15,6 +15,11 @@ from satform.numeric.elementwise import Array, dot
 
 _MOST_ELEMENTS = 1024
 
+MOST_DECIBELS = 300.0
+"""Magnitude that gains and losses may have at most, dB."""
+
+Gain: TypeAlias = Annotated[float, Field(ge=-MOST_DECIBELS, le=MOST_DECIBELS)]
+
 
 class AntennaSpec(Spec):
     """What all antennas have: how they are matched to their line."""
@@ -54,7 +59,7 @@ class IsotropicSpec(AntennaSpec):
     """The same gain in all directions."""
 
     kind: Literal["isotropic"] = "isotropic"
-    peak_gain: Number = 0.0
+    peak_gain: Gain = 0.0
     """dBi."""
 
     def gain(self, direction: Array, frequency: float) -> Array:
@@ -69,18 +74,20 @@ class BeamSpec(AntennaSpec):
     """
 
     kind: Literal["beam"] = "beam"
-    peak_gain: Number
+    peak_gain: Gain
     """Along the boresight, dBi."""
     beamwidth: Annotated[float, Field(gt=0.0, le=2.0 * math.pi)]
     """Full angle between the directions of half the gain, rad."""
     boresight: Vector = (1.0, 0.0, 0.0)
     """Direction in body axes; its length does not matter."""
-    floor: Number = -20.0
+    floor: Gain = -20.0
     """Gain in all directions far from the boresight, dBi."""
 
     @model_validator(mode="after")
     def _points(self) -> "BeamSpec":
         require_direction(self.boresight, "boresight")
+        if self.floor > self.peak_gain:
+            raise ValueError(f"floor {self.floor:g} dBi is above peak_gain {self.peak_gain:g} dBi")
         return self
 
     def gain(self, direction: Array, frequency: float) -> Array:
@@ -116,6 +123,9 @@ class ArraySpec(AntennaSpec):
         require_direction(self.boresight, "boresight")
         for beam in self.beams:
             require_direction(beam, "beams")
+        if len(set(self.elements)) < len(self.elements):
+            same = next(place for place in self.elements if self.elements.count(place) > 1)
+            raise ValueError(f"elements: two are at {list(same)}; each needs a position of its own")
         return self
 
     def gain(self, direction: Array, frequency: float) -> Array:

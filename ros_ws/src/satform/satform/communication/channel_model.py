@@ -8,7 +8,7 @@ where the message is received: so the same run has the same losses in one proces
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated
 
 import numpy as np
@@ -53,9 +53,15 @@ class Window(Spec):
             raise ValueError(f"end {self.end:g} s is not later than begin {self.begin:g} s")
         return self
 
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """First time in it and first time after it, s, earlier by a rounding of times of steps."""
+        return self.begin * (1.0 - _SLACK), self.end * (1.0 - _SLACK)
+
     def covers(self, time: Array) -> NDArray[np.bool_]:
         """Whether times, s, lie in it, but for a rounding."""
-        return np.asarray((self.begin * (1.0 - _SLACK) <= time) & (time < self.end * (1.0 - _SLACK)))
+        begin, end = self.bounds
+        return np.asarray((begin <= time) & (time < end))
 
 
 class LinkSpec(Spec):
@@ -174,11 +180,7 @@ class ChannelModel:
         self._duplication = np.array([link.duplication for link in links])
         self._reordering = np.array([link.reordering for link in links])
         self._every = np.array([max(1, round(link.period / step)) for link in links], dtype=np.int64)
-        outages = [
-            (index, window.begin * (1.0 - _SLACK), window.end * (1.0 - _SLACK))
-            for index, link in enumerate(links)
-            for window in link.outages
-        ]
+        outages = [(index, *window.bounds) for index, link in enumerate(links) for window in link.outages]
         self._cut_links = np.array([index for index, _, _ in outages], dtype=np.int64)
         self._cut_from = np.array([begin for _, begin, _ in outages])
         self._cut_until = np.array([end for _, _, end in outages])
@@ -207,9 +209,7 @@ class ChannelModel:
             shape: of the satellites and their possible neighbours, (..., K), with one edge for each.
         """
         step, seed = setting
-        count = len(names)
-        numbers = [receiver * count + sender for sender, receiver in edges]
-        draws = SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS) if edges else None
+        draws = _draws_of(seed, edges, len(names)) if edges else None
         return cls(
             [spec.of(names[sender], names[receiver]) for sender, receiver in edges], draws, step, shape
         )
@@ -322,6 +322,12 @@ class ChannelModel:
         self._stamps[slots, edges] = stamps[edges]
 
 
+def _draws_of(seed: int, edges: Iterable[Sequence[int]], count: int) -> SeededUniforms:
+    """Random numbers of the links between satellites, each from sender to receiver."""
+    numbers = [receiver * count + sender for sender, receiver in edges]
+    return SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS)
+
+
 def loss_draws(seed: int, edges: Indices, count: int, steps: int) -> Array:
     """The random numbers in [0, 1) below whose loss probability a message is lost, shape (steps, E).
 
@@ -331,10 +337,9 @@ def loss_draws(seed: int, edges: Indices, count: int, steps: int) -> Array:
         count: number of satellites.
         steps: of the flight.
     """
-    numbers = [receiver * count + sender for sender, receiver in edges.tolist()]
-    draws = SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS)
-    found = np.empty((steps, len(numbers)))
-    for step in range(steps if numbers else 0):
+    draws = _draws_of(seed, edges.tolist(), count)
+    found = np.empty((steps, len(edges)))
+    for step in range(steps if len(edges) else 0):
         found[step] = draws.at(step)[:, 0]
     return found
 

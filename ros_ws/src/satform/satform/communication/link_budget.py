@@ -20,8 +20,8 @@ from satform.numeric.elementwise import Array
 Modulation: TypeAlias = Literal["bpsk", "qpsk", "dpsk", "fsk", "fsk_noncoherent", "psk8", "qam16"]
 Detection: TypeAlias = Literal["ook", "heterodyne_psk", "homodyne_psk"]
 
-_LEAST_RATIO = 1e-300
-"""Below it a ratio counts as this, so that its logarithm is finite."""
+LEAST_ERROR_RATE = 1e-15
+"""Smallest bit error rate of which the required ratio can be asked."""
 
 
 def free_space_loss(distance: Array, frequency: float) -> Array:
@@ -147,16 +147,17 @@ def required_ratio(modulation: str, error_rate: float) -> float:
 
     Args:
         modulation: a key of `BIT_ERROR_RATES`.
-        error_rate: between 0 and 0.3.
+        error_rate: between `LEAST_ERROR_RATE` and 0.3.
     """
 
     def excess(decibels: float) -> float:
         rate = float(bit_error_rate(modulation, np.asarray(10.0 ** (0.1 * decibels))))
-        return math.log(max(rate, _LEAST_RATIO)) - math.log(error_rate)
+        return math.log(max(rate, 1e-3 * LEAST_ERROR_RATE)) - math.log(error_rate)
 
     return float(10.0 ** (0.1 * float(brentq(excess, -40.0, 40.0, xtol=1e-12))))
 
 
 def decibels(ratio: Array) -> Array:
-    """10 log10 of a ratio of powers; of zero a large negative number."""
-    return np.asarray(10.0 * np.log10(np.maximum(ratio, _LEAST_RATIO)))
+    """10 log10 of a ratio of powers; minus infinity of zero."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(10.0 * np.log10(ratio))

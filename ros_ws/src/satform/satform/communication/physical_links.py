@@ -16,9 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, model_validator
 
-from satform.common.spec import NonNegative, Number, Positive, Spec, Vector
-from satform.communication.antennas import Antenna, IsotropicSpec, factor, require_direction, unit
+from satform.common.spec import Positive, Spec, Vector
+from satform.communication.antennas import (
+    MOST_DECIBELS,
+    Antenna,
+    IsotropicSpec,
+    factor,
+    require_direction,
+    unit,
+)
 from satform.communication.link_budget import (
+    LEAST_ERROR_RATE,
     Detection,
     Modulation,
     beam_gain,
@@ -34,9 +42,12 @@ from satform.communication.link_budget import (
 from satform.communication.physical_constants import SPEED_OF_LIGHT
 from satform.numeric.elementwise import Array, Indices, dot, joined, norm
 from satform.orbits.earth import EQUATORIAL_RADIUS
+from satform.orbits.line_of_sight import line_of_sight_distance
 
 LONGEST_LIGHT_TIME = 3.0
 """Light time from which on a message counts as lost, s; the distance is then 900 000 km."""
+
+_PointingError: TypeAlias = Annotated[float, Field(ge=0.0, le=math.pi)]
 
 
 class PhysicalSpec(Spec):
@@ -48,9 +59,9 @@ class PhysicalSpec(Spec):
     """Rate of the bits on the link, bit/s."""
     message_bits: Annotated[int, Field(ge=1, le=10_000_000)] = 512
     """Bits of a message; it is lost when one of them is wrong, since there is no coding."""
-    losses: Number = 0.0
+    losses: Annotated[float, Field(ge=0.0, le=MOST_DECIBELS)] = 0.0
     """All further losses of the link, such as those of lines and of the receiver's implementation, dB."""
-    required_bit_error_rate: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-5
+    required_bit_error_rate: Annotated[float, Field(ge=LEAST_ERROR_RATE, le=0.1)] = 1e-5
     """Bit error rate at which the margin is zero; no part of the simulation."""
     light_time: bool = True
     """Whether the light time is added to the delay of the link."""
@@ -121,16 +132,16 @@ class OpticalSpec(PhysicalSpec):
 
     kind: Literal["optical"] = "optical"
     wavelength: Positive
-    """M."""
-    divergence: Annotated[float, Field(gt=0.0, le=1.0)]
+    """In vacuum, m."""
+    divergence: Annotated[float, Field(ge=1e-9, le=1.0)]
     """Full angle of the Gaussian beam between the directions of 1/e^2 of its intensity, rad."""
     aperture: Positive
     """Diameter of the receiving telescope, m."""
     detection: Detection = "ook"
     """ook: on-off keying, photons are counted; heterodyne_psk, homodyne_psk: coherent detection."""
-    pointing_offset: NonNegative = 0.0
+    pointing_offset: _PointingError = 0.0
     """Constant error of the beam's direction, rad."""
-    pointing_jitter: NonNegative = 0.0
+    pointing_jitter: _PointingError = 0.0
     """Standard deviation of the beam's direction about each of two axes, rad; its mean effect counts."""
     boresight: Vector = (1.0, 0.0, 0.0)
     """Middle of the terminal's field of regard, in body axes; its length does not matter."""
@@ -171,8 +182,10 @@ class LinkStates:
     Attributes:
         distance: between the satellites, m, shape (..., E).
         blocked: whether the Earth is between them, shape (..., E).
-        ratio: Eb/N0, or photons per bit, dB, shape (..., E).
-        margin: of the ratio above the required one, dB; minus infinity when blocked, shape (..., E).
+        ratio: Eb/N0, or photons per bit, dB; minus infinity where an antenna or terminal has no gain in the
+            direction of the other satellite, shape (..., E).
+        margin: of the ratio above the required one, dB; minus infinity when blocked or without gain, shape
+            (..., E).
         loss: probability that a message is lost, shape (..., E).
         light_time: that is added to the delay, s, shape (..., E).
     """
@@ -282,22 +295,6 @@ class LinkMedium:
         from_earth = geometry.position + joined(geometry.chief_radius, zero, zero)[..., None, :]
         first, second = from_earth[..., senders, :], from_earth[..., receivers, :]
         return np.asarray(line_of_sight_distance(first, second) <= self._least)
-
-
-def line_of_sight_distance(first: Array, second: Array) -> Array:
-    """Least distance of the segment between two positions from the Earth's centre.
-
-    Args:
-        first: from the Earth's centre, m, shape (..., 3).
-        second: likewise.
-
-    Returns:
-        m, shape (...).
-    """
-    between = second - first
-    squared = dot(between, between)
-    along = np.clip(-dot(first, between) / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0)
-    return norm(first + along[..., None] * between)
 
 
 def _in_body(body: Array | None, satellites: Indices, direction: Array) -> Array:

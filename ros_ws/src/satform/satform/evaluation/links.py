@@ -14,7 +14,8 @@ from satform.common.spec import Positive
 from satform.numeric.elementwise import Array
 from satform.record.flight_record import FlightRecord
 from satform.record.link_history import LinkHistory
-from satform.record.stretch import rows_within
+from satform.record.stretch import TIME_SLACK, rows_within
+from satform.scenario.expectation import Edges
 from satform.scenario.parts import Timing
 from satform.scenario.windowed_expectation import OverWindow
 
@@ -33,6 +34,14 @@ class _OfLinks(OverWindow):
         if len(satellites) < 2:
             own.append("there are no links: there is one satellite")
         return own
+
+    def between(self, edges: Edges) -> list[bool]:
+        """Of each edge between satellites that are meant, whether it is a radio or optical link."""
+        return [
+            physical
+            for sender, receiver, physical in edges()
+            if self.satellites is None or {sender, receiver} <= set(self.satellites)
+        ]
 
     def rows(self, record: FlightRecord) -> slice:
         """The steps of the stretch; none where the flight ends before."""
@@ -57,6 +66,13 @@ class DeliveredConnectivity(_OfLinks):
     window_length: Positive | None = None
     """Length of a window, s; one step when left out."""
 
+    def complaints(self, satellites: set[str], timing: Timing) -> list[str]:
+        own = super().complaints(satellites, timing)
+        length = (timing.duration if self.before is None else self.before) - self.after
+        if not own and self.window_length is not None and self.window_length > length * (1.0 + TIME_SLACK):
+            own.append(f"window_length {self.window_length:g} s is longer than the stretch of {length:g} s")
+        return own
+
     def measure(self, record: FlightRecord) -> float:
         links, rows = record.links, self.rows(record)
         steps = 1 if self.window_length is None else max(1, round(self.window_length / record.step))
@@ -72,6 +88,9 @@ class DeliveredFraction(_OfLinks):
     figure_name = "delivered part of the messages"
     kind: Literal["delivered_fraction"] = "delivered_fraction"
 
+    def link_complaints(self, edges: Edges) -> list[str]:
+        return [] if self.between(edges) else ["the graph has no edge between the satellites that are meant"]
+
     def measure(self, record: FlightRecord) -> float:
         links, rows = record.links, self.rows(record)
         if links is None:
@@ -82,22 +101,32 @@ class DeliveredFraction(_OfLinks):
 
 
 class LinkMargin(_OfLinks):
-    """Margin of radio and optical links above the required bit error rate, in dB."""
+    """Margin of radio and optical links above the required bit error rate, in dB.
+
+    A link that is blocked by the Earth, or without gain in the direction of the other satellite, has a margin
+    of minus infinity. It is the minimum then, which counts as missed. Mean and maximum are those of the other
+    links and steps; there is no figure where there are none.
+    """
 
     unit = "dB"
     figure_name = "{0.statistic} link margin"
     kind: Literal["link_margin"] = "link_margin"
     statistic: Statistic = "minimum"
-    """Of all links and steps that are meant; a link that the Earth blocks has none."""
+    """Of all links and steps that are meant."""
+
+    def link_complaints(self, edges: Edges) -> list[str]:
+        if any(self.between(edges)):
+            return []
+        return ["no edge of the graph between the satellites that are meant has a radio or optical channel"]
 
     def measure(self, record: FlightRecord) -> float:
         links, rows = record.links, self.rows(record)
         if links is None or links.states is None:
             return math.nan
         margins = links.states.margin[rows][:, _physical(links, self.satellites)]
-        if not margins.size or not np.isfinite(margins).all():
-            return math.nan
-        return float(_STATISTICS[self.statistic](margins))
+        if self.statistic != "minimum":
+            margins = margins[margins > -np.inf]
+        return float(_STATISTICS[self.statistic](margins)) if margins.size else math.nan
 
 
 def _physical(links: LinkHistory, satellites: tuple[str, ...] | None) -> NDArray[np.bool_]:

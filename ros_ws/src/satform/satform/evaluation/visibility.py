@@ -17,10 +17,10 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize_scalar
 
-from satform.communication.physical_links import line_of_sight_distance
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.orbits.frames import EarthRotation
+from satform.orbits.line_of_sight import line_of_sight_distance
 from satform.orbits.time_scales import brahe_epoch
 from satform.record.flight_record import FlightRecord
 from satform.scenario.stations import StationSpec

@@ -6,12 +6,14 @@ import math
 
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.common.spec import Complaint
+from satform.communication.channel_model import LinksSpec
 from satform.consensus.graph import Graph
 from satform.control.protocol import require_protocol
 from satform.dynamics.integrators import substep_complaint
 from satform.scenario.definition import ScenarioDefinition
 from satform.scenario.deployment import host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
+from satform.scenario.expectation import Expectation
 from satform.scenario.inertial_points import inertial_point_complaints
 from satform.scenario.membership_checks import fault_complaints, schedule_complaints
 from satform.scenario.reconfiguration_checks import reconfiguration_complaints
@@ -131,6 +133,7 @@ def _expectation_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> 
         found = expectation.complaints(set(whole), scenario.timing)
         found = found or expectation.complaints_about_satellites(whole, scenario.consensus.announces)
         found = found or expectation.orbit_complaints(scenario.setting, scenario.timing)
+        found = found or _uncomputable_of_links(scenario, expectation)
         if not expectation.has_criterion:
             found.append("give a value with its tolerance, or below, or above")
         elif not (expectation.origin or recorded):
@@ -140,6 +143,21 @@ def _expectation_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> 
             )
         complaints += [(("expect", index), sentence) for sentence in found]
     return complaints
+
+
+def _uncomputable_of_links(scenario: ScenarioDefinition, expectation: Expectation) -> list[str]:
+    names = [satellite.name for satellite in scenario.satellites]
+
+    def edges() -> list[tuple[str, str, bool]]:
+        pairs = [(names[sender], names[receiver]) for sender, receiver in scenario.possible_graph().edges]
+        links = scenario.links or LinksSpec()
+        return [(*pair, links.of(*pair).channel is not None) for pair in pairs]
+
+    try:
+        return expectation.link_complaints(edges)
+    except ValueError:
+        # A graph, or a change of it, that cannot be is named elsewhere.
+        return []
 
 
 def _graph_complaints(scenario: ScenarioDefinition) -> list[Complaint]:

@@ -22,6 +22,10 @@ from satform.scenario.parts import SatelliteSpec, Timing
 Loops: TypeAlias = Callable[[], Sequence[SampledLoop]]
 """Gives the sampled loops of a scenario, worked out when they are asked for."""
 
+Edges: TypeAlias = Callable[[], Sequence[tuple[str, str, bool]]]
+"""Gives each edge that the graph of a scenario has at some time: sender, receiver, whether it is a radio or
+optical link."""
+
 
 class ComputedFrom(Enum):
     """What the figure of an expectation is computed from, by the methods that its kind defines.
@@ -198,6 +202,14 @@ class Expectation(Spec):
         Args:
             setting: chief of the scenario.
             timing: control period and duration.
+        """
+        return []
+
+    def link_complaints(self, edges: Edges) -> list[str]:
+        """Why its figure cannot be made of the links of a scenario.
+
+        Args:
+            edges: gives those of the scenario.
         """
         return []
 
