@@ -107,15 +107,20 @@ def test_targets_asked_for_in_flight_are_followed_cancelled_refused_and_flown_ag
     far = operator.send("behind", "{curve: {kind: fixed_point, position: [0.0, -900.0, 0.0]}}")
     for _ in range(3):
         operator.ask(services.STEP)
-    cancelled = operator.done(far.cancel_goal_async())
-    assert len(cancelled.goals_canceling) == 1
+    assert len(operator.done(far.cancel_goal_async()).goals_canceling) == 1
     for _ in range(2):
         operator.ask(services.STEP)
     status, result = operator.outcome(far)
     assert status == GoalStatus.STATUS_CANCELED
     back = result.step
     assert f"the former targets are back since step {back}" in result.message
+
+    kept = operator.send("ahead", "{curve: {kind: fixed_point, position: [0.0, 502.0, 0.0]}}", hold=1e6)
+    answer = kept.get_result_async()
     operator.ask(services.RESUME)
+    ended = operator.done(answer)
+    assert ended.status == GoalStatus.STATUS_ABORTED
+    assert ended.result.message == "not reached before ahead got another target at step 300"
 
     for process in running:
         assert process.wait(120) == 0
@@ -124,7 +129,7 @@ def test_targets_asked_for_in_flight_are_followed_cancelled_refused_and_flown_ag
     changes = {step: event for step, (event,) in bag.events.items()}
     assert changes[first].targets == {0: TargetSpec(curve=NEAR)}
     assert changes[back].targets == {1: TargetSpec()}
-    assert len(changes) == 3
+    assert len(changes) == 4
     assert all(isinstance(event, TargetsChanged) for event in changes.values())
     reference = bag.record.reference_position
     assert reference[first, 0].tolist() == [0.0, 501.0, 0.0]

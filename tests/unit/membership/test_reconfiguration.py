@@ -143,6 +143,24 @@ def test_fields_left_out_are_as_before_and_a_cancel_brings_back_the_former_ones(
     assert manager.formation.targets[1] == Target(TargetSpec(), 20)
 
 
+def test_targets_of_the_next_step_are_those_planned_for_it_and_those_scheduled_after_them() -> None:
+    planned = change({"satellite": "sat1", "curve": CIRCLE}, {"satellite": "sat2", "scale": 2.0})
+    manager = MembershipManager(three(planned).membership_plan())
+    manager.begin(STEP - 1)
+    assert manager.next_targets == {}
+    manager.close()
+    circle = Target(TargetSpec(curve=CircleSpec(radius=700.0)), STEP)
+    assert manager.next_targets == {0: circle, 1: Target(TargetSpec(scale=2.0), STEP)}
+    assert manager.schedule(TargetsChanged({1: TargetSpec(phase_offset=5.0)}, "asked for")) == STEP
+    both = {0: circle, 1: Target(TargetSpec(scale=2.0, phase_offset=5.0), STEP)}
+    assert manager.next_targets == both
+    assert manager.formation.targets == {}
+    manager.begin(STEP)
+    assert manager.next_targets == both
+    manager.close()
+    assert manager.formation.targets == manager.next_targets == both
+
+
 def test_what_a_bag_has_beside_the_plan_is_flown_again() -> None:
     plan = three(change({"satellite": "sat1", "curve": CIRCLE})).membership_plan()
     own = TargetSpec(curve=CircleSpec(radius=700.0))

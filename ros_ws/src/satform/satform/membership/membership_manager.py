@@ -10,7 +10,7 @@ The plant's flight loop (`satform_nodes.plant.flight_loop`) detects that a satel
 its timeout. The supervisor reports the end of a satellite's process, and restarts it.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from satform.membership.formation import (
     SatelliteRejoined,
     rejoins_after,
 )
+from satform.membership.reconfiguration import Target, TargetsChanged
 
 ALL_LOST = "no satellite is left"
 """How the reason of a flight ends that has lost its last satellite."""
@@ -174,6 +175,19 @@ class MembershipManager:
     def next_step(self) -> int:
         """The first step in which something that happens now can take effect."""
         return self.step if self.open else self.step + 1
+
+    @property
+    def next_targets(self) -> Mapping[int, Target]:
+        """Targets in force at the next step, those planned or scheduled for it included.
+
+        By the indices of the satellites whose target is not that of the scenario's start.
+        """
+        planned = [] if self.open else self._plan.get(self.next_step, [])
+        targets: Mapping[int, Target] = self.formation.targets
+        for event in (*planned, *self._pending):
+            if isinstance(event, TargetsChanged):
+                targets = event.applied(targets, self.next_step)
+        return targets
 
     @property
     def over(self) -> bool:

@@ -150,7 +150,7 @@ class ReconfigurationServer:
         arrival = _arrival(request, control.plan.timing.step)
         targets = requested_targets(control.plan.reconfiguration, request.satellites, request.targets)
         names = [control.names[index] for index in targets]
-        present = control.membership.formation.targets
+        present = control.membership.next_targets
         event = TargetsChanged(targets, f"the targets of {listed(names)} were changed by an action")
         since = control.schedule_event(event)
         whole = event.applied(present, since)
@@ -173,9 +173,21 @@ class ReconfigurationServer:
                 self._end("canceled", f"cancelled: the former targets are back since step {goal.back_at}")
         elif progress.reached:
             self._end("succeed", f"reached at step {control.plant.step}")
+        elif replaced := self._replaced(goal):
+            self._end("abort", replaced)
         elif progress.timed_out:
             after = (control.plant.step - progress.since) * control.plan.timing.step
             self._end("abort", f"not reached within {after:g} s; the satellites keep the new targets")
+
+    def _replaced(self, goal: _Goal) -> str:
+        """Which satellites of a goal get another target at the next step; empty for none."""
+        control, since = self._control, goal.progress.since
+        targets = control.membership.next_targets
+        others = [control.names[index] for index in goal.before if targets[index].since != since]
+        if not others:
+            return ""
+        step = control.membership.next_step
+        return f"not reached before {listed(others)} got another target at step {step}"
 
     def _look(self, progress: ReconfigurationProgress) -> None:
         """Have progress take in the states of the present step."""
@@ -226,6 +238,10 @@ class ReconfigurationServer:
         control = self._control
         if control.last_step_taken:
             self._end("canceled", "cancelled after the last step: the satellites keep the new targets")
+            return
+        if replaced := self._replaced(goal):
+            # Former targets would undo that change.
+            self._end("abort", replaced)
             return
         names = [control.names[index] for index in goal.before]
         reason = f"the former targets of {listed(names)} are back, as an action was cancelled"
