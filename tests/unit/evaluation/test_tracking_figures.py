@@ -31,6 +31,7 @@ from satform.evaluation.tracking import (
     SlidingVariable,
     TrackingError,
     TrackingErrorAt,
+    TrackingErrorRms,
 )
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
@@ -95,6 +96,8 @@ CASES: list[tuple[Expectation, float]] = [
     (TrackingErrorAt(below=0, at=1.0, satellites=("sat2",)), 1.0),
     (TrackingErrorAt(below=0), 2.0),
     (TrackingErrorAt(below=0, at=2.0), 2.0),
+    (TrackingErrorRms(below=0), math.sqrt((64 + 16 + 4 + 1 + 16 + 36 + 1 + 4) / 8)),
+    (TrackingErrorRms(below=0, after=1.0, satellites=("sat1",)), math.sqrt((4 + 1) / 2)),
     (SlidingVariable(below=0), 7.0),
     (SlidingVariable(below=0, after=1.0), 5.0),
     (SlidingVariable(below=0, satellites=("sat2",), after=1.5), 0.1),
