@@ -51,10 +51,15 @@ class Operator:
         reply = self.done(client.call_async(Trigger.Request()))
         return reply.message if reply.success else ""
 
-    def pause(self) -> int:
+    def paused(self, fleet: Callable[..., list], nodes: list) -> tuple[list, int]:
+        """Start a flight and pause it; its processes and the step before which it pauses."""
+        fleet(nodes[:-1])
+        # A flight takes about two seconds: it begins after the service has been discovered.
+        assert not self.ask(services.PAUSE)
+        running = fleet(nodes[-1:])
         while not (sentence := self.ask(services.PAUSE)):
             pass
-        return int(sentence.split()[-1])
+        return running, int(sentence.split()[-1])
 
     def send(self, satellite: str, target: str, **fields: float) -> Any:
         goal = Reconfigure.Goal(satellites=[satellite], targets=[target], tolerance=5.0, **fields)
@@ -83,8 +88,8 @@ def test_targets_asked_for_in_flight_are_followed_cancelled_refused_and_flown_ag
     scenario = shortened("reconfiguration", 6000.0, LOST, "checkpoint_period=1000.0")
     file, checkpoints = tmp_path / "scenario.json", tmp_path / "checkpoints"
     file.write_text(scenario.to_json())
-    running = fleet(processes(compile_scenario(scenario), file, tmp_path / "bag", 2, checkpoints))
-    first = operator.pause()
+    nodes = processes(compile_scenario(scenario), file, tmp_path / "bag", 2, checkpoints)
+    running, first = operator.paused(fleet, nodes)
 
     status, result = operator.outcome(operator.send("nobody", "{scale: 2.0}"))
     assert status == GoalStatus.STATUS_ABORTED
