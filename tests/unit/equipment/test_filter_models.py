@@ -15,7 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import chi2
 
-from satform.dynamics.relative_motion_models import input_matrix, relative_motion_model
+from satform.dynamics.relative_motion_models import RelativeMotionModel, relative_motion_model
 from satform.dynamics.stepwise_model import StepwiseModel
 from satform.equipment.kalman_filter import Measurement, normalised_error_squared, process_model
 from satform.equipment.navigation_filter import Estimator, FilterSpec
@@ -112,16 +112,34 @@ def test_yamanaka_and_ankersen_s_filter_is_consistent_without_j2() -> None:
     assert not outside_band(errors_squared("yamanaka_ankersen", 0.0)).any()
 
 
-@pytest.mark.parametrize("name", ["yamanaka_ankersen", "j2_elements"])
-def test_matrices_of_each_period_are_those_of_the_model_whatever_was_asked_for_before(name: str) -> None:
+def integrated_response(motion: RelativeMotionModel, begin: float, end: float) -> np.ndarray:
+    """Effect of an acceleration held from `begin` to `end`, by Runge-Kutta, (6, 3)."""
+    push, count = np.eye(6)[:, 3:], 64
+    step = (end - begin) / count
+    matrices = motion.system_matrix(np.linspace(begin, end, 2 * count + 1))
+    effect = np.zeros((6, 3))
+    for first, middle, last in zip(matrices[:-1:2], matrices[1::2], matrices[2::2], strict=True):
+        one = first @ effect + push
+        two = middle @ (effect + 0.5 * step * one) + push
+        three = middle @ (effect + 0.5 * step * two) + push
+        four = last @ (effect + step * three) + push
+        effect = effect + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+    return effect
+
+
+# The J2 acceleration changes by 3 J2 (R/r)^2 mu/r^3 STEP^2 = 8e-6 of a command at perigee; it is left out.
+@pytest.mark.parametrize(("name", "most"), [("yamanaka_ankersen", 1e-10), ("j2_elements", 1e-5)])
+def test_matrices_of_each_period_are_those_of_the_model_whatever_was_asked_for_before(
+    name: str, most: float
+) -> None:
     motion = relative_motion_model(name, CHIEF)
     for number in (130, 63, 0, 64):
         begin, end = number * STEP, (number + 1) * STEP
         found = StepwiseModel(name, CHIEF, STEP).over(number)
         np.testing.assert_allclose(found.transition, motion.transition(begin, end), rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(
-            found.response, input_matrix(motion, begin, end), rtol=1e-6, atol=1e-5 * STEP**2
-        )
+        error = np.abs(found.response - integrated_response(motion, begin, end))
+        assert error[:3].max() < most * STEP**2
+        assert error[3:].max() < most * STEP
 
 
 def test_process_covariance_about_a_circle_is_that_of_the_circular_model() -> None:

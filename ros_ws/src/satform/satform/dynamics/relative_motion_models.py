@@ -15,6 +15,8 @@ from satform.orbits.chief import KeplerianChief
 
 ModelName = Literal["cw", "yamanaka_ankersen", "j2_elements"]
 
+_ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
 
 class RelativeMotionModel(Protocol):
     """Motion of a satellite relative to the chief, to first order in the distance."""
@@ -75,6 +77,30 @@ def relative_motion_model(name: ModelName, chief: KeplerianChief) -> RelativeMot
     return YamanakaAnkersenModel(chief)
 
 
+def impulse_responses(
+    model: RelativeMotionModel, start: float | Array, end: float | Array, origin: float = 0.0
+) -> tuple[Array, Array]:
+    """Effect of unit velocity changes at the points of three-point Gauss-Legendre quadrature between times.
+
+    An integral over the duration is the sum of weights times values, with an error that falls as the seventh
+    power of the duration.
+
+    Args:
+        model: of the relative motion.
+        start: since time zero, s, shape (...).
+        end: likewise.
+        origin: time zero of the model, s.
+
+    Returns:
+        Effect on the state at the end, shape (..., 3, 6, 3), and weights of the points, s, shape (..., 3).
+    """
+    first, last = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
+    half = 0.5 * (last - first)[..., None]
+    points = first[..., None] - origin + half * (1.0 + _ABSCISSAE)
+    ends = np.broadcast_to((last - origin)[..., None], points.shape)
+    return model.transition(points, ends)[..., 3:], half * _WEIGHTS
+
+
 def input_matrix(model: RelativeMotionModel, start: float | Array, end: float | Array) -> Array:
     """Effect on the state of an acceleration that is held in LVLH from one time to another.
 
@@ -84,14 +110,14 @@ def input_matrix(model: RelativeMotionModel, start: float | Array, end: float | 
         end: likewise.
 
     Returns:
-        Shape (..., 6, 3): s^2 for the position rows, s for the velocity rows. The integral is taken by
-        three-point Gauss-Legendre quadrature, so that its error falls as the seventh power of the duration.
+        Shape (..., 6, 3): s^2 for the position rows, s for the velocity rows; by the quadrature of
+        `impulse_responses`.
     """
-    first, last = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
-    abscissae, weights = np.polynomial.legendre.leggauss(3)
-    half = 0.5 * (last - first)
-    effect = np.zeros((*first.shape, 6, 3))
-    for abscissa, weight in zip(abscissae.tolist(), weights.tolist(), strict=True):
-        response = model.transition(first + half * (1.0 + abscissa), last)
-        effect += (weight * half)[..., None, None] * response[..., 3:]
+    return held_response(*impulse_responses(model, start, end))
+
+
+def held_response(impulses: Array, weights: Array) -> Array:
+    """Effect of a held acceleration by the results of `impulse_responses`, shape (..., 6, 3)."""
+    scaled = weights[..., None, None] * impulses
+    effect: Array = scaled[..., 0, :, :] + scaled[..., 1, :, :] + scaled[..., 2, :, :]
     return effect

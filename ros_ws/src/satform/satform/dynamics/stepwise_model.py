@@ -9,7 +9,13 @@ from typing import Literal
 import numpy as np
 
 from satform.dynamics.j2_element_model import J2ElementModel
-from satform.dynamics.relative_motion_models import ModelName, RelativeMotionModel, relative_motion_model
+from satform.dynamics.relative_motion_models import (
+    ModelName,
+    RelativeMotionModel,
+    held_response,
+    impulse_responses,
+    relative_motion_model,
+)
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief
@@ -20,8 +26,6 @@ _BLOCK = 64
 
 The bits of a matrix so do not depend on who asks for it, nor on which steps were asked for before.
 """
-
-_ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 @dataclass(frozen=True)
@@ -102,15 +106,12 @@ def _block(model: StepwiseModel, block: int) -> tuple[StepMatrices, ...]:
     if isinstance(motion, J2ElementModel):
         origin = float(begins[0])
         forced = YamanakaAnkersenModel(drifted(motion.mean, origin))
-    points = begins[:, None] - origin + 0.5 * model.step * (1.0 + _ABSCISSAE)
-    impulses = forced.transition(points, np.broadcast_to((ends - origin)[:, None], points.shape))[..., 3:]
-    weights = 0.5 * model.step * _WEIGHTS
-    responses = np.sum(weights[:, None, None] * impulses, axis=1)
+    impulses, weights = impulse_responses(forced, begins, ends, origin)
+    responses = held_response(impulses, weights)
     for array in (transitions, responses, impulses, weights):
         array.flags.writeable = False
     return tuple(
-        StepMatrices(transition, response, impulse, weights)
-        for transition, response, impulse in zip(transitions, responses, impulses, strict=True)
+        StepMatrices(*matrices) for matrices in zip(transitions, responses, impulses, weights, strict=True)
     )
 
 
