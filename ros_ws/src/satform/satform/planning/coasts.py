@@ -120,9 +120,9 @@ class ModelCoasts:
         if np.any(acceleration):
             pieces = max(_LEAST_PIECES, int(np.ceil(128.0 * duration / self.period)))
             edges = begin + duration * np.arange(pieces + 1) / pieces
-            pushed = input_matrix(self.model, edges[:-1], edges[1:]) @ acceleration
+            forced = input_matrix(self.model, edges[:-1], edges[1:]) @ acceleration
             onward = self.model.transition(edges[1:], np.full(pieces, edges[-1]))
-            moved = moved + (onward @ pushed[..., None])[..., 0].sum(axis=0)
+            moved = moved + (onward @ forced[..., None])[..., 0].sum(axis=0)
         return moved
 
     def track(self, state: Array, begin: float, duration: float, acceleration: Array) -> tuple[Array, Array]:
@@ -132,10 +132,10 @@ class ModelCoasts:
         states = ahead @ state
         if np.any(acceleration):
             times = begin + offsets
-            pushed = input_matrix(self.model, times[:-1], times[1:]) @ acceleration
+            forced = input_matrix(self.model, times[:-1], times[1:]) @ acceleration
             onward = self.model.transition(times[:-1], times[1:])
-            forced = np.zeros(6)
-            for place, (transition, push) in enumerate(zip(onward, pushed, strict=True), 1):
-                forced = transition @ forced + push
-                states[place] += forced
+            response = np.zeros(6)
+            for sample, (transition, increment) in enumerate(zip(onward, forced, strict=True), 1):
+                response = transition @ response + increment
+                states[sample] += response
         return offsets, states[:, :3]
