@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
 from satform_msgs.action import Reconfigure
+from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_MISSED
 from satform_nodes.plant.reconfiguration import RECONFIGURE
@@ -103,13 +105,53 @@ def _followed(observer: Observer, client: Any, goal: Any, *, quiet: bool) -> Any
     try:
         observer.wait(lambda: ended.done() or not observer.plant_exists(), _FOREVER)
     except KeyboardInterrupt:
-        handle.cancel_goal_async()
-        observer.wait(ended.done, observer.timeout)
+        _cancel(observer, handle, ended)
     # The result may still be on its way when the plant is gone.
     if not observer.wait(ended.done, _LAST_RESULT):
         raise CommandError("the flight ended before the goal did")
     return ended.result()
 
+
+def _cancel(observer: Observer, handle: Any, ended: Any) -> None:
+    """Cancel a goal and wait for its end, or for that of the plant.
+
+    Args:
+        observer: in the formation's domain.
+        handle: of the goal.
+        ended: future of its result.
+
+    Raises:
+        CommandError: the plant rejects the request or does not reply, or the goal goes on.
+    """
+    reply = handle.cancel_goal_async()
+    observer.wait(lambda: reply.done() or ended.done() or not observer.plant_exists(), observer.timeout)
+    if ended.done() or not observer.plant_exists():
+        return
+    if not reply.done():
+        raise CommandError(f"cancel requested; the action does not reply within {observer.timeout:g} s")
+    answer = reply.result()
+    if not answer.goals_canceling:
+        # A goal that has just ended cannot be cancelled; its result follows.
+        if observer.wait(ended.done, _LAST_RESULT):
+            return
+        reason = _REJECTIONS.get(answer.return_code, f"return code {answer.return_code}")
+        raise CommandError(f"the plant rejects the cancel request: {reason}")
+    observer.wait(lambda: ended.done() or not observer.plant_exists(), observer.timeout)
+    if ended.done() or not observer.plant_exists():
+        return
+    if observer.latest_status().phase == FormationStatus.PAUSED:
+        raise CommandError(
+            "cancel requested; the flight is paused: the former targets come back with its next step"
+        )
+    raise CommandError(f"cancel requested; the goal has not ended within {observer.timeout:g} s")
+
+
+_REJECTIONS = {
+    CancelGoal.Response.ERROR_REJECTED: "the goal cannot be cancelled now",
+    CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID: "it does not know the goal",
+    CancelGoal.Response.ERROR_GOAL_TERMINATED: "the goal has already ended",
+}
+"""What the return code of a rejected cancel request means."""
 
 _OUTCOMES = {
     GoalStatus.STATUS_SUCCEEDED: ("reached", EXIT_DONE),
