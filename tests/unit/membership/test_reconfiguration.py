@@ -21,9 +21,11 @@ from satform.membership.reconfiguration import Target, TargetsChanged, TargetSpe
 from satform.orbits.curve_specs import CircleSpec, FixedPointSpec
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 
+SCALED: dict[str, Any] = {"at": 4.0, "targets": [{"satellite": "sat1", "scale": 1.5}]}
 CIRCLE = {"kind": "circle", "radius": 700.0}
 POINT = {"kind": "fixed_point", "position": [0.0, 700.0, 0.0]}
 AT = 4.0
+SOON = Arrival(tolerance=1.0, hold=0, timeout=None)
 STEP = 8
 """At which a change after 4 s takes effect."""
 
@@ -118,6 +120,39 @@ def test_a_target_stands_above_a_parameter_set_before_and_below_one_set_after() 
     np.testing.assert_allclose(radius[STEP + 4 :], 900.0, rtol=1e-12)
 
 
+def test_a_target_leaves_what_was_set_of_the_fields_that_it_does_not_give() -> None:
+    events: dict[int, list[Any]] = {
+        4: [ParameterChanged(0, "phase.offset", (100.0,)), ParameterChanged(0, "curve.radius", (800.0,))],
+        12: [TargetsChanged({0: TargetSpec()}, "cancelled", whole=True)],
+        14: [ParameterChanged(0, "curve.radius", (900.0,))],
+        16: [TargetsChanged({0: TargetSpec(curve=CircleSpec(radius=700.0))}, "by an action")],
+        18: [ParameterChanged(0, "curve.radius", (900.0,))],
+        20: [TargetsChanged({0: TargetSpec(curve=CircleSpec(radius=700.0))}, "the same again")],
+    }
+    start = three().with_({"satellites[sat1].curve": {"kind": "circle", "radius": 600.0}})
+    record = simulate(start.with_({"reconfigurations": [SCALED]}), events=events)
+    radius = np.linalg.norm(record.reference_position[:, 0], axis=-1)
+    flown = [
+        (0, 4, 600.0),
+        (4, 14, 800.0),
+        (14, 16, 900.0),
+        (16, 18, 700.0),
+        (18, 20, 900.0),
+        (20, 24, 700.0),
+    ]
+    for first, after, expected in flown:
+        np.testing.assert_allclose(radius[first:after], expected, rtol=1e-12)
+    # The published phase leads by the offset from step 4 on, whatever target comes.
+    jumps = np.abs(np.diff(record.arc_length[:, 0]))
+    assert jumps[4] > 80.0
+    assert jumps[6:].max() < 20.0
+    speed = np.linalg.norm(record.reference_velocity[:, 0], axis=-1) / record.rate[:-1, 0]
+    # Metres along the curve per metre of generalised arc length.
+    np.testing.assert_allclose(speed[4:STEP], 800.0 / 600.0, rtol=1e-9)
+    np.testing.assert_allclose(speed[STEP:12], 1.5, rtol=1e-9)
+    np.testing.assert_allclose(speed[12:14], 800.0 / 600.0, rtol=1e-9)
+
+
 def test_fields_left_out_are_as_before_and_a_cancel_brings_back_the_former_ones() -> None:
     plan = three(
         change({"satellite": "sat1", "curve": CIRCLE, "scale": 2.0}),
@@ -131,15 +166,17 @@ def test_fields_left_out_are_as_before_and_a_cancel_brings_back_the_former_ones(
         manager.close()
         seen[step] = dict(manager.formation.targets)
     assert seen[STEP - 1] == {}
-    assert seen[STEP][0] == Target(TargetSpec(curve=CircleSpec(radius=700.0), scale=2.0), STEP)
-    assert seen[10][0] == Target(TargetSpec(curve=CircleSpec(radius=700.0), scale=2.0, phase_offset=5.0), 10)
+    circle = TargetSpec(curve=CircleSpec(radius=700.0), scale=2.0)
+    both, phase = frozenset({"curve", "scale"}), frozenset({"phase_offset"})
+    assert seen[STEP][0] == Target(circle, STEP, both)
+    assert seen[10][0] == Target(circle.model_copy(update={"phase_offset": 5.0}), 10, phase)
     # The scale was that of the circle.
     assert seen[12][0].spec == TargetSpec(curve=FixedPointSpec(position=(0.0, 700.0, 0.0)), phase_offset=5.0)
     former = present_targets(seen[STEP], {0: None, 1: None})
     manager.begin(20)
     manager.schedule(TargetsChanged(former, "cancelled", whole=True))
     manager.close()
-    assert manager.formation.targets[0] == Target(seen[STEP][0].spec, 20)
+    assert manager.formation.targets[0] == Target(circle, 20, both | phase)
     assert manager.formation.targets[1] == Target(TargetSpec(), 20)
 
 
@@ -149,10 +186,11 @@ def test_targets_of_the_next_step_are_those_planned_for_it_and_those_scheduled_a
     manager.begin(STEP - 1)
     assert manager.next_targets == {}
     manager.close()
-    circle = Target(TargetSpec(curve=CircleSpec(radius=700.0)), STEP)
-    assert manager.next_targets == {0: circle, 1: Target(TargetSpec(scale=2.0), STEP)}
+    phase = frozenset({"scale", "phase_offset"})
+    circle = Target(TargetSpec(curve=CircleSpec(radius=700.0)), STEP, frozenset({"curve"}))
+    assert manager.next_targets == {0: circle, 1: Target(TargetSpec(scale=2.0), STEP, frozenset({"scale"}))}
     assert manager.schedule(TargetsChanged({1: TargetSpec(phase_offset=5.0)}, "asked for")) == STEP
-    both = {0: circle, 1: Target(TargetSpec(scale=2.0, phase_offset=5.0), STEP)}
+    both = {0: circle, 1: Target(TargetSpec(scale=2.0, phase_offset=5.0), STEP, phase)}
     assert manager.next_targets == both
     assert manager.formation.targets == {}
     manager.begin(STEP)
@@ -166,10 +204,10 @@ def test_what_a_bag_has_beside_the_plan_is_flown_again() -> None:
     own = TargetSpec(curve=CircleSpec(radius=700.0))
     other = TargetSpec(phase_offset=3.0)
 
-    def status(version: int, step: int, **targets: tuple[TargetSpec, int]) -> SimpleNamespace:
+    def status(version: int, step: int, **targets: tuple[TargetSpec, int, str]) -> SimpleNamespace:
         carried = [
-            SimpleNamespace(satellite=name, since=since, target=spec.to_text())
-            for name, (spec, since) in targets.items()
+            SimpleNamespace(satellite=satellite, since=since, target=spec.to_text(), fields=[name])
+            for satellite, (spec, since, name) in targets.items()
         ]
         edges = np.nonzero(plan.graph.adjacency)
         return SimpleNamespace(
@@ -185,14 +223,18 @@ def test_what_a_bag_has_beside_the_plan_is_flown_again() -> None:
         )
 
     statuses = [
-        status(1, STEP, sat1=(own, STEP)),
-        status(2, 15, sat1=(own, STEP), sat3=(other, 15)),
-        status(3, 20, sat1=(TargetSpec(), 20), sat3=(other, 15)),
+        status(1, STEP, sat1=(own, STEP, "curve")),
+        status(2, 15, sat1=(own, STEP, "curve"), sat3=(other, 15, "phase_offset")),
+        status(3, 20, sat1=(TargetSpec(), 20, "curve"), sat3=(other, 15, "phase_offset")),
     ]
+
+    def changed(index: int, spec: TargetSpec, name: str) -> TargetsChanged:
+        return TargetsChanged({index: spec}, "by an action", whole=True, fields={index: frozenset({name})})
+
     found = happened(statuses, [], plan)
     assert found == {
-        15: [TargetsChanged({2: other}, "by an action", whole=True)],
-        20: [TargetsChanged({0: TargetSpec()}, "by an action", whole=True)],
+        15: [changed(2, other, "phase_offset")],
+        20: [changed(0, TargetSpec(), "curve")],
     }
     assert target_of(own.to_text()) == own
 
@@ -220,6 +262,44 @@ def test_progress_counts_distance_delta_v_and_the_steps_within_the_tolerance() -
     assert progress.timed_out
     assert not progress.reached
     assert np.isnan(progress.distance[0])
+
+
+def test_within_the_tolerance_is_all_of_the_way() -> None:
+    plan = compile_scenario(three())
+    point = FixedPointSpec(position=(0.0, 700.0, 0.0))
+    progress = ReconfigurationProgress(plan, dict.fromkeys((0, 1), TargetSpec(curve=point)), 10, SOON)
+    alive, applied = np.ones(3, dtype=np.bool_), np.zeros((3, 3))
+    for step, first, second, fraction in [
+        (10, 100.0, 1e-3, 0.0),
+        (11, 25.0, 0.5, 0.75),
+        (12, 0.1, 0.01, 1.0),
+    ]:
+        position = np.array([[0.0, 700.0 - first, 0.0], [0.0, 700.0 + second, 0.0], [0.0, 0.0, 0.0]])
+        progress.update(step, position, applied, [0.0, 0.0], alive)
+        assert progress.fraction == pytest.approx(fraction)
+        assert progress.reached is (fraction == 1.0)
+
+
+def test_a_target_is_checked_with_the_curve_and_the_scale_that_are_flown() -> None:
+    small, huge = {"satellite": "sat1", "scale": 1e-14}, {"kind": "circle", "radius": 9e14}
+    data = json.loads(three().with_({"satellites[sat1].curve": POINT}).to_json())
+    changes = [change(small, at=6.0), change({"satellite": "sat1", "curve": CIRCLE})]
+    with pytest.raises(ScenarioError) as refused:
+        parse_scenario(json.dumps({**data, "reconfigurations": changes}), "test.yaml")
+    (problem,) = refused.value.problems
+    assert problem.field.startswith("reconfigurations[0].targets[0]")
+    assert "generalised arc length" in problem.sentence
+    # A point has no period, so that the scale does not matter.
+    plan = compile_scenario(parse_scenario(json.dumps(data), "test.yaml")).reconfiguration
+    assert requested_targets(plan, ["sat1"], ["{scale: 1e-14}"], {}) == {0: TargetSpec(scale=1e-14)}
+    present = {0: Target(TargetSpec(curve=CircleSpec(radius=700.0)), 3)}
+    with pytest.raises(ValueError, match="generalised arc length"):
+        requested_targets(plan, ["sat1"], ["{scale: 1e-14}"], present)
+    # Its period stays that of the scenario's orbit.
+    wide = {"limits": {"distance": 1e15}}
+    assert three(change({"satellite": "sat2", "curve": huge}), **wide).reconfigurations
+    with pytest.raises(ValueError, match="generalised arc length"):
+        three(change({"satellite": "sat2", "curve": huge, "scale": 1.0}), **wide)
 
 
 @pytest.mark.parametrize(
@@ -286,7 +366,7 @@ def test_what_cannot_be_asked_for_in_flight_is_refused_in_a_sentence(
 ) -> None:
     plan = compile_scenario(three()).reconfiguration
     with pytest.raises(ValueError, match=r"\w") as refused:
-        requested_targets(plan, satellites, texts)
+        requested_targets(plan, satellites, texts, {})
     assert sentence in str(refused.value)
     assert "\n" not in str(refused.value)
 
@@ -294,7 +374,7 @@ def test_what_cannot_be_asked_for_in_flight_is_refused_in_a_sentence(
 def test_what_is_asked_for_in_flight_is_a_target_as_in_a_scenario() -> None:
     plan = compile_scenario(three()).reconfiguration
     found = requested_targets(
-        plan, ["sat3", "sat1"], ["{curve: {kind: circle, radius: 7e2}}", '{"scale": 2}']
+        plan, ["sat3", "sat1"], ["{curve: {kind: circle, radius: 7e2}}", '{"scale": 2}'], {}
     )
     assert found == {2: TargetSpec(curve=CircleSpec(radius=700.0)), 0: TargetSpec(scale=2.0)}
 

@@ -3,10 +3,11 @@
 """Who flies and who hears whom is taken from the plant's word when it fits this formation."""
 
 import pytest
-from satform_msgs.msg import FormationStatus
+from satform_msgs.msg import FormationStatus, SatelliteTarget
 
 from flights import shortened
 from satform.flight.compile import compile_scenario
+from satform.membership.reconfiguration import Target, TargetSpec, target_of
 from satform_nodes.runtime.formation_view import FormationView
 
 NAMES = ["sat1", "sat2", "sat3"]
@@ -63,9 +64,23 @@ def test_a_word_that_is_not_newer_tells_the_phase_alone(view: FormationView) -> 
         {"edge_senders": [0, 1]},
         {"lost": ["other"]},
         {"rejoined": ["sat1"]},
+        {"targets": [SatelliteTarget(satellite="other", target="{}")]},
+        {"targets": [SatelliteTarget(satellite="sat1", target='{"scale": -1.0}')]},
     ],
 )
 def test_a_word_that_does_not_fit_changes_nothing(view: FormationView, changes: dict[str, object]) -> None:
     assert not view.take(word(phase=FormationStatus.FINISHED, **changes))
     assert view.ended is None
     assert view.received_statuses == view.formation.number == 0
+
+
+def test_the_text_of_a_target_is_parsed_once_for_all_satellites_of_a_process(view: FormationView) -> None:
+    other = FormationView(compile_scenario(shortened("triangle", 10.0)))
+    target = SatelliteTarget(satellite="sat2", since=7, target='{"scale": 1.25}', fields=["scale"])
+    parsed = target_of.cache_info().misses
+    for version in (1, 2):
+        assert view.take(word(version=version, targets=[target]))
+        assert other.take(word(version=version, targets=[target]))
+    assert target_of.cache_info().misses == parsed + 1
+    expected = Target(TargetSpec(scale=1.25), 7, frozenset({"scale"}))
+    assert view.formation.targets == other.formation.targets == {1: expected}

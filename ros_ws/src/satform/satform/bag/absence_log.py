@@ -121,10 +121,15 @@ def targets_in_force(status: FormationStatus, names: Sequence[str]) -> dict[int,
     Raises:
         ValueError: they are no targets of these satellites.
     """
-    return {
-        names.index(own.satellite): Target(target_of(own.target), int(own.since))
-        for own in getattr(status, "targets", ())
-    }
+    carried = getattr(status, "targets", ())
+    indices = {name: index for index, name in enumerate(names)} if carried else {}
+    found = {}
+    for own in carried:
+        if own.satellite not in indices:
+            raise ValueError(f"there is no satellite {own.satellite}")
+        target = Target(target_of(own.target), int(own.since), frozenset(own.fields))
+        found[indices[own.satellite]] = target
+    return found
 
 
 def _unplanned_targets(
@@ -135,8 +140,10 @@ def _unplanned_targets(
     for event in planned:
         if isinstance(event, TargetsChanged):
             expected = event.applied(expected, step)
-    other = {index: target.spec for index, target in after.items() if target != expected.get(index)}
-    return [TargetsChanged(other, reason, whole=True)] if other else []
+    other = {index: target for index, target in after.items() if target != expected.get(index)}
+    specs = {index: target.spec for index, target in other.items()}
+    fields = {index: target.fields for index, target in other.items()}
+    return [TargetsChanged(specs, reason, whole=True, fields=fields)] if other else []
 
 
 def _is_planned(event: Event, expected: list[Event]) -> bool:

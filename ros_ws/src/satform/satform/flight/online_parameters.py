@@ -39,6 +39,7 @@ class OnlineParameters:
     def __init__(self, plan: ParameterPlan) -> None:
         """As they are at the start of the flight."""
         self._plan = plan
+        self._target = TargetSpec()
         self._setting = plan.setting
         self.specs: dict[str, Spec] = {
             "controller": plan.controller,
@@ -71,19 +72,30 @@ class OnlineParameters:
         self.specs[prefix] = spec
 
     def retarget(self, satellite: Satellite, target: Target) -> None:
-        """Have a satellite fly by another target from its next step on, whatever was changed of it before.
+        """Have a satellite fly by another target from its next step on.
+
+        Parameters of curve and phase that were changed in flight stay where the target does not set these
+        fields.
 
         Args:
             satellite: the one whose adjustments these are.
             target: in force.
         """
         plan, spec = self._plan, target.spec
-        curve = plan.curve if spec.curve is None else spec.curve
-        offset = plan.phase_offset if spec.phase_offset is None else spec.phase_offset
-        path = target_path(plan, spec, satellite.plan.path)
-        nominal = plan.nominal_motion.rate_along(float(path.period))
+        # A target in between may have passed unseen.
+        new = target.fields | spec.different_from(self._target)
+        self._target = spec
+        offset = float(satellite.plan.phase_offset)
+        if "phase_offset" in new:
+            offset = plan.phase_offset if spec.phase_offset is None else spec.phase_offset
+            self.specs["phase"] = PhaseSpec(offset=offset)
+        if "curve" in new:
+            self.specs["curve"] = plan.curve if spec.curve is None else spec.curve
+        path, nominal = satellite.plan.path, float(satellite.plan.nominal_rate)
+        if new & {"curve", "scale"}:
+            path = target_path(plan, TargetSpec(curve=self.specs["curve"], scale=spec.scale), path)
+            nominal = plan.nominal_motion.rate_along(float(path.period))
         satellite.use_target(path, offset, nominal, target.since)
-        self.specs["curve"], self.specs["phase"] = curve, PhaseSpec(offset=offset)
 
     def set(self, satellite: Satellite, name: str, value: Sequence[float]) -> None:
         """Change one parameter, as it was noted down when it was changed in flight.
@@ -112,13 +124,8 @@ def target_path(plan: ParameterPlan, target: TargetSpec, path: Path) -> Path:
         target: what is other than that.
         path: of the satellite at any time of the flight, whose parameter and feed-forward it keeps.
     """
-    curve = (plan.curve if target.curve is None else target.curve).build()
-    scale = plan.scale if target.scale is None else target.scale
-    if target.scale is None and target.curve is not None:
-        own = float(plan.curve.build().perimeter)
-        if own > 0.0 and float(curve.perimeter) > 0.0:
-            scale *= float(curve.perimeter) / own
-    return replace(path, curve=curve, scale=np.asarray(scale, dtype=np.float64)[()])
+    curve, scale = target.flown(plan.curve, plan.scale)
+    return replace(path, curve=curve.build(), scale=np.asarray(scale, dtype=np.float64)[()])
 
 
 def changed(spec: Spec, fields: dict[str, Any]) -> Spec:

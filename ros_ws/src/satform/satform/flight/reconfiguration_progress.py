@@ -38,7 +38,7 @@ class ReconfigurationProgress:
         since: the first step with the new targets.
         distance: of each from its target, m, shape (M,); NaN before the change and while it is lost.
         delta_v: of each since the change, m/s, shape (M,).
-        fraction: part of the way, 0 to 1.
+        fraction: part of the way, 0 to 1, of the satellite that lacks most; within the tolerance it is 1.
     """
 
     def __init__(
@@ -99,7 +99,8 @@ class ReconfigurationProgress:
         near = self.distance <= self._arrival.tolerance
         flying = ~np.isnan(self.distance)
         self._within = self._within + 1 if flying.any() and near[flying].all() else 0
-        ratio = self.distance[flying] / np.maximum(self._first[flying], np.finfo(float).tiny)
+        ratio = self.distance / np.maximum(self._first, np.finfo(float).tiny)
+        ratio = np.where(near, 0.0, ratio)[flying]
         self.fraction = float(np.clip(1.0 - ratio.max(), 0.0, 1.0)) if flying.any() else 0.0
 
     @property

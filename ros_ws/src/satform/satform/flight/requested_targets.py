@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """New targets of satellites as they are asked for in flight, checked as those of a scenario are."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pydantic import ValidationError
 
 from satform.flight.plans import ReconfigurationPlan
-from satform.membership.reconfiguration import SatelliteTargetSpec, TargetSpec
+from satform.membership.reconfiguration import SatelliteTargetSpec, Target, TargetSpec
 from satform.scenario.errors import ScenarioError
 from satform.scenario.field_errors import field_sentence
 from satform.scenario.reconfiguration_checks import target_complaints
@@ -18,7 +18,10 @@ _LONGEST_TEXT = 10_000
 
 
 def requested_targets(
-    plan: ReconfigurationPlan, satellites: Sequence[str], texts: Sequence[str]
+    plan: ReconfigurationPlan,
+    satellites: Sequence[str],
+    texts: Sequence[str],
+    present: Mapping[int, Target],
 ) -> dict[int, TargetSpec]:
     """Targets by the indices of their satellites.
 
@@ -26,6 +29,7 @@ def requested_targets(
         plan: what they are checked against.
         satellites: names.
         texts: of each one's target, YAML or JSON with the fields of `TargetSpec`.
+        present: targets in force, by the indices of their satellites.
 
     Raises:
         ValueError: the sentence says which satellite cannot have which target.
@@ -37,16 +41,17 @@ def requested_targets(
     names = list(plan.satellites)
     found: dict[int, TargetSpec] = {}
     for name, text in zip(satellites, texts, strict=True):
-        own = _target(name, text)
+        own = _target(name, text).target
+        index = names.index(name) if name in names else -1
+        whole = own.over(present[index].spec) if index in present else own
         complaints = target_complaints(
-            own, plan.satellites, plan.announces, plan.nominal_period, plan.largest_distance
+            name, whole, plan.satellites, plan.announces, plan.nominal_period, plan.largest_distance
         )
         if complaints:
             raise ValueError(complaints[0])
-        index = names.index(name)
         if index in found:
             raise ValueError(f"{name} has two targets; a satellite gets one at a step")
-        found[index] = own.target
+        found[index] = own
     return found
 
 

@@ -8,7 +8,8 @@ targets of one or more satellites at one step.
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Annotated, Any
 
 from pydantic import Field, model_validator
@@ -42,6 +43,27 @@ class TargetSpec(Spec):
             given["scale"] = None
         return before.model_copy(update=given)
 
+    def different_from(self, other: "TargetSpec") -> frozenset[str]:
+        """Names of the fields whose values are not those of another target."""
+        return frozenset(name for name in FIELDS if getattr(self, name) != getattr(other, name))
+
+    def flown(self, curve: CurveSpec, scale: float) -> tuple[CurveSpec, float]:
+        """Curve and scale that are flown with this target.
+
+        Args:
+            curve: of the scenario.
+            scale: of the scenario, metres of arc length per metre of generalised arc length.
+
+        Raises:
+            ArithmeticError: a curve is too small or too large to be worked with.
+        """
+        if self.curve is None:
+            return curve, scale if self.scale is None else self.scale
+        if self.scale is None:
+            own, other = float(curve.build().perimeter), float(self.curve.build().perimeter)
+            return self.curve, scale * (other / own if own > 0.0 and other > 0.0 else 1.0)
+        return self.curve, self.scale
+
     def to_text(self) -> str:
         """JSON of the fields that are given, from which `target_of` reads the same target."""
         return self.model_dump_json(include=set(FIELDS), exclude_none=True)
@@ -52,6 +74,9 @@ FIELDS = tuple(TargetSpec.model_fields)
 
 _UNCHANGED = TargetSpec()
 """Target of a satellite that flies what the scenario gives it."""
+
+_PARSED_TEXTS = 10_000
+"""Targets whose parsed text is kept: all satellites of a process receive the same texts again and again."""
 
 
 class SatelliteTargetSpec(TargetSpec):
@@ -96,10 +121,17 @@ class Target:
     Attributes:
         spec: what is other than in the scenario.
         since: the first step with it.
+        fields: names of the fields that were set at this step; parameters of the others that were changed in
+            flight stay as they are.
     """
 
     spec: TargetSpec
     since: int
+    fields: frozenset[str] = frozenset()
+
+
+_NEVER_CHANGED = Target(_UNCHANGED, -1)
+"""Target in force of a satellite that has got none in flight."""
 
 
 @dataclass(frozen=True)
@@ -111,11 +143,14 @@ class TargetsChanged:
         reason: in words.
         whole: whether a field that a target leaves out is as the scenario has it; otherwise it is as in the
             target before.
+        fields: names of the fields that are set, by the indices of the satellites; for one that is not in it,
+            these are the fields of its target or, of a whole one, those that are other than before.
     """
 
     targets: Mapping[int, TargetSpec]
     reason: str
     whole: bool = False
+    fields: Mapping[int, frozenset[str]] = field(default_factory=dict)
 
     def applied(self, targets: Mapping[int, Target], step: int) -> dict[int, Target]:
         """All targets in force after this change, by the indices of the satellites.
@@ -126,8 +161,13 @@ class TargetsChanged:
         """
         found = dict(targets)
         for satellite, spec in self.targets.items():
-            before = found[satellite].spec if satellite in found and not self.whole else _UNCHANGED
-            found[satellite] = Target(spec.over(before), step)
+            former = found.get(satellite, _NEVER_CHANGED)
+            whole = spec if self.whole else spec.over(former.spec)
+            fields = spec.different_from(former.spec if self.whole else _UNCHANGED)
+            fields = self.fields.get(satellite, fields)
+            if former.since == step:
+                fields |= former.fields
+            found[satellite] = Target(whole, step, fields)
         return found
 
 
@@ -141,6 +181,7 @@ def present_targets(targets: Mapping[int, Target], satellites: Mapping[int, Any]
     return {index: targets[index].spec if index in targets else _UNCHANGED for index in satellites}
 
 
+@lru_cache(maxsize=_PARSED_TEXTS)
 def target_of(text: str) -> TargetSpec:
     """A target from JSON as `TargetSpec.to_text` writes it.
 

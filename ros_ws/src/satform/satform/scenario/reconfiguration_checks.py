@@ -3,13 +3,12 @@
 """Checks of new targets of satellites against the rest of a scenario, also of those asked for in flight."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.common.spec import Complaint
 from satform.consensus.arc_length import Announces
 from satform.membership.faults import step_at
-from satform.membership.reconfiguration import ReconfigurationSpec, SatelliteTargetSpec
+from satform.membership.reconfiguration import ReconfigurationSpec, TargetSpec
 from satform.orbits.curve_specs import InertialPointSpec
 from satform.scenario.parts import SatelliteSpec, Timing
 from satform.scenario.start import beyond_distance, singular_references
@@ -34,27 +33,33 @@ def reconfiguration_complaints(
         largest_distance: of a reference from the chief, m.
     """
     complaints: list[Complaint] = []
+    present: dict[str, TargetSpec] = {}
     taken: dict[tuple[int, str], float] = {}
-    for index, own in enumerate(reconfigurations):
-        place = ("reconfigurations", index)
+    for index, own in sorted(enumerate(reconfigurations), key=lambda numbered: numbered[1].at):
+        field = ("reconfigurations", index)
         step = step_at(own.at, timing.step)
         if own.at >= timing.duration:
             sentence = f"at {own.at:g} s is not earlier than the flight's end at {timing.duration:g} s"
-            complaints.append(((*place, "at"), sentence))
+            complaints.append(((*field, "at"), sentence))
         if step < 1:
             sentence = f"at {own.at:g} s is the first step: give the satellites these targets themselves"
-            complaints.append(((*place, "at"), sentence))
+            complaints.append(((*field, "at"), sentence))
         for row, target in enumerate(own.targets):
-            found = target_complaints(target, satellites, announces, nominal_period, largest_distance)
+            whole = target.target.over(present.get(target.satellite, TargetSpec()))
+            found = target_complaints(
+                target.satellite, whole, satellites, announces, nominal_period, largest_distance
+            )
+            present[target.satellite] = whole
             if (step, target.satellite) in taken:
                 found.append(f"{target.satellite} has another target at this step")
             taken[step, target.satellite] = own.at
-            complaints += [((*place, "targets", row), sentence) for sentence in found]
+            complaints += [((*field, "targets", row), sentence) for sentence in found]
     return complaints
 
 
 def target_complaints(
-    target: SatelliteTargetSpec,
+    name: str,
+    target: TargetSpec,
     satellites: Mapping[str, SatelliteSpec],
     announces: Announces,
     nominal_period: float,
@@ -63,13 +68,13 @@ def target_complaints(
     """Why a satellite cannot have a target; a sentence for each reason.
 
     Args:
-        target: of the satellite.
+        name: of the satellite.
+        target: with what it leaves out from the target before.
         satellites: by their names, each with what it has from the defaults.
         announces: what satellites send each other.
         nominal_period: about the time of one revolution, s.
         largest_distance: of a reference from the chief, m.
     """
-    name = target.satellite
     satellite = satellites.get(name)
     if satellite is None:
         return [f"there is no satellite {name}; there are {', '.join(sorted(satellites))}"]
@@ -84,15 +89,17 @@ def target_complaints(
             f"{', '.join(watchers)} {'points' if len(watchers) == 1 else 'point'} at {name} by "
             "the curve that the scenario gives it, so that it has to keep that"
         )
-    changes: dict[str, Any] = {}
-    if target.curve is not None:
-        changes["curve"] = target.curve
-    if target.scale is not None:
-        changes["scale"] = target.scale
-    changed = satellite.model_copy(update=changes)
-    singular = [sentence for _, sentence in singular_references([changed], nominal_period)]
+    if satellite.curve is None:
+        return found
+    try:
+        curve, scale = target.flown(satellite.curve, satellite.scale)
+    except ArithmeticError:
+        # The check below names the curve.
+        curve, scale = target.curve or satellite.curve, satellite.scale
+    whole = satellite.model_copy(update={"curve": curve, "scale": scale})
+    singular = [sentence for _, sentence in singular_references([whole], nominal_period)]
     if target.curve is not None and not singular:
-        far = beyond_distance(changed, largest_distance)
+        far = beyond_distance(whole, largest_distance)
         singular = [far] if far else []
     return [*found, *singular]
 

@@ -253,7 +253,10 @@ class PlantPublishers:
             ],
             targets=[
                 SatelliteTarget(
-                    satellite=self._names[index], since=target.since, target=target.spec.to_text()
+                    satellite=self._names[index],
+                    since=target.since,
+                    target=target.spec.to_text(),
+                    fields=sorted(target.fields),
                 )
                 for index, target in sorted(formation.targets.items())
             ],

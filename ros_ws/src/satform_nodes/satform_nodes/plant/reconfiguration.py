@@ -148,9 +148,10 @@ class ReconfigurationServer:
         if control.last_step_taken:
             raise ValueError("the last step has been taken")
         arrival = _arrival(request, control.plan.timing.step)
-        targets = requested_targets(control.plan.reconfiguration, request.satellites, request.targets)
-        names = [control.names[index] for index in targets]
         present = control.membership.next_targets
+        plan = control.plan.reconfiguration
+        targets = requested_targets(plan, request.satellites, request.targets, present)
+        names = [control.names[index] for index in targets]
         event = TargetsChanged(targets, f"the targets of {listed(names)} were changed by an action")
         since = control.schedule_event(event)
         whole = event.applied(present, since)
@@ -204,14 +205,17 @@ class ReconfigurationServer:
         """
         goal = self._goal
         if goal is not None and not goal.ended.done():
-            self._end("abort", f"not reached before the flight ended: {reason}")
+            missed = "not reached" if goal.back_at is None else "cancelled, and the former targets not back"
+            self._end("abort", f"{missed} before the flight ended: {reason}")
         self._executor.spin_until(lambda: not self._polls, _RESULT_TIMEOUT)
 
     def _end(self, outcome: str, sentence: str) -> None:
         goal = self._goal
         if goal is not None:
             self._publish_feedback(goal)
-            step = self._control.plant.step if goal.back_at is None else goal.back_at
+            step = self._control.plant.step
+            if goal.back_at is not None:
+                step = min(step, goal.back_at)
             goal.ended.set_result((outcome, step, sentence))
             self._polls = _POLLS_TO_SEND
 
