@@ -203,7 +203,7 @@ def _eccentric_model_warnings(scenario: Scenario, entries: list[ExpectedError]) 
 
 
 def eccentric_laws() -> list[str]:
-    """The control laws, also of other packages, that can compute with the model yamanaka_ankersen.
+    """The control laws, also of other packages, that know an eccentric chief by yamanaka_ankersen.
 
     Returns:
         "controller kind NAME", with the model where it is not the default.
@@ -212,6 +212,9 @@ def eccentric_laws() -> list[str]:
     for kind, spec in sorted(specs("satform.controllers").items()):
         field = spec.model_fields.get("model")
         if field is None or _ECCENTRIC not in get_args(field.annotation):
+            continue
+        # The law within an observer may take the chief for circular whatever the observer's model is.
+        if spec.model_construct(model=_ECCENTRIC).assumes_circular_chief():
             continue
         chosen = "" if field.default == _ECCENTRIC else f" with model: {_ECCENTRIC}"
         found.append(f"controller kind {kind}{chosen}")
