@@ -314,9 +314,10 @@ def test_check_proposes_collocation_where_everybody_coasts_for_days() -> None:
 
 def test_check_warns_of_a_filter_about_a_circular_chief_where_it_is_eccentric() -> None:
     name = "eccentric_navigation"
-    (warning,) = check.warnings(shipped(name))
-    assert "are the model of the filter; with this eccentricity of 0.5 the CW motion of circular" in warning
-    assert not check.warnings(shipped(name, "satellites.0.filter.model=yamanaka_ankersen"))
+    part = "are the model of the filter; with this eccentricity of 0.5 the CW motion of circular"
+    assert [part in warning for warning in check.warnings(shipped(name))].count(True) == 1
+    knowing = shipped(name, "satellites.0.filter.model=yamanaka_ankersen")
+    assert not any("are the model of" in warning for warning in check.warnings(knowing))
 
 
 def test_a_filter_whose_model_does_not_know_the_chief_is_refused_at_its_field() -> None:

@@ -4,11 +4,12 @@
 
 import math
 from dataclasses import dataclass
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
 from satform.common.spec import specs
+from satform.control.protocol import ControllerSpec
 from satform.dynamics.cw_error import cw_error, eccentric_error, free_motion
 from satform.dynamics.formula_model import FormulaDynamicsSpec
 from satform.dynamics.j2_element_model import LOWEST_INCLINATION, J2ElementModel
@@ -214,8 +215,10 @@ def eccentric_laws() -> list[str]:
         if field is None or _ECCENTRIC not in get_args(field.annotation):
             continue
         # The law within an observer may take the chief for circular whatever the observer's model is.
-        if spec.model_construct(model=_ECCENTRIC).assumes_circular_chief():
-            continue
+        if issubclass(spec, ControllerSpec):
+            values: dict[str, Any] = {"model": _ECCENTRIC}
+            if spec.model_construct(None, **values).assumes_circular_chief():
+                continue
         chosen = "" if field.default == _ECCENTRIC else f" with model: {_ECCENTRIC}"
         found.append(f"controller kind {kind}{chosen}")
     return found
