@@ -54,8 +54,9 @@ def turning_axes(scenario: Scenario, name: AxesName) -> AxesByStep:
     """
     chief = scenario.orbit.chief
     orbit = [scenario.orbit.rate, None if chief is None else chief.model_dump(mode="json")]
-    timing = [scenario.timing.step, scenario.timing.steps]
-    text = json.dumps([orbit, scenario.dynamics.model_dump(mode="json"), timing])
+    # The truth model is built with the number of satellites and the seed, too.
+    built = [scenario.timing.step, scenario.timing.steps, len(scenario.satellites), scenario.seed]
+    text = json.dumps([orbit, scenario.dynamics.model_dump(mode="json"), built])
     return _axes(_Asked(name, text, scenario))
 
 
