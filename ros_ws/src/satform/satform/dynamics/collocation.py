@@ -47,8 +47,7 @@ evaluated at some of the nodes, before they are at all of them, and after it. Th
 less than a hundredth of that."""
 
 _SETTLED = 2e-6
-"""Change of the position, m, that another evaluation of all forces has to fall below for there to be none. It
-is estimated from above: the first evaluation at all nodes also mends what some of them did not see."""
+"""Change of the position, m, by another evaluation of all forces, below which there is none."""
 
 _MOST_PERIODS = 10_000
 """Control periods of a long step, at whose ends motion is kept; more would take much memory at once."""
@@ -190,12 +189,12 @@ def _iterate(step: "_Step", satellites: int, full: FullAcceleration) -> tuple[Ar
     position, rates, settled = step.settle(rows, step.guess(), np.zeros_like(found), _COARSE)
     some = list(_SOME)
     velocity = step.velocity(rows, rates)
-    rest = full(_SOME, position[some], velocity[some], rows) - oblate_gravity(position[some])
+    first = full(_SOME, position[some], velocity[some], rows) - oblate_gravity(position[some])
     before = position
-    position, rates, ended = step.settle(rows, position, _sum(between(), rest), _MEDIUM)
+    position, rates, ended = step.settle(rows, position, _sum(between(), first), _MEDIUM)
     settled &= ended
     moved = _moved(before, position)
-    for _ in range(_MOST_EVALUATIONS):
+    for evaluation in range(_MOST_EVALUATIONS):
         if not settled.all():
             rows, position, rates, moved = (
                 rows[settled],
@@ -209,11 +208,22 @@ def _iterate(step: "_Step", satellites: int, full: FullAcceleration) -> tuple[Ar
         before, earlier = position, moved
         position, rates, settled = step.settle(rows, position, rest, _FINE)
         moved = _moved(before, position)
-        # Another evaluation would move it less by the factor by which this one did.
-        final = settled & (moved * moved < _SETTLED * earlier)
+        # Another evaluation would move it less by the factor by which this one did. The first one at all
+        # nodes also mends what some of them did not see: there it is the relative change of the forces.
+        if evaluation == 0:
+            final = _largest(rest[some] - first[:, rows]) * moved <= _SETTLED * _largest(first[:, rows])
+        else:
+            final = moved * moved <= _SETTLED * earlier
+        final &= settled
         found[:, rows[final]] = rates[:, final]
         settled &= ~final
     return found, np.isfinite(found).all(axis=(0, 2))
+
+
+def _largest(rates: Array) -> Array:
+    """Largest component at any node, shape (M,), of accelerations of shape (K, M, 3)."""
+    largest: Array = np.abs(rates).max(axis=(0, 2))
+    return largest
 
 
 def _moved(before: Array, after: Array) -> Array:
