@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
-from pydantic import Discriminator, Field, model_validator
+from pydantic import Field, model_validator
 
 from satform.common.spec import NonNegative, Number, Positive, Spec, Vector
 from satform.communication.line_matching import Line, mismatch_loss
@@ -152,7 +152,7 @@ class ArraySpec(AntennaSpec):
         return np.asarray((real * real + imaginary * imaginary) / len(self.elements))
 
 
-Antenna: TypeAlias = Annotated[IsotropicSpec | BeamSpec | ArraySpec, Discriminator("kind")]
+Antenna: TypeAlias = Annotated[IsotropicSpec | BeamSpec | ArraySpec, Field(discriminator="kind")]
 
 
 def factor(decibels: float) -> float:

@@ -14,7 +14,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Discriminator, Field, model_validator
+from pydantic import Field, model_validator
 
 from satform.common.spec import Positive, Spec, Vector
 from satform.communication.antennas import (
@@ -172,7 +172,7 @@ class OpticalSpec(PhysicalSpec):
         return np.where(in_regard, photons, 0.0)
 
 
-Physical: TypeAlias = Annotated[RadioSpec | OpticalSpec, Discriminator("kind")]
+Physical: TypeAlias = Annotated[RadioSpec | OpticalSpec, Field(discriminator="kind")]
 
 
 @dataclass(frozen=True)
