@@ -27,7 +27,6 @@ QUICK = {
     "geo_sphere_lqr": 100.0,
     "integral_action": 50.0,
     "own_truth_model": 200.0,
-    "radio_links_spread": 800.0,
     "keep_out_transfer": 400.0,
     "mean_elements": 3600.0,
 }

@@ -28,6 +28,7 @@ FLOWN: dict[str, tuple[float, tuple[str, ...]]] = {
     "byzantine": (100.0, ("faults=[{kind: byzantine, satellite: sat6, at: 30.0, drift: 2.0}]",)),
     "byzantine_unprotected": (100.0, ("faults=[{kind: byzantine, satellite: sat6, at: 30.0, drift: 2.0}]",)),
     "realtime_triangle": (60.0, ()),
+    "radio_links_spread": (1600.0, ()),
 }
 """How long each is flown, s, and its faults moved to where they happen within that time."""
 
