@@ -15,6 +15,7 @@ from satform.dynamics.linear import multiply
 from satform.dynamics.relative_motion_models import ModelName
 from satform.dynamics.stepwise_model import StepwiseModel, stepwise_model
 from satform.numeric.elementwise import Array
+from satform.numeric.matrix_algebra import product, symmetric, transposed
 from satform.orbits.chief import KeplerianChief
 
 
@@ -137,10 +138,10 @@ class KalmanFilter:
             number: of the step at which the period starts.
         """
         own = self.model.over(number)
-        half = _product(own.transition, estimate.covariance)
-        covariance = _product(half, np.swapaxes(own.transition, -1, -2)) + own.process
+        half = product(own.transition, estimate.covariance)
+        covariance = product(half, transposed(own.transition)) + own.process
         state = multiply(own.transition, estimate.state) + multiply(own.response, acceleration)
-        return Estimate(state, _symmetric(covariance))
+        return Estimate(state, symmetric(covariance))
 
     def update(self, estimate: Estimate, measurement: Measurement) -> tuple[Estimate, Array]:
         """The estimate with a measurement of the same instant worked in.
@@ -177,7 +178,7 @@ class KalmanFilter:
             covariance = (
                 both + (gain[..., :, None] * gain[..., None, :]) * np.asarray(variance)[..., None, None]
             )
-        return Estimate(state, _symmetric(covariance)), squared
+        return Estimate(state, symmetric(covariance)), squared
 
 
 def process_model(
@@ -247,17 +248,3 @@ def normalised_error_squared(error: Array, covariance: Array) -> Array:
     """
     squared: Array = np.sum(error * np.linalg.solve(covariance, error[..., None])[..., 0], axis=-1)
     return squared
-
-
-def _product(left: Array, right: Array) -> Array:
-    """Matrix product over the last two axes, element-wise and in a fixed order."""
-    total: Array = left[..., :, 0, None] * right[..., 0, None, :]
-    for index in range(1, left.shape[-1]):
-        total = total + left[..., :, index, None] * right[..., index, None, :]
-    return total
-
-
-def _symmetric(matrix: Array) -> Array:
-    """The symmetric part of a matrix, over the last two axes."""
-    symmetric: Array = 0.5 * (matrix + np.swapaxes(matrix, -1, -2))
-    return symmetric
