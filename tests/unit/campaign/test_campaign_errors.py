@@ -135,6 +135,18 @@ WRONG = [
         "less than one revolution of 6000 s",
     ),
     (
+        HEAD + "figures:\n  - {name: margin, measure: {kind: link_margin}}\n",
+        5,
+        "no edge of the graph between the satellites that are meant has a radio or optical channel",
+    ),
+    (
+        HEAD.replace("triangle", "patrol_drift")
+        + "figures:\n  - {name: light, measure: {kind: pass_light_angle, satellites: [watcher, target1], "
+        + "chief_longitude: 1.0, epoch: 2001-01-01}}\n",
+        5,
+        "the truth model's epoch is",
+    ),
+    (
         HEAD + "figures:\n" + "  - {name: dv, measure: {kind: delta_v}}\n" * 2,
         5,
         "another figure has this name",

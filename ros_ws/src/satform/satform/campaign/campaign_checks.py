@@ -19,11 +19,10 @@ from satform.campaign.retained_data import Keep
 from satform.campaign.sampling import MOST_CASES, Axis, Sampling
 from satform.common.name_list import listed
 from satform.common.spec import Complaint
-from satform.consensus.arc_length import Announces
-from satform.control.protocol import FlightSetting
-from satform.scenario import ScenarioError
+from satform.scenario import ScenarioError, figure_checks
+from satform.scenario.definition import ScenarioDefinition
 from satform.scenario.field_errors import nearest
-from satform.scenario.parts import SatelliteSpec, Timing
+from satform.scenario.parts import Timing
 
 _MOST_CASE_BYTES = 256_000_000
 """Size of the stored series of one case at most: it is in memory and in a message as a whole."""
@@ -171,31 +170,20 @@ def correlation_complaints(
     return complaints
 
 
-def figure_complaints(
-    figures: Sequence[Figure],
-    satellites: Mapping[str, SatelliteSpec],
-    timing: Timing,
-    announces: Announces,
-    setting: FlightSetting,
-) -> list[Complaint]:
+def figure_complaints(figures: Sequence[Figure], base: ScenarioDefinition) -> list[Complaint]:
     """What is wrong with the figures of a campaign.
 
     Args:
         figures: in their order in the campaign.
-        satellites: by their names, each with what it has from the defaults.
-        timing: of the flight.
-        announces: what satellites send each other.
-        setting: chief of the flight.
+        base: scenario of all cases.
     """
     complaints: list[Complaint] = []
     names = Counter(figure.name for figure in figures)
     for index, figure in enumerate(figures):
         if names[figure.name] > 1:
             complaints.append((("figures", index, "name"), "another figure has this name too"))
-        found = figure.measure.complaints(set(satellites), timing)
-        found = found or figure.measure.complaints_about_satellites(satellites, announces)
-        found = found or figure.measure.orbit_complaints(setting, timing)
-        complaints += [(("figures", index, "measure"), sentence) for sentence in found]
+        found = figure_checks.figure_complaints(base, figure.measure)
+        complaints += [(("figures", index, "measure", *field), sentence) for field, sentence in found]
     return complaints
 
 

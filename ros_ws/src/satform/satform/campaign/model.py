@@ -91,14 +91,13 @@ class Campaign(Spec):
         base, dispersions, sampling = self.base, self.dispersions, self.sampling
         fields = [_fields(base, dispersion.path) for dispersion in dispersions]
         axes = None if any(isinstance(found, PathError) for found in fields) else self.axes
-        satellites = {own.name: base.satellite(index) for index, own in enumerate(base.satellites)}
         return [
             *path_complaints(dispersions, fields),
             *sampling_complaints(sampling, self.runs, dispersions, axes),
             *correlation_complaints(self.correlated, dispersions, axes),
-            *figure_complaints(self.figures, satellites, base.timing, base.consensus.announces, base.setting),
+            *figure_complaints(self.figures, base),
             *expectation_complaints(self.expect, self.figure_names),
-            *series_complaints(self.keep, dispersions, fields, base.timing, len(satellites)),
+            *series_complaints(self.keep, dispersions, fields, base.timing, len(base.satellites)),
             *interval_complaints(sampling, self.expect),
         ]
 

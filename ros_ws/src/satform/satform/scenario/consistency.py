@@ -6,14 +6,13 @@ import math
 
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.common.spec import Complaint
-from satform.communication.channel_model import LinksSpec
 from satform.consensus.graph import Graph
 from satform.control.protocol import require_protocol
 from satform.dynamics.integrators import substep_complaint
 from satform.scenario.definition import ScenarioDefinition
 from satform.scenario.deployment import host_complaints
 from satform.scenario.environment import environment_complaints, environment_of
-from satform.scenario.expectation import Expectation
+from satform.scenario.figure_checks import figure_complaints
 from satform.scenario.inertial_points import inertial_point_complaints
 from satform.scenario.membership_checks import fault_complaints, schedule_complaints
 from satform.scenario.reconfiguration_checks import reconfiguration_complaints
@@ -127,37 +126,19 @@ def _dynamics_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
 
 
 def _expectation_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> list[Complaint]:
-    whole = {own.name: scenario.satellite(index) for index, own in enumerate(scenario.satellites)}
     complaints: list[Complaint] = []
     for index, expectation in enumerate(scenario.expect):
-        found = expectation.complaints(set(whole), scenario.timing)
-        found = found or expectation.complaints_about_satellites(whole, scenario.consensus.announces)
-        found = found or expectation.orbit_complaints(scenario.setting, scenario.timing)
-        found = found or _uncomputable_of_links(scenario, expectation)
+        found = figure_complaints(scenario, expectation)
         if not expectation.has_criterion:
-            found.append("give a value with its tolerance, or below, or above")
+            found.append(((), "give a value with its tolerance, or below, or above"))
         elif not (expectation.origin or recorded):
-            found.append(
+            sentence = (
                 "nothing says where the figure comes from: give a source (paper, theory, another "
                 "program), or say regression: true where it is what this software gave"
             )
-        complaints += [(("expect", index), sentence) for sentence in found]
+            found.append(((), sentence))
+        complaints += [(("expect", index, *field), sentence) for field, sentence in found]
     return complaints
-
-
-def _uncomputable_of_links(scenario: ScenarioDefinition, expectation: Expectation) -> list[str]:
-    names = [satellite.name for satellite in scenario.satellites]
-
-    def edges() -> list[tuple[str, str, bool]]:
-        pairs = [(names[sender], names[receiver]) for sender, receiver in scenario.possible_graph().edges]
-        links = scenario.links or LinksSpec()
-        return [(*pair, links.of(*pair).channel is not None) for pair in pairs]
-
-    try:
-        return expectation.link_complaints(edges)
-    except ValueError:
-        # A graph, or a change of it, that cannot be is named elsewhere.
-        return []
 
 
 def _graph_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
@@ -232,13 +213,7 @@ def _environment_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
     environment = environment_of(scenario.dynamics)
     if environment is None:
         return []
-    found = environment_complaints(environment, pointings)
-    for index, expectation in enumerate(scenario.expect):
-        found += [
-            (("expect", index, field), sentence)
-            for field, sentence in expectation.environment_complaints(environment)
-        ]
-    return found
+    return environment_complaints(environment, pointings)
 
 
 def _station_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
