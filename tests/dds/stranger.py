@@ -103,7 +103,8 @@ def main(names: list[str]) -> None:
                     status=[DiagnosticStatus(hardware_id="stranger", message="all is well", values=[lie])]
                 )
             elif kind is NodeReady:
-                message = NodeReady(node=f"/{draw.choice(names)}", step=draw.choice(steps), checkpoint=7)
+                name, first = draw.choice(names), draw.choice(steps)
+                message = NodeReady(node=f"/{name}", step=first, checkpoint=7, interface=1)
             elif kind is ParameterChange:
                 message = ParameterChange(
                     step=draw.choice(steps), name="controller.reaching_gain", value=[9.0]

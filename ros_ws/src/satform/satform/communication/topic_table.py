@@ -26,6 +26,10 @@ INERTIAL_FRAME = "gcrf"
 FRAME = "lvlh"
 """The chief's rotating frame, in metres (REP 103): x radial outward, y along-track, z orbit normal."""
 
+INTERFACE_VERSION = 1
+"""Version of the rules of `docs/interface.md`; one more when a node that follows the former rules cannot take
+part any more. A change of a message needs no new version: nodes compare the hashes of message types."""
+
 RECORDER_WINDOW = 256
 """Steps by which the plant may be ahead of the recorder."""
 

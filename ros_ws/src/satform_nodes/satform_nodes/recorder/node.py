@@ -199,7 +199,12 @@ class RecorderNode:
     def publish_ready(self) -> None:
         """Publish that the recorder is ready."""
         self._ready_publisher.publish(
-            NodeReady(node=self.node.get_fully_qualified_name(), step=0, checkpoint=-1)
+            NodeReady(
+                node=self.node.get_fully_qualified_name(),
+                step=0,
+                checkpoint=-1,
+                interface=topic_table.INTERFACE_VERSION,
+            )
         )
 
     def _add_topic(self, topic: str, kind: str, profile: QoSProfile) -> int:

@@ -209,7 +209,9 @@ class SatellitePublishers:
             checkpoint: step of the checkpoint from which it would continue; -1 for none.
         """
         name = self._node.get_fully_qualified_name()
-        ready = NodeReady(node=name, step=step, checkpoint=checkpoint)
+        ready = NodeReady(
+            node=name, step=step, checkpoint=checkpoint, interface=topic_table.INTERFACE_VERSION
+        )
         ready.header.stamp.sec, ready.header.stamp.nanosec = self._stamps.at(step)
         ready.header.frame_id = topic_table.FRAME
         self._ready_publisher.publish(ready)
