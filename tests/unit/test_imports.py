@@ -29,6 +29,7 @@ ROOMS = (
     "consensus",
     "planning",
     "equipment",
+    "navigation",
     "membership",
     "communication",
     "attitude",

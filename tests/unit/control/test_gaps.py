@@ -15,10 +15,10 @@ from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion, require_protocol
 from satform.dynamics import cw
-from satform.equipment.kalman_filter import Measurement, process_covariance
-from satform.equipment.navigation_filter import FilterSpec
-from satform.equipment.sensor import NavigationSpec
+from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
 from satform.flight.simulate import simulate
+from satform.navigation.estimator import FilterSpec
+from satform.navigation.kalman_filter import process_covariance
 from satform.orbits.path_reference import Reference
 from satform.planning.impulsive_guidance import TimedBurnsSpec
 from satform.record.flight_record import FlightRecord

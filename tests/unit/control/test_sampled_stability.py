@@ -16,12 +16,12 @@ from satform.control.feedback_linearisation import FeedbackLinearisationSpec
 from satform.control.protocol import ControllerSpec, ControlStep, FlightSetting, Motion, RelativeNeighbour
 from satform.control.sampled_stability import closed_loop, spectral_radius
 from satform.control.sliding_mode import SlidingModeSpec
-from satform.equipment.navigation_filter import FilterSpec, Measurement, estimation_transition
-from satform.equipment.sensor import NavigationSpec
+from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
 from satform.evaluation.evaluate import judge
 from satform.evaluation.loops import SpectralRadius
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.flight.simulate import simulate
+from satform.navigation.estimator import FilterSpec, estimation_transition
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario, parse_scenario
 from satform_tools.check.consensus import margin

@@ -14,9 +14,9 @@ from satform.control.feedback_gains import feedback, sampled_poles
 from satform.control.periodic_lqr import PeriodicLqr
 from satform.control.protocol import ControlStep
 from satform.control.sliding_mode import SlidingMode, reaching_time
-from satform.equipment.navigation_filter import Estimator, estimation_transition
 from satform.flight.compile import flight_setting
 from satform.flight.plans import FlightPlan
+from satform.navigation.estimator import Estimator, estimation_transition
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Reference
 from satform.scenario import Scenario

@@ -59,8 +59,7 @@ from satform.dynamics.specs import CollocationSpec as CollocationSpec
 from satform.dynamics.specs import FixedStepSpec as FixedStepSpec
 from satform.dynamics.specs import GravitySpec as GravitySpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec as VelocityDependentDynamicsSpec
-from satform.equipment.navigation_filter import FilterSpec as FilterSpec
-from satform.equipment.sensor import NavigationSpec as NavigationSpec
+from satform.equipment.sensors.relative_motion import NavigationSpec as NavigationSpec
 from satform.equipment.thruster import ThrusterSpec as ThrusterSpec
 from satform.evaluation.evaluate import evaluate as evaluate
 from satform.evaluation.findings import findings as findings
@@ -73,6 +72,7 @@ from satform.membership.faults import SatelliteLostSpec as SatelliteLostSpec
 from satform.membership.faults import StuckThrusterSpec as StuckThrusterSpec
 from satform.membership.faults import WeakThrusterSpec as WeakThrusterSpec
 from satform.membership.formation import GraphChangeSpec as GraphChangeSpec
+from satform.navigation.estimator import FilterSpec as FilterSpec
 from satform.orbits.chief import ChiefOrbitSpec as ChiefOrbitSpec
 from satform.orbits.curve_specs import CircleSpec as CircleSpec
 from satform.orbits.curve_specs import EllipseSpec as EllipseSpec

@@ -13,9 +13,9 @@ from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.stability import Gains, sampled_modes
 from satform.control.protocol import FlightSetting
 from satform.control.sampled_stability import LoopKind, SampledLoop, closed_loop, spectral_radius
-from satform.equipment.navigation_filter import estimation_transition
 from satform.flight.compile import flight_setting
 from satform.membership.formation import topology_changes
+from satform.navigation.estimator import estimation_transition
 from satform.numeric.elementwise import Array
 from satform.scenario import SatelliteSpec, Scenario
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.control.protocol import Motion
-from satform.equipment.kalman_filter import Measurement
+from satform.equipment.sensors.relative_motion import Measurement
 from satform.files.numpy_archive import ArchiveError, read_archive
 from satform.flight.satellite import Satellite
 

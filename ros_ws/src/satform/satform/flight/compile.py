@@ -23,7 +23,6 @@ from satform.communication.topic_table import Equipment, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.specs import OF_SATELLITES
-from satform.equipment.navigation_filter import Estimator
 from satform.flight.chief_motion import turning_axes
 from satform.flight.orbit_states import OrbitStates, orbit_states
 from satform.flight.plans import (
@@ -39,6 +38,7 @@ from satform.flight.plans import (
 from satform.flight.truth import truth_model
 from satform.membership.faults import FaultSchedule
 from satform.membership.formation import MembershipPlan
+from satform.navigation.estimator import Estimator
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve, FixedPoint

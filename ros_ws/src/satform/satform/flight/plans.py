@@ -19,10 +19,10 @@ from satform.consensus.graph import Graph
 from satform.consensus.motion_sharing import MotionSharing
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import Dynamics
-from satform.equipment.navigation_filter import Estimator
-from satform.equipment.sensor import Sensor
+from satform.equipment.sensors.relative_motion import Sensor
 from satform.equipment.thruster import Thruster
 from satform.membership.faults import FaultSchedule
+from satform.navigation.estimator import Estimator
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
 from satform.orbits.curve_specs import CurveSpec

@@ -14,7 +14,7 @@ from satform.attitude.wheels import Turning, Wheels
 from satform.communication.physical_links import Geometry, LinkConditions
 from satform.control.protocol import Motion
 from satform.equipment.random_streams import NAVIGATION_STREAM, THRUSTER_STREAM
-from satform.equipment.sensor import NOISE_PER_STEP, Sensor
+from satform.equipment.sensors.relative_motion import NOISE_PER_STEP, Sensor
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
 from satform.flight.link_geometry import body_axes
 from satform.flight.plans import PlantPlan

@@ -28,9 +28,9 @@ from satform.control.protocol import (
     Motion,
     ReportsFailures,
 )
-from satform.equipment.kalman_filter import Measurement
-from satform.equipment.navigation_filter import Estimator, EstimatorMemory
+from satform.equipment.sensors.relative_motion import Measurement
 from satform.flight.plans import FlightPlan
+from satform.navigation.estimator import Estimator, EstimatorMemory
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve

@@ -7,7 +7,7 @@ from typing import Any
 
 from satform.dynamics.cw_model import CwDynamics
 from satform.dynamics.stacked_models import stacked_kind
-from satform.equipment.sensor import Sensor
+from satform.equipment.sensors.relative_motion import Sensor
 from satform.flight.compile import FormationPlan
 from satform.membership.formation import has_individual_events
 from satform.numeric import stacking

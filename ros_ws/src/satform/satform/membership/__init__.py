@@ -2,5 +2,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who takes part and over which communication graph, step by step; faults.
 
-Imports `equipment` and below.
+Imports `navigation` and below.
 """

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.equipment.kalman_filter import normalised_error_squared
+from satform.navigation.kalman_filter import normalised_error_squared
 from satform.numeric.elementwise import Array, norm
 from satform.record.quantities import QUANTITIES, Quantity
 

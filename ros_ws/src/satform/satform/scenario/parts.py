@@ -11,9 +11,9 @@ from satform.attitude.guidance import AttitudeSpec
 from satform.common.angle_text import OR_DEGREES_PER_SECOND
 from satform.common.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.control.protocol import ControllerSpec, FlightSetting
-from satform.equipment.navigation_filter import FilterSpec
-from satform.equipment.sensor import NavigationSpec
+from satform.equipment.sensors.relative_motion import NavigationSpec
 from satform.equipment.thruster import ThrusterSpec
+from satform.navigation.estimator import FilterSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.orbits.orbit_specs import OrbitSpec

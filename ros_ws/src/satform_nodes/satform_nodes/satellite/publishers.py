@@ -19,10 +19,10 @@ from satform.communication.topic_table import (
     satellite_channels,
 )
 from satform.consensus.arc_length import Announces
-from satform.equipment.navigation_filter import EstimatorMemory
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Decision
+from satform.navigation.estimator import EstimatorMemory
 from satform.numeric.elementwise import Array
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement

@@ -1,20 +1,33 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Sensor of relative navigation: noise, bias, update rate and latency between true and measured motion.
-
-How to add another sensor: docs/contributing.md, "Where to add what".
-"""
+"""Ideal sensor of relative motion: noise, bias, update rate and latency between true and measured motion."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from satform.common.spec import NonNegative, NonNegativePerAxis, PerAxis, Spec
-from satform.equipment.kalman_filter import Measurement
+from satform.equipment.sensors.timing import whole_steps
 from satform.numeric.elementwise import Array
 
 NOISE_PER_STEP = 6
 """Standard normal numbers that `Sensor.measure` wants: three of position, three of velocity."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Motion as measured, by one satellite or by many that measure together.
+
+    Attributes:
+        position: m, LVLH, shape (..., 3).
+        velocity: m/s, in the rotating frame, shape (..., 3).
+        step: number of the step at which the motion was so; older than now by the latency and by the
+            time since the last update.
+    """
+
+    position: Array
+    velocity: Array
+    step: int
 
 
 @dataclass(frozen=True)
@@ -111,17 +124,6 @@ class NavigationSpec(Spec):
         return Sensor(
             noise=np.array([*self.position_noise, *self.velocity_noise]),
             bias=np.array([*self.position_bias, *self.velocity_bias]),
-            update=max(1, _whole_steps("update_period", self.update_period, step)),
-            latency=_whole_steps("latency", self.latency, step),
+            update=max(1, whole_steps("update_period", self.update_period, step)),
+            latency=whole_steps("latency", self.latency, step),
         )
-
-
-def _whole_steps(name: str, duration: float, step: float) -> int:
-    ratio = duration / step
-    if abs(ratio - round(ratio)) > 1e-6 * max(1.0, ratio):
-        nearest = max(1, round(ratio)) * step
-        raise ValueError(
-            f"{name} {duration:g} s is {ratio:g} control periods of {step:g} s; it has to be a whole number, "
-            f"for example {nearest:g} s"
-        )
-    return round(ratio)

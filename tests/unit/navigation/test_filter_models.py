@@ -17,9 +17,9 @@ from scipy.stats import chi2
 
 from satform.dynamics.relative_motion_models import RelativeMotionModel, relative_motion_model
 from satform.dynamics.stepwise_model import StepwiseModel
-from satform.equipment.kalman_filter import Measurement, normalised_error_squared, process_model
-from satform.equipment.navigation_filter import Estimator, FilterSpec
-from satform.equipment.sensor import NavigationSpec
+from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
+from satform.navigation.estimator import Estimator, FilterSpec
+from satform.navigation.kalman_filter import normalised_error_squared, process_model
 from satform.numeric import stacking
 from satform.numeric.elementwise import norm
 from satform.orbits.chief import ChiefOrbitSpec

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kalman filter on a linear model of relative motion: prediction, update, covariance, consistency (NEES).
 
-The innovation gate and delayed measurements are in `navigation_filter`, which calls this filter.
+The innovation gate and delayed measurements are in `estimator`, which calls this filter.
 """
 
 from dataclasses import dataclass
@@ -14,25 +14,10 @@ from satform.dynamics.cw import input_matrix, transition_matrix
 from satform.dynamics.linear import multiply
 from satform.dynamics.relative_motion_models import ModelName
 from satform.dynamics.stepwise_model import StepwiseModel, stepwise_model
+from satform.equipment.sensors.relative_motion import Measurement
 from satform.numeric.elementwise import Array
 from satform.numeric.matrix_algebra import product, symmetric, transposed
 from satform.orbits.chief import KeplerianChief
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """Motion as measured, by one satellite or by many that measure together.
-
-    Attributes:
-        position: m, LVLH, shape (..., 3).
-        velocity: m/s, in the rotating frame, shape (..., 3).
-        step: number of the step at which the motion was so; older than now by the latency and by the
-            time since the last update.
-    """
-
-    position: Array
-    velocity: Array
-    step: int
 
 
 @dataclass(frozen=True)

@@ -8,17 +8,16 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from satform.dynamics.cw import HeldInputStep
-from satform.equipment.kalman_filter import (
+from satform.equipment.random_streams import NAVIGATION_STREAM
+from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
+from satform.navigation.estimator import Estimator, FilterSpec
+from satform.navigation.kalman_filter import (
     Estimate,
     KalmanFilter,
-    Measurement,
     normalised_error_squared,
     process_covariance,
     process_model,
 )
-from satform.equipment.navigation_filter import Estimator, FilterSpec
-from satform.equipment.random_streams import NAVIGATION_STREAM
-from satform.equipment.sensor import NavigationSpec
 from satform.numeric.seeded_numbers import SeededNormals
 
 MEAN_MOTION = 2.0 * math.pi / 6000.0

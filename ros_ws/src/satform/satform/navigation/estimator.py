@@ -16,8 +16,8 @@ from pydantic import Field
 
 from satform.common.spec import Positive, PositivePerAxis, Spec
 from satform.dynamics.relative_motion_models import ModelName
-from satform.equipment.kalman_filter import Estimate, KalmanFilter, Measurement, SteadyProcess, process_model
-from satform.equipment.sensor import NavigationSpec
+from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
+from satform.navigation.kalman_filter import Estimate, KalmanFilter, SteadyProcess, process_model
 from satform.numeric.elementwise import Array
 from satform.numeric.stacking import select
 from satform.orbits.chief import KeplerianChief
