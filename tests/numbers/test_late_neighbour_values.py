@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from flights import satellite_of, shortened
-from satform.attitude.gyrostat import direction_cosines
 from satform.communication.neighbour_buffer import Received
 from satform.consensus.arc_length import NeighbourPhases
 from satform.consensus.graph import CompleteSpec
@@ -16,6 +15,7 @@ from satform.flight.compile import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.membership.formation import Plan, TopologyChanged
+from satform.numeric.modified_rodrigues import direction_cosines
 from satform.record.flight_record import FlightRecord
 
 STEADY = (

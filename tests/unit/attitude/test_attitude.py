@@ -23,20 +23,16 @@ from satform.attitude.ground_pointing import (
     pointing_reference,
     sensor_axes,
 )
-from satform.attitude.gyrostat import (
-    AttitudeState,
-    Torques,
-    advance,
+from satform.attitude.gyrostat import AttitudeState, Torques, advance, gravity_gradient_torque, gyrostat
+from satform.attitude.mrp_tracking import AttitudeTrackingSpec, attitude_error
+from satform.dynamics.linear import multiply
+from satform.numeric.modified_rodrigues import (
     direction_cosines,
-    gravity_gradient_torque,
-    gyrostat,
     mrp_from_direction_cosines,
     mrp_rate,
     relative_mrp,
     short_way,
 )
-from satform.attitude.mrp_tracking import AttitudeTrackingSpec, attitude_error
-from satform.dynamics.linear import multiply
 from satform.numeric.stacking import stack
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 

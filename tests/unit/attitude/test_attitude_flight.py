@@ -10,7 +10,6 @@ import pytest
 from flights import satellite_of, shipped, shortened
 from satform.attitude.ground_pointing import AttitudeReference, CircularOrbit
 from satform.attitude.guidance import Attitude, PointingReference
-from satform.attitude.gyrostat import direction_cosines
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointingSpec, inertial_line, to_inertial
 from satform.attitude.wheels import Turning, Wheels
@@ -25,6 +24,7 @@ from satform.flight.compile import flight_plan, plant_plan
 from satform.flight.plant import Plant
 from satform.flight.simulate import simulate
 from satform.numeric import stacking
+from satform.numeric.modified_rodrigues import direction_cosines
 from satform.orbits.path_reference import Reference
 from satform.scenario import ScenarioError
 

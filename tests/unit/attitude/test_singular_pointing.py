@@ -15,7 +15,6 @@ from satform.attitude.ground_pointing import (
     sensor_axes,
     sun_safe_reference,
 )
-from satform.attitude.gyrostat import direction_cosines
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.attitude.yaw_steering import SUN_CONE, square_direction
 from satform.common.spec import Vector
@@ -24,6 +23,7 @@ from satform.control.protocol import FlightSetting, RelativeNeighbour
 from satform.evaluation.passes import PassLightAngle
 from satform.flight.simulate import simulate
 from satform.numeric.elementwise import Array
+from satform.numeric.modified_rodrigues import direction_cosines
 from satform.numeric.time_derivatives import Jet
 from satform.orbits.curve_specs import CircleSpec, EllipseSpec
 from satform.orbits.path_reference import Path as OrbitPath

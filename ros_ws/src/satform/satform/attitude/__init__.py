@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Attitude kinematics, gyrostat and wheels, pointing references and the tracking law.
+"""Gyrostat and wheels, pointing references and the tracking law.
 
 Imports `communication` and below.
 """

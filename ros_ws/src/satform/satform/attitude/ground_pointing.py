@@ -12,12 +12,12 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from satform.attitude.gyrostat import mrp_from_direction_cosines
 from satform.attitude.yaw_steering import Mask, sight_triad, square_direction, yaw
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Number, Positive, Spec, Vector
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, cross, dot, joined
+from satform.numeric.modified_rodrigues import mrp_from_direction_cosines
 from satform.numeric.time_derivatives import Jet
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, ROTATION_RATE
 

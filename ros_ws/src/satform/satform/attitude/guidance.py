@@ -16,7 +16,7 @@ from satform.attitude.ground_pointing import (
     GroundPointing,
     GroundPointingSpec,
 )
-from satform.attitude.gyrostat import AttitudeState, direction_cosines, gravity_gradient_torque
+from satform.attitude.gyrostat import AttitudeState, gravity_gradient_torque
 from satform.attitude.mrp_tracking import AttitudeTracking, AttitudeTrackingSpec
 from satform.attitude.satellite_pointing import SatellitePointing, SatellitePointingSpec
 from satform.attitude.yaw_steering import Mask
@@ -25,6 +25,7 @@ from satform.communication.messages import NeighbourStates
 from satform.consensus.arc_length import NeighbourPhases
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, Indices
+from satform.numeric.modified_rodrigues import direction_cosines
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.path_reference import FeedForward, Path, Reference
 

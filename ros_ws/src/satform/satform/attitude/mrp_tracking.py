@@ -14,10 +14,11 @@ from typing import Literal
 import numpy as np
 
 from satform.attitude.ground_pointing import AttitudeReference
-from satform.attitude.gyrostat import AttitudeState, Gyrostat, direction_cosines, gyrostat, relative_mrp
+from satform.attitude.gyrostat import AttitudeState, Gyrostat, gyrostat
 from satform.common.spec import Positive, PositivePerAxis, Spec, Vector
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, cross, dot
+from satform.numeric.modified_rodrigues import direction_cosines, relative_mrp
 
 
 @dataclass(frozen=True)

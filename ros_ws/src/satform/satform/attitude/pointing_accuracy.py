@@ -13,11 +13,11 @@ from satform.attitude.ground_pointing import (
     pointing_reference,
 )
 from satform.attitude.guidance import Orientation
-from satform.attitude.gyrostat import direction_cosines
 from satform.attitude.mrp_tracking import attitude_error
 from satform.attitude.satellite_pointing import inertial_line
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, dot, norm
+from satform.numeric.modified_rodrigues import direction_cosines
 from satform.numeric.time_derivatives import Jet
 from satform.orbits.path_reference import Reference
 

@@ -7,8 +7,8 @@ import colorsys
 import numpy as np
 
 from satform.attitude.ground_pointing import CircularOrbit
-from satform.attitude.gyrostat import mrp_from_direction_cosines, quaternion, relative_mrp
 from satform.numeric.elementwise import Array, cross, dot, norm
+from satform.numeric.modified_rodrigues import mrp_from_direction_cosines, quaternion, relative_mrp
 from satform.orbits.curve import Curve
 from satform.orbits.frames import lvlh_frame
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from satform.attitude.ground_pointing import CircularOrbit
-from satform.attitude.gyrostat import direction_cosines
 from satform.numeric.elementwise import Array, dot, joined
+from satform.numeric.modified_rodrigues import direction_cosines
 from satform.orbits.frames import lvlh_frame
 
 
