@@ -43,14 +43,16 @@ def test_a_missed_expectation_is_exit_code_1_in_the_output_and_in_junit(
     assert code == EXIT_MISSED
     assert "MISSED: 1 of 1." in out
     suite = ElementTree.parse(tmp_path / "junit.xml").getroot()  # noqa: S314 - our own
+    flights, *_ = suite.findall("testcase")
+    assert (flights.get("name"), len(flights)) == ("all cases are flown", 0)
     (failed,) = suite.findall("testcase[failure]")
     assert failed.get("name") == "success rate"
     found = json.loads((tmp_path / "out" / "summary.json").read_text())
     skipped = suite.findall("testcase[skipped]")
     assert len(skipped) == found["failed"] == int(suite.get("skipped") or 0)
-    assert (suite.get("failures"), suite.get("tests")) == ("1", str(found["failed"] + 1))
+    assert (suite.get("failures"), suite.get("tests")) == ("1", str(found["failed"] + 2))
     number = found["failures"][0]["number"]
-    assert skipped[0].findtext("system-out") == f"satform run --campaign {tmp_path}/out --case {number}"
+    assert skipped[0].findtext("skipped") == f"satform run --campaign {tmp_path}/out --case {number}"
 
 
 def test_a_case_shows_its_values_and_its_run_has_the_bits_of_the_campaign(

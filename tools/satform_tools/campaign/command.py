@@ -51,6 +51,7 @@ class Options:
         scheduler: address of a dask scheduler.
         timeout: wall-clock time of a case, s; that of the campaign when None.
         junit: file to write as JUnit XML; None for none.
+        quiet: whether no progress is shown.
     """
 
     workers: int | None = None
@@ -58,6 +59,7 @@ class Options:
     scheduler: str | None = None
     timeout: float | None = None
     junit: Path | None = None
+    quiet: bool = False
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def run(name: str, out: Path | None, options: Options) -> Summary:
     with _storing(path), locked(path):
         folder = CampaignFolder.create(path, campaign, file, datetime.now(UTC).isoformat(timespec="seconds"))
         summary = _flown(folder, campaign, options, Resumption())
-    _write_junit(summary, options.junit)
+    junit.write(summary, options.junit)
     return summary
 
 
@@ -135,7 +137,7 @@ def resume(target: Path, options: Options, resumption: Resumption) -> Summary:
     bags.prepare(campaign)
     with _storing(folder.path), locked(folder.path):
         summary = _flown(folder, campaign, options, resumption)
-    _write_junit(summary, options.junit)
+    junit.write(summary, options.junit)
     return summary
 
 
@@ -161,7 +163,7 @@ def report(
         raise CommandError(f"{error}{_repair_advice(path, error)}") from None
     except OSError as error:
         raise CommandError(f"the report cannot be written: {sentence_of(error)}") from None
-    _write_junit(summary, junit_file)
+    junit.write(summary, junit_file)
     return replace(summary, files=files)
 
 
@@ -258,7 +260,7 @@ def _fly(
     workers = options.workers or len(os.sched_getaffinity(0))
     store = ResultStore(folder)
     reason, flown, begun = "", False, time.perf_counter()
-    with StopRequest() as request, progress.displayed(campaign.name) as show:
+    with StopRequest() as request, progress.displayed(campaign.name, quiet=options.quiet) as show:
         scheduler = ChunkScheduler(
             lambda number: case_values(campaign, number),
             store.store,
@@ -298,12 +300,3 @@ def _engine(folder: CampaignFolder, campaign: Campaign, options: Options, worker
     if options.scheduler is not None:
         return DaskEngine(job, options.scheduler)
     return LocalEngine(job, workers, folder.path / LOG)
-
-
-def _write_junit(summary: Summary, file: Path | None) -> None:
-    if file is None:
-        return
-    try:
-        junit.write(summary, file)
-    except OSError as error:
-        raise CommandError(f"the JUnit file cannot be written: {sentence_of(error)}") from None

@@ -1,67 +1,67 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign's result as JUnit XML, which continuous integration servers read."""
+"""A campaign's result as JUnit XML: test cases for the flights, the expectations and the failed cases."""
 
+from collections.abc import Iterator
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement, tostring
 
-from satform.files.durable_file import write_durably
+from satform.campaign.expectations import CampaignVerdict
 from satform_tools import console
 from satform_tools.campaign.summary import Summary, interval_text
+from satform_tools.report import junit
+from satform_tools.report.junit import CAMPAIGN_SUITE, FLIGHTS, Case, Suite
 
 
-def write(summary: Summary, file: Path) -> None:
-    """Write a test case for each expectation, and one for each failed case of those that are listed.
+def write(summary: Summary, file: Path | None) -> None:
+    """Write a test case for all flights, for each expectation, and for each failed case of those listed.
 
     An expectation that was missed is a failure; a failed case is skipped, since whether it may fail is for
     the expectations to say; cases without a result are an error.
 
     Args:
         summary: of the campaign.
-        file: to write.
+        file: to write; None for none.
 
     Raises:
-        OSError: it cannot be written.
+        CommandError: it cannot be written.
     """
-    suite = Element("testsuite", name=f"satform campaign {summary.campaign.name}")
-    properties = SubElement(suite, "properties")
-    for name, value in (
-        ("digest", summary.folder.manifest.digest),
-        ("results_hash", summary.results_hash or ""),
-        *summary.folder.manifest.versions.items(),
-    ):
-        SubElement(properties, "property", name=name, value=value)
-    for verdict in summary.verdicts:
-        test = _case(suite, summary, verdict.label)
-        if not verdict.met:
-            found = f"{console.number(verdict.statistic)} {verdict.unit}".strip()
-            interval = interval_text(verdict.low, verdict.high, ".7g")
-            message = f"expected {verdict.allowed}, found {found}{f' ({interval})' if interval else ''}"
-            SubElement(test, "failure", message=_text(message))
+    name, seconds = summary.campaign.name, summary.speed.seconds if summary.speed else 0.0
+    suite = Suite(
+        name=f"{CAMPAIGN_SUITE} {name}",
+        classname=name,
+        cases=[_flights(summary, seconds), *map(_judged, summary.verdicts), *_failed(summary)],
+        properties={
+            "digest": summary.folder.manifest.digest,
+            "results_hash": summary.results_hash or "",
+            **summary.folder.manifest.versions,
+        },
+        seconds=seconds,
+        output=f"{summary.flown} of {summary.cases} cases flown, stored in {summary.folder.path}",
+    )
+    junit.write(suite, file)
+
+
+def _flights(summary: Summary, seconds: float) -> Case:
+    if summary.complete and not summary.reason:
+        return Case(FLIGHTS, seconds=seconds)
+    missing = f"{summary.cases - summary.flown} of {summary.cases} cases have no result"
+    message = "; ".join(filter(None, ("" if summary.complete else missing, summary.reason)))
+    return Case(FLIGHTS, "error", message, "stopped" if summary.stopped else "lost", seconds=seconds)
+
+
+def _judged(verdict: CampaignVerdict) -> Case:
+    if verdict.met:
+        return Case(verdict.label)
+    found = f"{console.number(verdict.statistic)} {verdict.unit}".strip()
+    interval = interval_text(verdict.low, verdict.high, ".7g")
+    message = f"expected {verdict.allowed}, found {found}{f' ({interval})' if interval else ''}"
+    return Case(verdict.label, "failure", message, "missed")
+
+
+def _failed(summary: Summary) -> Iterator[Case]:
     for failed in summary.failures:
-        test = _case(suite, summary, f"case {failed.number}")
-        SubElement(test, "skipped", message=_text(failed.reason))
-        SubElement(test, "system-out").text = summary.command(failed.number)
+        command = summary.command(failed.number)
+        yield Case(f"case {failed.number}", "skipped", failed.reason, text=command)
     more = summary.failed - len(summary.failures)
     if more:
-        test = _case(suite, summary, f"{more} more failed cases")
-        SubElement(test, "skipped", message="not listed one by one")
-    if not summary.complete:
-        missing = f"{summary.cases - summary.flown} of {summary.cases} cases have no result"
-        test = _case(suite, summary, "all cases are flown")
-        SubElement(test, "error", message=_text("; ".join(filter(None, (missing, summary.reason)))))
-    for kind in ("failure", "skipped", "error"):
-        count = len(suite.findall(f"testcase/{kind}"))
-        suite.set({"failure": "failures", "error": "errors"}.get(kind, kind), str(count))
-    suite.set("tests", str(len(suite.findall("testcase"))))
-    suite.set("time", f"{summary.speed.seconds if summary.speed else 0.0:.3f}")
-    write_durably(file, tostring(suite, encoding="utf-8", xml_declaration=True))
-
-
-def _case(suite: Element, summary: Summary, name: str) -> Element:
-    return SubElement(suite, "testcase", classname=summary.campaign.name, name=_text(name), time="0")
-
-
-def _text(text: str) -> str:
-    """Text without the control characters that XML does not have."""
-    return "".join(character if character.isprintable() else " " for character in text)
+        yield Case(f"{more} more failed cases", "skipped", "not listed one by one")

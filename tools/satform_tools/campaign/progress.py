@@ -7,16 +7,17 @@ from contextlib import AbstractContextManager
 from satform_tools.run.progress import Report, bar_or_lines
 
 
-def displayed(name: str) -> AbstractContextManager[Report]:
+def displayed(name: str, *, quiet: bool = False) -> AbstractContextManager[Report]:
     """Show the progress of a campaign for as long as the block lasts.
 
     Args:
         name: of the campaign.
+        quiet: whether nothing is shown.
 
     Returns:
         Gives what to call as often as results come; it is cheap to call.
     """
-    return bar_or_lines(name, None, progress_text, rate_text, counts=True)
+    return bar_or_lines(name, None, progress_text, rate_text, counts=True, quiet=quiet)
 
 
 def progress_text(done: int, total: int, speed: float) -> str:

@@ -10,10 +10,15 @@ _MOST_LISTED = 10
 """Failed cases and kinds of reasons that are printed."""
 
 
-def print_summary(summary: Summary) -> None:
-    """Print what came of a campaign."""
+def print_summary(summary: Summary, *, quiet: bool = False) -> None:
+    """Print what came of a campaign.
+
+    Args:
+        summary: of the campaign.
+        quiet: whether nothing is printed that depends on the wall clock, which differs from run to run.
+    """
     console.heading(f"{summary.campaign.name}: {summary.campaign.title}")
-    _print_cases(summary)
+    _print_cases(summary, quiet=quiet)
     if summary.flown and summary.figures:
         console.line()
         _print_figures(summary)
@@ -37,11 +42,11 @@ def print_summary(summary: Summary) -> None:
     _print_conclusion(summary)
 
 
-def _print_cases(summary: Summary) -> None:
+def _print_cases(summary: Summary, *, quiet: bool) -> None:
     rate, low, high = summary.rate
     interval = interval_text(100 * low, 100 * high, ".4g")
     flown = f"{summary.flown} of {summary.cases} cases flown"
-    if summary.speed is not None and summary.speed.cases:
+    if summary.speed is not None and summary.speed.cases and not quiet:
         speed = summary.speed
         flown += (
             f", {speed.cases} of them now in {duration_text(speed.seconds)} by {speed.workers} "

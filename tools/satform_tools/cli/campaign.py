@@ -4,6 +4,7 @@
 
 # ruff: noqa: PLC0415
 
+from contextlib import AbstractContextManager
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +13,7 @@ import typer
 
 from satform_tools import console
 from satform_tools.cli.run import RunMode
-from satform_tools.cli.shared_options import Json
+from satform_tools.cli.shared_options import Json, Junit, Quiet
 from satform_tools.errors import CommandError
 from satform_tools.report.formats import Format
 
@@ -60,7 +61,6 @@ Timeout = Annotated[
         help="Wall-clock time in which a case flown alone has to end; by default that of the campaign.",
     ),
 ]
-Junit = Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the result as JUnit XML.")]
 
 
 @app.command(epilog=EPILOG)
@@ -81,12 +81,15 @@ def run(
     timeout: Timeout = None,
     json: Json = False,
     junit: Junit = None,
+    quiet: Quiet = False,
 ) -> None:
     """Fly all cases of a campaign and judge them; Ctrl-C keeps what is done."""
     from satform_tools.campaign import command
 
-    options = command.Options(workers, engine.value, scheduler, timeout, junit)
-    _end(command.run(campaign, out, options), as_json=json)
+    options = command.Options(workers, engine.value, scheduler, timeout, junit, quiet)
+    with _junit_of(junit, campaign):
+        summary = command.run(campaign, out, options)
+    _end(summary, as_json=json, quiet=quiet)
 
 
 @app.command(epilog=EPILOG)
@@ -115,13 +118,16 @@ def resume(
     ] = False,
     json: Json = False,
     junit: Junit = None,
+    quiet: Quiet = False,
 ) -> None:
     """Fly the cases of a campaign that have no result yet, and judge all."""
     from satform_tools.campaign import command
 
-    options = command.Options(workers, engine.value, scheduler, timeout, junit)
+    options = command.Options(workers, engine.value, scheduler, timeout, junit, quiet)
     resumption = command.Resumption(repair=repair, retry=retry, stored=stored)
-    _end(command.resume(campaign, options, resumption), as_json=json)
+    with _junit_of(junit, str(campaign)):
+        summary = command.resume(campaign, options, resumption)
+    _end(summary, as_json=json, quiet=quiet)
 
 
 @app.command(epilog=EPILOG)
@@ -142,7 +148,9 @@ def report(
     """Report a campaign: print success rate, figures and failures, write a page for a browser and files."""
     from satform_tools.campaign import command
 
-    _end(command.report(folder, junit, out, export or ()), as_json=json)
+    with _junit_of(junit, str(folder)):
+        summary = command.report(folder, junit, out, export or ())
+    _end(summary, as_json=json)
 
 
 @app.command()
@@ -202,11 +210,17 @@ def gallery(
     raise typer.Exit(campaign_gallery.make(names or (), workers, stale=stale, folders=folders))
 
 
-def _end(summary: "Summary", *, as_json: bool) -> None:
+def _junit_of(file: Path | None, campaign: str) -> AbstractContextManager[None]:
+    from satform_tools.report import junit
+
+    return junit.begun(file, junit.CAMPAIGN_SUITE, campaign, junit.FLIGHTS)
+
+
+def _end(summary: "Summary", *, as_json: bool, quiet: bool = False) -> None:
     from satform_tools.campaign import tables
 
     if as_json:
         console.as_json(summary.data())
     else:
-        tables.print_summary(summary)
+        tables.print_summary(summary, quiet=quiet)
     raise typer.Exit(summary.exit_code)

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from satform_tools import console
-from satform_tools.cli.shared_options import Changes, Json, Run
+from satform_tools.cli.shared_options import Changes, Json, Junit, Quiet, Run
 from satform_tools.errors import CommandError
 
 EPILOG = (
@@ -131,6 +131,8 @@ def run(
     case: Annotated[
         int | None, typer.Option(metavar="N", help="With --campaign: number of the case, from 0.")
     ] = None,
+    junit: Junit = None,
+    quiet: Quiet = False,
 ) -> None:
     """Fly a scenario, record a bag and evaluate the expectations."""
     if rate is not None and mode is not RunMode.REALTIME:
@@ -138,35 +140,40 @@ def run(
             f"--rate needs --mode realtime; --mode {mode.value} does not follow the wall clock"
         )
     _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
-    if mode is not RunMode.INPROCESS:
-        from satform_tools.run import dds_preparation
+    from satform_tools.report import junit as junit_file
 
-        dds_preparation.prepare(secured=secure is not None)
-    from satform_tools.campaign import case as campaign_case
-    from satform_tools.cli import names
-    from satform_tools.report import tables
-    from satform_tools.run import command as run_command
-    from satform_tools.run import scenario_library
+    with junit_file.begun(junit, junit_file.FLIGHT_SUITE, scenario or campaign or "", junit_file.FLIGHT):
+        if mode is not RunMode.INPROCESS:
+            from satform_tools.run import dds_preparation
 
-    loaded_case = None
-    if campaign is not None and case is not None:
-        loaded_case = campaign_case.load(campaign, case)
-        flown, out = loaded_case.scenario(), loaded_case.make_folder(out)
-    else:
-        flown = scenario_library.load(scenario or "", changes or (), seed)
-    options = run_command.RunOptions(
-        measure_round_trip=measure_round_trip,
-        satellites_per_process=satellites_per_process,
-        restart=restart,
-        continue_without_recorder=continue_without_recorder,
-        rate=(rate or 1.0) if mode is RunMode.REALTIME else 0.0,
-        display=display,
-        host=host,
-        keystore=secure,
-        profile=profile,
-        namespace=names.namespace(namespace),
-    )
-    result = run_command.run(flown, mode.value, record=record, out=out, options=options)
+            dds_preparation.prepare(secured=secure is not None)
+        from satform_tools.campaign import case as campaign_case
+        from satform_tools.cli import names
+        from satform_tools.report import flight_junit, tables
+        from satform_tools.run import command as run_command
+        from satform_tools.run import scenario_library
+
+        loaded_case = None
+        if campaign is not None and case is not None:
+            loaded_case = campaign_case.load(campaign, case)
+            flown, out = loaded_case.scenario(), loaded_case.make_folder(out)
+        else:
+            flown = scenario_library.load(scenario or "", changes or (), seed)
+        options = run_command.RunOptions(
+            measure_round_trip=measure_round_trip,
+            satellites_per_process=satellites_per_process,
+            restart=restart,
+            continue_without_recorder=continue_without_recorder,
+            rate=(rate or 1.0) if mode is RunMode.REALTIME else 0.0,
+            display=display,
+            host=host,
+            keystore=secure,
+            profile=profile,
+            namespace=names.namespace(namespace),
+            quiet=quiet,
+        )
+        result = run_command.run(flown, mode.value, record=record, out=out, options=options)
+    flight_junit.write(result, junit)
     if loaded_case is not None:
         loaded_case.describe(result.folder)
     if profile:
@@ -176,7 +183,7 @@ def run(
     if json:
         console.as_json(result.data())
     else:
-        tables.print_result(result)
+        tables.print_result(result, quiet=quiet)
     raise typer.Exit(result.exit_code)
 
 

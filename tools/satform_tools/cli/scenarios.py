@@ -11,7 +11,8 @@ import typer
 
 from satform_tools import output_streams
 from satform_tools.cli.shared_options import Changes, Json, ScenarioArgument
-from satform_tools.report.formats import FlightFormat
+from satform_tools.errors import CommandError
+from satform_tools.report.formats import CheckFormat, FlightFormat
 
 
 def add_to(app: typer.Typer) -> None:
@@ -36,12 +37,22 @@ def check(
         list[str],
         typer.Argument(metavar="FILE...", help="Scenario or campaign files, or names of shipped ones."),
     ],
+    form: Annotated[
+        CheckFormat | None,
+        typer.Option(
+            "--format",
+            help="text; json; github: annotations of GitHub Actions; sarif: a SARIF 2.1.0 log, as code "
+            "scanning reads it. By default text.",
+        ),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Validate scenario and campaign files; print errors and warnings."""
     from satform_tools.check import files as check_files
 
-    raise typer.Exit(check_files.check(files, as_json=json))
+    if json and form not in {None, CheckFormat.JSON}:
+        raise CommandError(f"--json and --format {form} exclude each other: name one form of output")
+    raise typer.Exit(check_files.check(files, CheckFormat.JSON if json else form or CheckFormat.TEXT))
 
 
 def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Export formats; apart from the exports, so that the command line imports quickly."""
+"""Formats of exports and of checks; apart from what writes them, so that the command line imports quickly."""
 
 from enum import StrEnum
 
@@ -25,3 +25,12 @@ class FlightFormat(StrEnum):
     PARQUET = "parquet"
     OEM = "oem"
     OMM = "omm"
+
+
+class CheckFormat(StrEnum):
+    """How `check` prints what it has found."""
+
+    TEXT = "text"
+    JSON = "json"
+    GITHUB = "github"
+    SARIF = "sarif"

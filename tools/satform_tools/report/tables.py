@@ -18,8 +18,13 @@ from satform_tools.run.run_result import RunResult, Speed
 _PASS, _MISS, _NOTE = "green", "bold red", "yellow"
 
 
-def print_result(result: RunResult) -> None:
-    """Print the result of a run: expectations with their verdicts, events, conclusion and speed."""
+def print_result(result: RunResult, *, quiet: bool = False) -> None:
+    """Print the result of a run: expectations with their verdicts, events, conclusion and speed.
+
+    Args:
+        result: of the run.
+        quiet: whether nothing is printed that depends on the wall clock, which differs from run to run.
+    """
     console.heading(f"{result.scenario.name}: {result.scenario.title}")
     if result.verdicts:
         print_verdicts(result.verdicts)
@@ -28,10 +33,10 @@ def print_result(result: RunResult) -> None:
     for finding in () if result.summary is None else result.summary.findings:
         console.line(finding, _NOTE)
     console.line(conclusion(result), _PASS if result.exit_code == 0 else _MISS)
-    if result.punctuality:
+    if result.punctuality and not quiet:
         _print_punctuality(result.punctuality)
     # The plant's host measures the time.
-    if result.speed.steps and result.speed.seconds > 0.0:
+    if result.speed.steps and result.speed.seconds > 0.0 and not quiet:
         _print_speed(result)
     if result.state_hash:
         console.line(f"state hash {result.state_hash[:16]}")

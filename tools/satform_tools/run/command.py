@@ -42,6 +42,7 @@ class RunOptions:
         keystore: with the nodes' keys; None to fly unsecured.
         profile: whether to write what every process did when.
         namespace: of all nodes and topics, such as `/f1`; empty for the root.
+        quiet: whether neither progress nor a time of the wall clock is printed.
     """
 
     measure_round_trip: bool = False
@@ -54,6 +55,7 @@ class RunOptions:
     keystore: Path | None = None
     profile: bool = False
     namespace: str = ""
+    quiet: bool = False
 
 
 def run(
@@ -81,7 +83,7 @@ def run(
     try:
         if mode == "inprocess":
             save_scenario(scenario, folder / SCENARIO_FILE)
-            result = _in_process(scenario, folder, record=record)
+            result = _in_process(scenario, folder, record=record, quiet=options.quiet)
         else:
             result = _over_dds(scenario, folder, record=record, options=options, host=part)
         if part is not None:
@@ -135,11 +137,11 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
         )
 
 
-def _in_process(scenario: Scenario, folder: Path, *, record: bool) -> RunResult:
+def _in_process(scenario: Scenario, folder: Path, *, record: bool, quiet: bool) -> RunResult:
     from satform.flight.simulate import simulate  # noqa: PLC0415 - lockstep does without
 
     total = scenario.timing.steps
-    with StopRequest() as request, progress.displayed(scenario) as report:
+    with StopRequest() as request, progress.displayed(scenario, quiet=quiet) as report:
         start = time.perf_counter()
         flight = simulate(scenario, progress=lambda steps: report(steps, total), stop=lambda: request.asked)
         speed = Speed(flight.steps, time.perf_counter() - start, scenario.timing.step)
@@ -190,7 +192,7 @@ def _over_dds(
 
     policy = Policy(options.restart, options.continue_without_recorder, options.rate)
     try:
-        with progress.displayed(scenario) as report:
+        with progress.displayed(scenario, quiet=options.quiet) as report:
             flight = fly(
                 scenario,
                 folder,
@@ -241,7 +243,7 @@ def _over_dds(
         summary=summary,
         recorded=flight.bag is not None,
         lost=flight.lost,
-        events=_events(flight),
+        events=_events(flight, quiet=options.quiet),
         reason=reason,
         stopped=flight.stopped,
         messages=flight.messages,
@@ -249,8 +251,12 @@ def _over_dds(
     )
 
 
-def _events(flight: "Flight") -> tuple[str, ...]:
+def _events(flight: "Flight", *, quiet: bool) -> tuple[str, ...]:
     """Sentences about losses and rejoins, in the order of the steps, and warnings."""
+
+    def later(seconds: float) -> str:
+        return "" if quiet else f", {seconds:.2f} s of wall-clock time later"
+
     losses = [
         (
             loss.step,
@@ -261,7 +267,7 @@ def _events(flight: "Flight") -> tuple[str, ...]:
     returns = [
         (
             rejoin.step,
-            f"{rejoin.name} rejoined at step {rejoin.step}, {rejoin.seconds:.2f} s of wall-clock time later",
+            f"{rejoin.name} rejoined at step {rejoin.step}{later(rejoin.seconds)}",
         )
         for rejoin in flight.returns
     ]

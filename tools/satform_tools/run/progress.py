@@ -18,11 +18,12 @@ LINE_PERIOD = 5.0
 
 
 @contextmanager
-def displayed(scenario: Scenario) -> Iterator[Report]:
+def displayed(scenario: Scenario, *, quiet: bool = False) -> Iterator[Report]:
     """Show the progress of a run for as long as the block lasts.
 
     Args:
         scenario: what is flown.
+        quiet: whether nothing is shown.
 
     Yields:
         What to call after every step, or as often as is known; it is cheap to call.
@@ -31,8 +32,9 @@ def displayed(scenario: Scenario) -> Iterator[Report]:
     def line(done: int, total: int, speed: float) -> str:
         return f"{done} of {total} steps ({100 * done // total} %), {speed_text(scenario, speed)}"
 
+    total = scenario.timing.steps
     with bar_or_lines(
-        scenario.name, scenario.timing.steps, line, lambda speed: speed_text(scenario, speed)
+        scenario.name, total, line, lambda speed: speed_text(scenario, speed), quiet=quiet
     ) as report:
         yield report
 
@@ -45,6 +47,7 @@ def bar_or_lines(
     speed_text: Callable[[float], str],
     *,
     counts: bool = False,
+    quiet: bool = False,
 ) -> Iterator[Report]:
     """Show progress for as long as the block lasts: a bar on a terminal, else a line now and then.
 
@@ -54,11 +57,14 @@ def bar_or_lines(
         line: text of a line, from what is done, the total, and the speed in each second of wall-clock time.
         speed_text: text of the speed beside the bar.
         counts: whether the bar has numbers beside it, in place of percent.
+        quiet: whether nothing is shown.
 
     Yields:
         What to call as often as something is done; it is cheap to call.
     """
-    if is_terminal(sys.stderr):
+    if quiet:
+        yield lambda done, total: None
+    elif is_terminal(sys.stderr):
         with _bar(name, total, speed_text, counts=counts) as report:
             yield report
     else:
