@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from browser import browsing, chromium
+from satform.common.physical_constants import SPEED_OF_LIGHT
 from satform.communication.line_matching import Line
-from satform.communication.physical_constants import SPEED_OF_LIGHT
 from satform_tools.cli import main as cli
 
 EXAMPLE = ("plan", "match", "--load", "25-40j", "--z0", "50", "--length", "0.18", "--frequency", "2.2e9")

@@ -159,6 +159,13 @@ setup(
             "wheel_torque = satform.evaluation.attitude:WheelTorque",
             "below_minimum_impulse_steps = satform.evaluation.equipment:BelowMinimumImpulseSteps",
         ],
+        "satform.sensors": [
+            "bearing_camera = satform.equipment.sensors.bearing_camera:BearingCameraSpec",
+            "differential_gnss = satform.equipment.sensors.gnss:DifferentialGnssSpec",
+            "gnss = satform.equipment.sensors.gnss:GnssSpec",
+            "laser_ranging = satform.equipment.sensors.ranging:LaserRangingSpec",
+            "radio_ranging = satform.equipment.sensors.ranging:RadioRangingSpec",
+        ],
         "satform.topologies": [
             "complete = satform.consensus.graph:CompleteSpec",
             "ring = satform.consensus.graph:RingSpec",

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from satform.common.physical_constants import SPEED_OF_LIGHT
 from satform.communication.antennas import ArraySpec, BeamSpec, IsotropicSpec, factor
 from satform.communication.link_budget import (
     BIT_ERROR_RATES,
@@ -23,7 +24,6 @@ from satform.communication.link_budget import (
     pointing_factor,
     required_ratio,
 )
-from satform.communication.physical_constants import SPEED_OF_LIGHT
 from satform.communication.physical_links import RadioSpec
 from satform.numeric.elementwise import Array
 

@@ -11,11 +11,11 @@ import pytest
 from scipy.stats import binom
 
 from flights import shipped
+from satform.common.physical_constants import BOLTZMANN, PLANCK, SPEED_OF_LIGHT
 from satform.communication.antennas import BeamSpec
 from satform.communication.channel_model import ChannelModel, LinksSpec
 from satform.communication.link_budget import bit_error_rate, free_space_loss, message_loss
 from satform.communication.neighbour_buffer import Received
-from satform.communication.physical_constants import BOLTZMANN, PLANCK, SPEED_OF_LIGHT
 from satform.communication.physical_links import (
     Geometry,
     LinkConditions,

@@ -25,6 +25,7 @@ GROUPS = {
     "satform.consensus": "Consensus laws",
     "satform.curves": "Curves",
     "satform.controllers": "Controllers",
+    "satform.sensors": "Sensors",
     "satform.faults": "Faults",
     "satform.metrics": "Metrics",
 }

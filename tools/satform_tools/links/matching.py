@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from satform.common.physical_constants import SPEED_OF_LIGHT
 from satform.communication.line_matching import Line, impedance_text, parse_impedance
-from satform.communication.physical_constants import SPEED_OF_LIGHT
 from satform_tools import console
 from satform_tools.console import Table
 from satform_tools.errors import CommandError

@@ -8,9 +8,10 @@ from typing import Annotated, Literal, TypeAlias
 import numpy as np
 from pydantic import Field, model_validator
 
+from satform.common.physical_constants import SPEED_OF_LIGHT
 from satform.common.spec import NonNegative, Number, Positive, Spec, Vector
 from satform.communication.line_matching import Line, mismatch_loss
-from satform.communication.physical_constants import SPEED_OF_LIGHT
+from satform.numeric.directions import require_direction, unit
 from satform.numeric.elementwise import Array, dot
 
 _MOST_ELEMENTS = 1024
@@ -160,23 +161,7 @@ def factor(decibels: float) -> float:
     return float(10.0 ** (0.1 * decibels))
 
 
-def unit(direction: Vector) -> Array:
-    """The unit vector along a direction, shape (3,)."""
-    found = np.asarray(direction, dtype=np.float64)
-    return np.asarray(found / math.hypot(*direction))
-
-
 def power(base: Array, exponent: float) -> Array:
     """A power of non-negative numbers by logarithm, with the same bits for any shape."""
     # Zero to the power zero is one here, and what is behind an array is dealt with by the caller.
     return np.asarray(np.exp(exponent * np.log(np.maximum(base, 1e-300))))
-
-
-def require_direction(direction: Vector, name: str) -> None:
-    """Refuse a vector that has no direction.
-
-    Raises:
-        ValueError: it has none.
-    """
-    if not 0.0 < math.hypot(*direction) < math.inf:
-        raise ValueError(f"{name} [0, 0, 0] has no direction")

@@ -13,9 +13,10 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from satform.common.spec import Complaint, FieldPath, NonNegative, Spec
+from satform.common.time_window import Window
 from satform.communication.neighbour_buffer import Received
 from satform.communication.physical_links import (
     LONGEST_LIGHT_TIME,
@@ -37,31 +38,6 @@ _SLACK = 1e-9
 """Of a step, by which a delay may exceed whole steps and still count as whole."""
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
-
-
-class Window(Spec):
-    """A stretch of simulated time."""
-
-    begin: NonNegative
-    """First moment of it, s."""
-    end: NonNegative
-    """First moment after it, s."""
-
-    @model_validator(mode="after")
-    def _forward(self) -> "Window":
-        if self.end <= self.begin:
-            raise ValueError(f"end {self.end:g} s is not later than begin {self.begin:g} s")
-        return self
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """First time in it and first time after it, s, earlier by a rounding of times of steps."""
-        return self.begin * (1.0 - _SLACK), self.end * (1.0 - _SLACK)
-
-    def covers(self, time: Array) -> NDArray[np.bool_]:
-        """Whether times, s, lie in it, but for a rounding."""
-        begin, end = self.bounds
-        return np.asarray((begin <= time) & (time < end))
 
 
 class LinkSpec(Spec):

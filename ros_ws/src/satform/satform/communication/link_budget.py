@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import erfc
 
-from satform.communication.physical_constants import BOLTZMANN, PLANCK, SPEED_OF_LIGHT
+from satform.common.physical_constants import BOLTZMANN, PLANCK, SPEED_OF_LIGHT
 from satform.numeric.elementwise import Array
 
 Modulation: TypeAlias = Literal["bpsk", "qpsk", "dpsk", "fsk", "fsk_noncoherent", "psk8", "qam16"]

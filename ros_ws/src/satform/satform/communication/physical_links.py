@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from satform.common.physical_constants import SPEED_OF_LIGHT
 from satform.common.spec import Positive, Spec, Vector
 from satform.communication.antennas import (
     MOST_DECIBELS,
     Antenna,
     IsotropicSpec,
     factor,
-    require_direction,
-    unit,
 )
 from satform.communication.link_budget import (
     LEAST_ERROR_RATE,
@@ -39,10 +38,9 @@ from satform.communication.link_budget import (
     pointing_factor,
     required_ratio,
 )
-from satform.communication.physical_constants import SPEED_OF_LIGHT
-from satform.numeric.elementwise import Array, Indices, dot, joined, norm
-from satform.orbits.earth import EQUATORIAL_RADIUS
-from satform.orbits.line_of_sight import line_of_sight_distance
+from satform.numeric.directions import require_direction, unit, within
+from satform.numeric.elementwise import Array, Indices
+from satform.orbits.line_of_sight import blocked_by_earth, from_earth_centre, in_body_axes, line_of_sight
 
 LONGEST_LIGHT_TIME = 3.0
 """Light time from which on a message counts as lost, s; the distance is then 900 000 km."""
@@ -164,10 +162,8 @@ class OpticalSpec(PhysicalSpec):
         # The part of the beam that the telescope takes is at most all of it.
         spread = beam_gain(self.divergence) * (0.25 * self.aperture / np.maximum(distance, 1e-3)) ** 2
         received = self.power * factor(-self.losses) * pointing * np.minimum(spread, 1.0)
-        # A rounding is not to close a terminal that can point everywhere.
-        least = math.cos(self.field_of_regard) - 1e-12
         axis = unit(self.boresight)
-        in_regard = (dot(forth, axis) >= least) & (dot(back, axis) >= least)
+        in_regard = within(forth, axis, self.field_of_regard) & within(back, axis, self.field_of_regard)
         photons = photons_per_bit(received, self.wavelength, self.rate)
         return np.where(in_regard, photons, 0.0)
 
@@ -244,7 +240,7 @@ class LinkMedium:
         """
         self.edges: Indices = np.array(edges, dtype=np.int64).reshape(-1, 2)
         self._count = count
-        self._least = EQUATORIAL_RADIUS + np.array([spec.line_of_sight_margin for spec in specs])
+        self._margin = np.array([spec.line_of_sight_margin for spec in specs])
         kinds: dict[PhysicalSpec, list[int]] = {}
         for index, spec in enumerate(specs):
             kinds.setdefault(spec, []).append(index)
@@ -256,13 +252,11 @@ class LinkMedium:
         Args:
             geometry: of all satellites.
         """
-        position = geometry.position
+        position, body = geometry.position, geometry.body
         senders, receivers = self.edges.T
-        between = position[..., receivers, :] - position[..., senders, :]
-        distance = norm(between)
-        direction = between / np.maximum(distance, 1e-9)[..., None]
-        forth = _in_body(geometry.body, senders, direction)
-        back = _in_body(geometry.body, receivers, -direction)
+        distance, direction = line_of_sight(position[..., senders, :], position[..., receivers, :])
+        forth = in_body_axes(None if body is None else body[..., senders, :, :], direction)
+        back = in_body_axes(None if body is None else body[..., receivers, :, :], -direction)
         ratio, required = np.empty_like(distance), np.empty(len(self.edges))
         rate, light = np.empty_like(distance), np.zeros_like(distance)
         for spec, rows in self._kinds:
@@ -291,14 +285,5 @@ class LinkMedium:
         return LinkConditions(loss, light)
 
     def _blocked(self, geometry: Geometry, senders: Indices, receivers: Indices) -> NDArray[np.bool_]:
-        zero = np.zeros_like(geometry.chief_radius)
-        from_earth = geometry.position + joined(geometry.chief_radius, zero, zero)[..., None, :]
-        first, second = from_earth[..., senders, :], from_earth[..., receivers, :]
-        return np.asarray(line_of_sight_distance(first, second) <= self._least)
-
-
-def _in_body(body: Array | None, satellites: Indices, direction: Array) -> Array:
-    if body is None:
-        return direction
-    axes = body[..., satellites, :, :]
-    return joined(*(dot(axes[..., axis, :], direction) for axis in range(3)))
+        from_earth = from_earth_centre(geometry.position, geometry.chief_radius)
+        return blocked_by_earth(from_earth[..., senders, :], from_earth[..., receivers, :], self._margin)

@@ -18,9 +18,8 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize_scalar
 
 from satform.numeric.elementwise import Array
-from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.orbits.frames import EarthRotation
-from satform.orbits.line_of_sight import line_of_sight_distance
+from satform.orbits.line_of_sight import blocked_by_earth
 from satform.orbits.time_scales import brahe_epoch
 from satform.record.flight_record import FlightRecord
 from satform.scenario.stations import StationSpec
@@ -123,8 +122,7 @@ def timeline(
     pairs = list(combinations(motions, 2))
     if len(pairs) <= MOST_PAIRS:
         for first, second in pairs:
-            least = EQUATORIAL_RADIUS + line_of_sight_margin
-            found += _blocked((first, second), (motions[first], motions[second]), times, least)
+            found += _blocked((first, second), (motions[first], motions[second]), times, line_of_sight_margin)
     found.sort(key=lambda interval: (interval.begin, interval.satellite, interval.other, interval.kind))
     return Timeline(tuple(found), len(pairs) > MOST_PAIRS)
 
@@ -206,15 +204,15 @@ def _contacts(
 
 
 def _blocked(
-    names: tuple[str, str], motions: tuple[Motion, Motion], times: Array, least: float
+    names: tuple[str, str], motions: tuple[Motion, Motion], times: Array, margin: float
 ) -> list[Interval]:
-    """When the segment between two satellites is nearer than a distance to the Earth's centre."""
+    """When the segment between two satellites is nearer to the Earth than a height above it, m."""
     first, second = motions
 
     def holds(time: float) -> bool:
-        return bool(line_of_sight_distance(first(time), second(time)) <= least)
+        return bool(blocked_by_earth(first(time), second(time), margin))
 
-    inside = line_of_sight_distance(first(times), second(times)) <= least
+    inside = blocked_by_earth(first(times), second(times), margin)
     return [
         Interval("blocked", *names, begin, end, open_begin, open_end)
         for begin, end, open_begin, open_end in _intervals(inside, times, holds)
