@@ -8,7 +8,7 @@ Equations, visibility and errors: docs/sensors.md.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, TypeAlias
+from typing import Annotated, Self, TypeAlias
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -67,6 +67,10 @@ class NoisyChannel:
     def draws(self) -> int:
         """One for each number."""
         return self.model.width
+
+    def started(self) -> Self:
+        """The channel before step 0, which remembers nothing."""
+        return self
 
     def reading(self, scene: Scene, step: int, normals: Array) -> Array:
         """As of every channel."""
