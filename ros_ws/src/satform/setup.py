@@ -163,8 +163,10 @@ setup(
             "bearing_camera = satform.equipment.sensors.bearing_camera:BearingCameraSpec",
             "differential_gnss = satform.equipment.sensors.gnss:DifferentialGnssSpec",
             "gnss = satform.equipment.sensors.gnss:GnssSpec",
+            "gyro = satform.equipment.sensors.gyro:GyroSpec",
             "laser_ranging = satform.equipment.sensors.ranging:LaserRangingSpec",
             "radio_ranging = satform.equipment.sensors.ranging:RadioRangingSpec",
+            "star_tracker = satform.equipment.sensors.star_tracker:StarTrackerSpec",
         ],
         "satform.topologies": [
             "complete = satform.consensus.graph:CompleteSpec",

@@ -10,7 +10,7 @@ Equations: docs/controllers/attitude.md.
 
 import numpy as np
 
-from satform.numeric.elementwise import Array, cross, dot, joined
+from satform.numeric.elementwise import Array, arctan2, cross, dot, joined
 
 _IDENTITY = np.eye(3)
 
@@ -27,14 +27,15 @@ def direction_cosines(mrp: Array) -> Array:
     Source: Schaub & Junkins, ch. 3.
     """
     squared = dot(mrp, mrp)[..., None, None]
-    skew = _cross_matrix(mrp)
+    skew = cross_matrix(mrp)
     skew_squared = mrp[..., :, None] * mrp[..., None, :] - squared * _IDENTITY
     larger = 1.0 + squared
     matrix: Array = _IDENTITY + (8.0 * skew_squared - 4.0 * (1.0 - squared) * skew) / (larger * larger)
     return matrix
 
 
-def _cross_matrix(vector: Array) -> Array:
+def cross_matrix(vector: Array) -> Array:
+    """Matrix of the vector product with a vector from the left: shape (..., 3) to (..., 3, 3)."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     matrix = np.zeros((*x.shape, 3, 3))
     matrix[..., 0, 1], matrix[..., 0, 2] = -z, y
@@ -113,6 +114,66 @@ def relative_mrp(mrp: Array, reference_mrp: Array) -> Array:
         + cross(vector, reference_vector)
     )
     return _mrp_from_quaternion(relative_scalar, relative_vector)
+
+
+def composed_mrp(second: Array, first: Array) -> Array:
+    """Attitude after two rotations, of length at most one.
+
+    Args:
+        second: rotation from the axes after the first one, shape (..., 3).
+        first: rotation from the first axes, shape (..., 3).
+
+    Returns:
+        Shape (..., 3).
+
+    Source: Schaub & Junkins, ch. 3.
+    """
+    return relative_mrp(second, -first)
+
+
+def mrp_of_rotation(rotation: Array) -> Array:
+    """Modified Rodrigues parameters, of length at most one, of a rotation vector.
+
+    Args:
+        rotation: axis times angle, rad, of any length, shape (..., 3).
+
+    Returns:
+        Shape (..., 3).
+
+    Source: Schaub & Junkins, ch. 3.
+    """
+    half = 0.5 * np.sqrt(dot(rotation, rotation))
+    return _mrp_from_quaternion(np.cos(half), (0.5 * sine_quotient(half))[..., None] * rotation)
+
+
+def rotation_of_mrp(mrp: Array) -> Array:
+    """Rotation vector of modified Rodrigues parameters: axis times angle of at most half a turn.
+
+    Args:
+        mrp: of length at most one, shape (..., 3).
+
+    Returns:
+        rad, shape (..., 3).
+
+    Source: Schaub & Junkins, ch. 3.
+    """
+    length = np.sqrt(dot(mrp, mrp))
+    nothing = length < 1e-150
+    angle = 4.0 * arctan2(length, np.ones_like(length))
+    factor = np.where(nothing, 4.0, angle / np.where(nothing, 1.0, length))
+    return factor[..., None] * mrp
+
+
+def sine_quotient(angle: Array) -> Array:
+    """Sine of an angle over the angle, 1 at zero; rad, any shape.
+
+    Below 1e-3 it is the series up to the fourth power, whose next term is below 1e-21.
+    """
+    small = np.abs(angle) < 1e-3
+    squared = angle * angle
+    series = 1.0 - squared / 6.0 * (1.0 - squared / 20.0)
+    quotient: Array = np.where(small, series, np.sin(angle) / np.where(small, 1.0, angle))
+    return quotient
 
 
 def short_way(mrp: Array) -> Array:

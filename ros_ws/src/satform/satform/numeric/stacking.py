@@ -87,7 +87,9 @@ def select(condition: NDArray[np.bool_], first: T, second: T) -> T:
         picked = tuple(select(condition, a, b) for a, b in zip(first, cast(Any, second), strict=True))
     elif isinstance(first, np.ndarray | np.generic):
         further = np.ndim(first) - np.ndim(condition)
-        picked = np.where(condition.reshape(*np.shape(condition), *(1,) * further), first, cast(Any, second))
+        picked = np.where(
+            np.reshape(condition, (*np.shape(condition), *(1,) * further)), first, cast(Any, second)
+        )
     return cast(T, picked)
 
 

@@ -1,0 +1,462 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Multiplicative extended Kalman filter of a satellite's attitude (`kind: multiplicative_extended`).
+
+The gyro stands for a model of the rotation: its readings move the attitude on, and star trackers correct it.
+The state is a small rotation from the estimated to the true body axes and the error of the gyro's estimated
+bias. After each correction the rotation is put into the attitude and is zero again. A reading that arrives
+late is worked in at the step at which it was taken, and all that came since is worked in again after it.
+
+Equations: docs/attitude_estimation.md.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from satform.common.angle_text import OR_DEGREES
+from satform.common.spec import NonNegative, Positive, Spec
+from satform.dynamics.linear import multiply
+from satform.equipment.sensors.gyro import GyroChannel
+from satform.equipment.sensors.protocol import SensorChannel
+from satform.equipment.sensors.star_tracker import StarTrackerChannel
+from satform.numeric.elementwise import Array, dot
+from satform.numeric.matrix_algebra import product, symmetric, transposed
+from satform.numeric.modified_rodrigues import (
+    composed_mrp,
+    cross_matrix,
+    mrp_of_rotation,
+    relative_mrp,
+    sine_quotient,
+)
+from satform.numeric.stacking import select
+
+_UNIT = np.eye(3)
+
+UNKNOWN_ATTITUDE = 1.0
+"""Variance of each axis of an attitude of which nothing is known any more, rad^2."""
+
+_SERIES = 0.05
+"""Angle below which the third coefficient of a rotation is taken from its series, rad."""
+
+
+@dataclass(frozen=True)
+class AttitudeEstimate:
+    """An attitude and a gyro bias with their covariance.
+
+    Attributes:
+        mrp: inertial to estimated body axes, of length at most one, shape (..., 3).
+        bias: of the gyro, rad/s, body axes, shape (..., 3).
+        covariance: of (rotation from estimated to true body axes, error of the bias), rad and rad/s, shape
+            (..., 6, 6).
+        innovation: normalised innovation squared of the newest reading of a star tracker, shape (...); 0 at
+            first.
+        rejected: readings so far that the gate rejected, shape (...).
+        in_a_row: of these, the last ones without one between them that was worked in, shape (...).
+    """
+
+    mrp: Array
+    bias: Array
+    covariance: Array
+    innovation: Array
+    rejected: Array
+    in_a_row: Array
+
+
+@dataclass(frozen=True)
+class AttitudeMemory:
+    """What the filter remembers between steps.
+
+    Attributes:
+        anchor: estimate at the oldest step of which readings may still arrive, without any of that step.
+        oldest: the same with what has arrived of that step.
+        rates: measured by the gyro over each of the steps since, rad/s, oldest first, shape (..., 3) each.
+        readings: of the T star trackers, taken at the oldest step and at each one since; not a number where
+            none has arrived, shape (..., T, 3) each.
+        now: estimate at the present step.
+        rate: newest reading of the gyro, rad/s, shape (..., 3).
+        rate_age: time from the middle of the gyro's integration to now, s.
+    """
+
+    anchor: AttitudeEstimate
+    oldest: AttitudeEstimate
+    rates: tuple[Array, ...]
+    readings: tuple[Array, ...]
+    now: AttitudeEstimate
+    rate: Array
+    rate_age: float
+
+    @property
+    def angular_velocity(self) -> Array:
+        """Estimated mean over the gyro's last integration, rad/s, shape (..., 3)."""
+        return self.rate - self.now.bias
+
+
+@dataclass(frozen=True)
+class AttitudeFilter:
+    """Multiplicative extended Kalman filter on a gyro and star trackers.
+
+    Attributes:
+        step: control period, s.
+        gyro_column: of its first number among the satellite's readings.
+        gyro_period: steps between two readings of the gyro.
+        tracker_columns: likewise of each star tracker.
+        tracker_latencies: steps from a reading to its arrival, of each star tracker.
+        axes: of each star tracker, two across its boresight and the boresight, unit vectors in body axes,
+            shape (..., T, 3, 3).
+        variance: of a reading about each of these axes, rad^2, shape (..., T, 3).
+        angle_density: power spectral density of the gyro's white noise, rad^2/s, shape (...).
+        bias_density: that of the rate of its bias, rad^2/s^3, shape (...).
+        start: estimate before the first reading.
+        gate: largest normalised innovation squared of a reading that is worked in, shape (...); infinite for
+            no gate.
+        max_consecutive_rejections: readings rejected in a row at the last of which the attitude is taken from
+            that one, shape (...).
+
+    Source: Lefferts, Markley & Shuster 1982, Kalman filtering for spacecraft attitude estimation; Markley &
+    Crassidis 2014, Fundamentals of Spacecraft Attitude Determination and Control, ch. 6.2.
+    """
+
+    step: float
+    gyro_column: int
+    gyro_period: int
+    tracker_columns: tuple[int, ...]
+    tracker_latencies: tuple[int, ...]
+    axes: Array
+    variance: Array
+    angle_density: Array
+    bias_density: Array
+    start: AttitudeEstimate
+    gate: Array
+    max_consecutive_rejections: Array
+
+    @property
+    def depth(self) -> int:
+        """Steps for which what was taken in may still change."""
+        return max(self.gyro_period - 1, *self.tracker_latencies)
+
+    def first(self, values: Array) -> AttitudeMemory:
+        """The memory at the first step.
+
+        Args:
+            values: all readings of the satellite that arrive at it, shape (..., W).
+        """
+        rate = self._gyro(values)
+        return self._from(self.start, values, np.where(np.isnan(rate), self.start.bias, rate))
+
+    def _from(self, start: AttitudeEstimate, values: Array, rate: Array) -> AttitudeMemory:
+        readings = self._placed((), values)
+        now = self._worked_in(start, readings[0])
+        return AttitudeMemory(start, now, (), readings, now, rate, 0.0)
+
+    def observe(self, memory: AttitudeMemory, values: Array) -> AttitudeMemory:
+        """The memory one step later.
+
+        Args:
+            memory: of the step before.
+            values: all readings of the satellite that arrive at the step, not a number where there is none,
+                shape (..., W).
+        """
+        rates, rate, age = self._rates(memory, values)
+        readings, anchor = self._placed(memory.readings, values), memory.anchor
+        if len(rates) > self.depth:
+            anchor = self.predicted(memory.oldest, rates[0])
+            rates, readings = rates[1:], readings[1:]
+        now = oldest = self._worked_in(anchor, readings[0])
+        for turned, taken in zip(rates, readings[1:], strict=True):
+            now = self._worked_in(self.predicted(now, turned), taken)
+        return AttitudeMemory(anchor, oldest, rates, readings, now, rate, age)
+
+    def resume(self, memory: AttitudeMemory, missed: int) -> AttitudeMemory:
+        """The memory after steps without the flight software, up to the step before the next one.
+
+        The attitude goes on at its last rate, and nothing is known of its error any more; the bias is still
+        known but for its walk.
+
+        Args:
+            memory: of the last step before the gap.
+            missed: steps in the gap, at least 1.
+        """
+        now, time = memory.now, missed * self.step
+        turned = mrp_of_rotation(time * memory.angular_velocity)
+        covariance = np.zeros_like(now.covariance)
+        covariance[..., :3, :3] = UNKNOWN_ATTITUDE * _UNIT
+        covariance[..., 3:, 3:] = (
+            now.covariance[..., 3:, 3:] + (time * self.bias_density)[..., None, None] * _UNIT
+        )
+        lost = replace(now, mrp=composed_mrp(turned, now.mrp), covariance=covariance)
+        none = (np.full_like(memory.readings[0], np.nan),)
+        return AttitudeMemory(lost, lost, (), none, lost, memory.rate, memory.rate_age + time)
+
+    def _gyro(self, values: Array) -> Array:
+        return values[..., self.gyro_column : self.gyro_column + 3]
+
+    def _rates(self, memory: AttitudeMemory, values: Array) -> tuple[tuple[Array, ...], Array, float]:
+        """Rates over all steps since the oldest one, the newest reading of the gyro and its age.
+
+        A reading is the mean over the gyro's period, so it replaces what was held in its steps.
+        """
+        gyro = self._gyro(values)
+        if np.any(np.isnan(gyro)):
+            return (*memory.rates, memory.rate), memory.rate, memory.rate_age + self.step
+        earlier = memory.rates[: max(0, len(memory.rates) + 1 - self.gyro_period)]
+        within = len(memory.rates) + 1 - len(earlier)
+        return (*earlier, *(gyro for _ in range(within))), gyro, 0.5 * self.gyro_period * self.step
+
+    def _placed(self, earlier: tuple[Array, ...], values: Array) -> tuple[Array, ...]:
+        """Readings of the star trackers by the steps at which they were taken."""
+        count = len(self.tracker_columns)
+        places = [*earlier, np.full((*values.shape[:-1], count, 3), np.nan)]
+        for number, (column, latency) in enumerate(
+            zip(self.tracker_columns, self.tracker_latencies, strict=True)
+        ):
+            arrived = values[..., column : column + 3]
+            if latency < len(places) and not np.all(np.isnan(arrived)):
+                taken = places[-1 - latency].copy()
+                taken[..., number, :] = arrived
+                places[-1 - latency] = taken
+        return tuple(places)
+
+    def predicted(self, estimate: AttitudeEstimate, rate: Array) -> AttitudeEstimate:
+        """The estimate one step later.
+
+        Args:
+            estimate: at the start of the step.
+            rate: measured by the gyro, mean over the step, rad/s, shape (..., 3).
+        """
+        rotation = self.step * (rate - estimate.bias)
+        transition = error_transition(rotation, self.step)
+        covariance = product(product(transition, estimate.covariance), transposed(transition))
+        return replace(
+            estimate,
+            mrp=composed_mrp(mrp_of_rotation(rotation), estimate.mrp),
+            covariance=symmetric(covariance + self.process()),
+        )
+
+    def process(self) -> Array:
+        """Covariance that the gyro's errors add over a step, shape (..., 6, 6).
+
+        Source: Farrenkopf 1978, Analytic steady-state accuracy solutions for two common spacecraft attitude
+        estimators; Markley & Crassidis 2014, eq. 6.93. The rotation within the step is left out of it.
+        """
+        step, angle, bias = self.step, self.angle_density, self.bias_density
+        added = np.zeros((*angle.shape, 6, 6))
+        for axis in range(3):
+            added[..., axis, axis] = step * (angle + bias * (step * step / 3.0))
+            added[..., axis, axis + 3] = added[..., axis + 3, axis] = -0.5 * step * step * bias
+            added[..., axis + 3, axis + 3] = step * bias
+        return added
+
+    def _worked_in(self, estimate: AttitudeEstimate, taken: Array) -> AttitudeEstimate:
+        """The estimate with the readings of all star trackers at its step, shape (..., T, 3)."""
+        for number in range(len(self.tracker_columns)):
+            reading = taken[..., number, :]
+            given = ~np.isnan(reading[..., 0])
+            if np.any(given):
+                known = np.where(given[..., None], reading, estimate.mrp)
+                estimate = select(given, self._observed(estimate, known, number), estimate)
+        return estimate
+
+    def _observed(self, estimate: AttitudeEstimate, reading: Array, number: int) -> AttitudeEstimate:
+        """The estimate after a reading that is worked in, rejected, or taken for a new start."""
+        updated, innovation = self.updated(estimate, reading, number)
+        outlier = innovation > self.gate
+        in_a_row = np.where(outlier, estimate.in_a_row + 1.0, 0.0)
+        anew = outlier & (in_a_row >= self.max_consecutive_rejections)
+        kept = select(outlier, select(anew, self._restarted(estimate, reading, number), estimate), updated)
+        return replace(
+            kept,
+            innovation=innovation,
+            rejected=estimate.rejected + outlier,
+            in_a_row=np.where(anew, 0.0, in_a_row),
+        )
+
+    def updated(
+        self, estimate: AttitudeEstimate, reading: Array, number: int
+    ) -> tuple[AttitudeEstimate, Array]:
+        """The estimate with a reading of a star tracker worked in.
+
+        The errors about the three axes of the star tracker are independent, so they are worked in one after
+        another and nothing has to be inverted; the covariance in Joseph's form, as in `KalmanFilter`.
+
+        Args:
+            estimate: of the step at which the reading was taken.
+            reading: measured attitude, modified Rodrigues parameters, shape (..., 3).
+            number: of the star tracker.
+
+        Returns:
+            The estimate, and the reading's normalised innovation squared, shape (...).
+        """
+        seen = small_rotation(reading, estimate.mrp)
+        correction = np.zeros((*seen.shape[:-1], 6))
+        covariance, squared = estimate.covariance, np.zeros(seen.shape[:-1])
+        for index in range(3):
+            axis = np.broadcast_to(self.axes[..., number, index, :], seen.shape)
+            variance = self.variance[..., number, index]
+            column = multiply(covariance[..., :, :3], axis)
+            innovation_variance = dot(column[..., :3], axis) + variance
+            innovation = dot(seen - correction[..., :3], axis)
+            squared = squared + innovation * innovation / innovation_variance
+            gain = column / innovation_variance[..., None]
+            correction = correction + gain * innovation[..., None]
+            # (I - k h) P (I - k h)' + k r k', with h the axis and no bias.
+            left = covariance - gain[..., :, None] * column[..., None, :]
+            both = left - multiply(left[..., :, :3], axis)[..., :, None] * gain[..., None, :]
+            noise = np.asarray(variance)[..., None, None]
+            covariance = both + noise * (gain[..., :, None] * gain[..., None, :])
+        turned = replace(
+            estimate,
+            mrp=composed_mrp(0.25 * correction[..., :3], estimate.mrp),
+            bias=estimate.bias + correction[..., 3:],
+            covariance=symmetric(covariance),
+        )
+        return turned, squared
+
+    def _restarted(self, estimate: AttitudeEstimate, reading: Array, number: int) -> AttitudeEstimate:
+        """The attitude from a reading alone; the bias as uncertain as before the first reading."""
+        axes, start = self.axes[..., number, :, :], self.start.covariance
+        variance = self.variance[..., number, :, None]
+        covariance = np.zeros_like(estimate.covariance)
+        covariance[..., :3, :3] = product(transposed(axes), variance * axes)
+        covariance[..., 3:, 3:] = start[..., 3:, 3:]
+        return replace(estimate, mrp=reading, covariance=covariance)
+
+
+def small_rotation(mrp: Array, from_mrp: Array) -> Array:
+    """Rotation from one attitude's axes to those of another, as four times its modified Rodrigues parameters.
+
+    Args:
+        mrp: attitude after the rotation, shape (..., 3).
+        from_mrp: attitude before it, shape (..., 3).
+
+    Returns:
+        rad, shape (..., 3); it differs from the rotation vector by its cube over 48.
+
+    Source: Markley & Crassidis 2014, ch. 6.2.
+    """
+    return 4.0 * relative_mrp(mrp, from_mrp)
+
+
+def error_transition(rotation: Array, step: float) -> Array:
+    """How the errors of attitude and bias go through a step at a constant rate.
+
+    Args:
+        rotation: of the body over the step, rotation vector, rad, shape (..., 3).
+        step: s.
+
+    Returns:
+        Shape (..., 6, 6).
+
+    Source: Markley & Crassidis 2014, eq. 6.86 to 6.92.
+    """
+    squared = dot(rotation, rotation)
+    angle = np.sqrt(squared)
+    half = sine_quotient(0.5 * angle)
+    first, second = sine_quotient(angle), 0.5 * half * half
+    small = angle < _SERIES
+    # (angle - sin angle) / angle^3
+    series = 1.0 / 6.0 - squared / 120.0 * (1.0 - squared / 42.0 * (1.0 - squared / 72.0))
+    third = np.where(small, series, (1.0 - first) / np.where(small, 1.0, squared))
+    skew = cross_matrix(rotation)
+    square = rotation[..., :, None] * rotation[..., None, :] - squared[..., None, None] * _UNIT
+    transition = np.zeros((*squared.shape, 6, 6))
+    transition[..., :3, :3] = _UNIT - first[..., None, None] * skew + second[..., None, None] * square
+    transition[..., :3, 3:] = -step * (
+        _UNIT - second[..., None, None] * skew + third[..., None, None] * square
+    )
+    transition[..., 3:, 3:] = _UNIT
+    return transition
+
+
+class AttitudeFilterSpec(Spec):
+    """Attitude by a multiplicative extended Kalman filter on the gyro and the star trackers of `sensors`."""
+
+    kind: Literal["multiplicative_extended"] = "multiplicative_extended"
+    angle_random_walk: Positive | None = None
+    """Of the gyro, assumed by the filter, rad/s^(1/2); that of the gyro when left out."""
+    rate_random_walk: NonNegative | None = None
+    """Of the gyro's bias, assumed by the filter, rad/s^(3/2); that of the gyro when left out."""
+    initial_attitude_error: Annotated[float, Field(gt=0.0, le=math.pi), OR_DEGREES] = math.radians(1.0)
+    """Standard deviation of the first estimate about each axis, rad or text such as `1 deg`; the estimate is
+    the true attitude turned by a seeded draw of it."""
+    initial_bias_error: Positive | None = None
+    """Standard deviation of the gyro's bias on each axis about its first estimate, which is zero, rad/s; when
+    left out the gyro's `turn_on_bias` and `bias` together."""
+    innovation_gate: Positive | None = 30.0
+    """Largest normalised innovation squared of a star tracker's reading that is worked in; one beyond it is
+    rejected. For a consistent filter it is chi-square distributed with 3 degrees of freedom, and beyond 30
+    1.4 times in a million. None for no gate."""
+    max_consecutive_rejections: Annotated[int, Field(ge=1, le=1000)] = 5
+    """Readings rejected in a row at the last of which the attitude is taken from that one."""
+
+    def build(
+        self, channels: Sequence[SensorChannel], step: float, mrp: Array, normals: Array
+    ) -> AttitudeFilter:
+        """The filter itself.
+
+        Args:
+            channels: of all sensors of the satellite, in the order of their readings.
+            step: control period, s.
+            mrp: true attitude at the start, shape (3,).
+            normals: standard normal numbers for the error of the first estimate, shape (3,).
+
+        Raises:
+            ValueError: the satellite has not exactly one gyro or no star tracker, or a noise is zero.
+        """
+        found = _columns(channels)
+        gyros = [(column, channel) for column, channel in found if isinstance(channel, GyroChannel)]
+        trackers = [(column, channel) for column, channel in found if isinstance(channel, StarTrackerChannel)]
+        if len(gyros) != 1 or not trackers:
+            raise ValueError(
+                "an attitude filter needs one gyro and at least one star_tracker among the satellite's "
+                f"sensors, which have {len(gyros)} and {len(trackers)}"
+            )
+        ((gyro_column, gyro),) = gyros
+        angle = gyro.angle_random_walk if self.angle_random_walk is None else self.angle_random_walk
+        bias = gyro.rate_random_walk if self.rate_random_walk is None else self.rate_random_walk
+        variance = np.stack([channel.noise * channel.noise for _, channel in trackers])
+        if not (angle > 0.0 and variance.min() > 0.0):
+            raise ValueError(
+                "an attitude filter cannot assume a noise of zero: give the star_tracker a positive "
+                "cross_axis_noise and boresight_noise, and the gyro or the filter an angle_random_walk"
+            )
+        return AttitudeFilter(
+            step=step,
+            gyro_column=gyro_column,
+            gyro_period=gyro.timing.period,
+            tracker_columns=tuple(column for column, _ in trackers),
+            tracker_latencies=tuple(channel.timing.latency for _, channel in trackers),
+            axes=np.stack([channel.axes for _, channel in trackers]),
+            variance=variance,
+            angle_density=np.asarray(angle * angle),
+            bias_density=np.asarray(bias * bias),
+            start=self._start(gyro, mrp, normals),
+            gate=np.asarray(np.inf if self.innovation_gate is None else self.innovation_gate),
+            max_consecutive_rejections=np.asarray(float(self.max_consecutive_rejections)),
+        )
+
+    def _start(self, gyro: GyroChannel, mrp: Array, normals: Array) -> AttitudeEstimate:
+        """The estimate before the first reading: the truth less a draw from its error."""
+        error = self.initial_attitude_error
+        bias = gyro.largest_bias if self.initial_bias_error is None else self.initial_bias_error
+        if not bias > 0.0:
+            raise ValueError("a gyro without turn_on_bias and bias: give the filter an initial_bias_error")
+        # The error is the rotation from the estimated to the true axes.
+        estimated = composed_mrp(mrp_of_rotation(-error * normals), mrp)
+        covariance = np.diag(np.repeat([error * error, bias * bias], 3))
+        none = np.zeros(())
+        return AttitudeEstimate(estimated, np.zeros(3), covariance, none, none, none)
+
+
+def _columns(channels: Sequence[SensorChannel]) -> list[tuple[int, SensorChannel]]:
+    """Each channel with the column of its first number among the readings of the satellite."""
+    found: list[tuple[int, SensorChannel]] = []
+    column = 0
+    for channel in channels:
+        found.append((column, channel))
+        column += channel.width
+    return found
