@@ -168,6 +168,9 @@ setup(
             "radio_ranging = satform.equipment.sensors.ranging:RadioRangingSpec",
             "star_tracker = satform.equipment.sensors.star_tracker:StarTrackerSpec",
         ],
+        "satform.navigation": [
+            "extended = satform.navigation.navigation_spec:ExtendedNavigationSpec",
+        ],
         "satform.topologies": [
             "complete = satform.consensus.graph:CompleteSpec",
             "ring = satform.consensus.graph:RingSpec",

@@ -19,6 +19,8 @@ from satform_msgs.msg import (
     EarlyEnd,
     FormationStatus,
     LinkConditions,
+    Measurements,
+    NavigationEstimate,
     NodeReady,
     ParameterChange,
     RelativeState,
@@ -30,7 +32,16 @@ from satform_nodes.transport.cdr_codec import Layout, layout
 from satform_nodes.transport.sim_time import Stamps
 
 FRAME = "lvlh"
-VARIABLE = (EarlyEnd, FormationStatus, ParameterChange, NodeReady, LinkConditions, SatelliteTarget)
+VARIABLE = (
+    EarlyEnd,
+    FormationStatus,
+    ParameterChange,
+    NodeReady,
+    LinkConditions,
+    Measurements,
+    NavigationEstimate,
+    SatelliteTarget,
+)
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 FIXED = [message for message in MESSAGES if message not in VARIABLE]
 
@@ -129,7 +140,7 @@ def test_frames_of_any_length_are_padded_as_rosidl_pads_them(message_type: Any, 
 
 @pytest.mark.parametrize("length", [1, 2, 5])
 def test_sequences_of_one_length_have_the_bytes_of_rosidl(length: int) -> None:
-    form = layout(LinkConditions, FRAME, length)
+    form = layout(LinkConditions, FRAME, (("loss", length), ("light_time", length)))
     loss, light_time = [0.25 + place for place in range(length)], [1e-3 * place for place in range(length)]
     packed = form.pack(3, 4, 5, length, *loss, length, *light_time)
     message = deserialize_message(packed, LinkConditions)

@@ -26,6 +26,7 @@ GROUPS = {
     "satform.curves": "Curves",
     "satform.controllers": "Controllers",
     "satform.sensors": "Sensors",
+    "satform.navigation": "Navigation filters",
     "satform.faults": "Faults",
     "satform.metrics": "Metrics",
 }

@@ -33,15 +33,16 @@ from satform.bag.format import (
 from satform.bag.message_types import TopicMessages, decoded
 from satform.bag.records import ExpansionError, records
 from satform.bag.tables import Gaps, Table, read_table
-from satform.communication.topic_table import CLOCK, STATUS, topic_name
+from satform.communication.topic_table import CLOCK, STATUS, TopicPlan, lengths_of, topic_name
 from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
-from satform.flight.compile import orientations
+from satform.flight.compile import orientations, topic_plan
 from satform.flight.scenario_record import with_chief
 from satform.membership.formation import Plan
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
+from satform.record.navigation_history import NavigationHistory
 from satform.record.quantities import ATTITUDE_VECTORS, WHEEL_COUNTERS, without
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.parts import SatelliteSpec
@@ -291,23 +292,44 @@ def _record(
     names = tuple(satellite.name for satellite in scenario.satellites)
     satellites = [scenario.satellite(index) for index in range(len(names))]
     gaps, early_end = _gaps(contents, scenario, statuses, file)
+    topics = topic_plan(scenario)
 
     def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
         """Each satellite's table of one kind of message, or of another kind where it has none of these."""
         chosen = [kind if wanted(satellite) else instead for satellite in satellites]
         return [
-            read_table(contents.of(topic_name(kind, names[index])), index, gaps, str(file))
+            read_table(
+                contents.of(topic_name(kind, names[index])),
+                index,
+                gaps,
+                str(file),
+                lengths_of(kind, topics, index),
+            )
             for index, kind in enumerate(chosen)
         ]
 
     state, tracking = tables("state"), tables("tracking")
     announced = tables(scenario.consensus.announces)
-    truth = tables("truth", "state", lambda satellite: satellite.sensor)
+    truth = tables("truth", "state", lambda satellite: satellite.measures_motion)
     command = tables("command")
     applied = tables("propulsion", "command", lambda satellite: satellite.thruster)
     attitude = tables("attitude", "state", lambda satellite: satellite.attitude)
-    estimate = tables("estimate", "tracking", lambda satellite: satellite.filter)
-    states = min(len(table) for table in (*state, *truth, *announced, *attitude))
+    estimate = tables("estimate", "tracking", lambda satellite: satellite.estimates_motion)
+    readings = tables("measurements", "state", lambda satellite: satellite.sensors)
+    estimates = {
+        index: read_table(
+            contents.of(topic_name("navigation_estimate", names[index])),
+            index,
+            gaps,
+            str(file),
+            lengths_of("navigation_estimate", topics, index),
+        )
+        for index, own in enumerate(topics.satellites)
+        if own.estimated
+    }
+    states = min(
+        len(table) for table in (*state, *truth, *announced, *attitude, *readings, *estimates.values())
+    )
     if states == 0:
         why = "" if early_end is None else f": {early_end.sentence}"
         raise BagError(f"{file}: holds no complete step{why}")
@@ -334,6 +356,7 @@ def _record(
         **_plans(tracking, satellites, steps),
         **without("pointing", len(names), None),
         early_end=early_end,
+        navigation=_navigation(readings, estimates, topics, (steps, scenario.timing.step)),
         chief_source=None,
         link_source=None,
     )
@@ -390,6 +413,28 @@ def _attitudes(
     return found
 
 
+def _navigation(
+    readings: list[Table], estimates: dict[int, Table], topics: TopicPlan, time: tuple[int, float]
+) -> NavigationHistory | None:
+    """Readings of sensors, and what satellites estimated of the whole formation; None without sensors."""
+    steps, step = time
+    widths = [own.readings for own in topics.satellites]
+    if not any(widths):
+        return None
+    found = NavigationHistory.empty(steps, len(widths), max(widths))
+    for column, (table, width) in enumerate(zip(readings, widths, strict=True)):
+        for number in range(width):
+            found.readings[:, column, number] = table.column(f"values[{number}]")[: steps + 1]
+    for column, table in estimates.items():
+        # The estimate of a step goes with the message for the next one; one that rejoins sends an old one.
+        made = table.column("header.stamp.sec") + 1e-9 * table.column("header.stamp.nanosec")
+        current = np.rint(made[1 : steps + 1] / step) == np.arange(steps)
+        for number in range(topics.satellites[column].estimated):
+            mean = table.column(f"mean[{number}]")[1 : steps + 1]
+            found.mean[:, column, number] = np.where(current, mean, np.nan)
+    return found
+
+
 def _plans(
     tables: list[Table], satellites: list[SatelliteSpec], steps: int
 ) -> dict[str, NDArray[np.float64]]:
@@ -411,7 +456,7 @@ def _estimates(
     tables: list[Table], satellites: list[SatelliteSpec], steps: int
 ) -> dict[str, NDArray[np.float64]]:
     """What the filters estimated; not a number for satellites without one and while they are absent."""
-    filtering = [column for column, satellite in enumerate(satellites) if satellite.filter is not None]
+    filtering = [column for column, satellite in enumerate(satellites) if satellite.estimates_motion]
     found = without("filter", len(satellites), steps if filtering else None)
     for column in filtering:
         table = tables[column]

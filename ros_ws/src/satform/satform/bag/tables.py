@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from satform.bag.absence_log import Absences
 from satform.bag.errors import BagError
 from satform.bag.message_types import TopicMessages, fixed_layout
+from satform.communication.cdr_layout import Lengths
 from satform.communication.topic_table import FRAME, LOCKSTEP_DEPTH
 
-ANNOUNCEMENTS = frozenset({"arc_length", "motion"})
+ANNOUNCEMENTS = frozenset({"arc_length", "motion", "navigation_estimate"})
 """Kinds of topics that have a message for the state after the last step, too."""
 
 PUBLISHED_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate"})
@@ -71,7 +72,9 @@ class Table:
         return self.rows[name].astype(np.float64)
 
 
-def read_table(messages: TopicMessages, satellite: int, gaps: Gaps, file: str) -> Table:
+def read_table(
+    messages: TopicMessages, satellite: int, gaps: Gaps, file: str, lengths: Lengths = ()
+) -> Table:
     """All messages of a topic about one satellite, with steps 0, 1, 2, ... without a gap.
 
     A satellite that was absent commanded nothing, and what else it would have published is not a number.
@@ -81,6 +84,7 @@ def read_table(messages: TopicMessages, satellite: int, gaps: Gaps, file: str) -
         satellite: index of the satellite.
         gaps: what is known of steps without a message.
         file: for errors.
+        lengths: name and length of each list of any length in the messages.
 
     Returns:
         The table; without rows where there are no messages.
@@ -89,7 +93,7 @@ def read_table(messages: TopicMessages, satellite: int, gaps: Gaps, file: str) -
         BagError: the messages are not of one fixed size with a step, or steps are missing.
     """
     name, _, kind = messages.topic.strip("/").partition("/")
-    rows = _rows(messages, kind, file)
+    rows = _rows(messages, kind, file, lengths)
     if kind in PUBLISHED_BY_SATELLITE:
         spells = gaps.absences.spells[satellite]
         if gaps.held is not None:
@@ -104,12 +108,12 @@ def read_table(messages: TopicMessages, satellite: int, gaps: Gaps, file: str) -
     return Table(f"{file}: {messages.topic}", rows)
 
 
-def _rows(messages: TopicMessages, kind: str, file: str) -> Rows:
+def _rows(messages: TopicMessages, kind: str, file: str, lengths: Lengths) -> Rows:
     """The messages as they are in the bag."""
     if not messages.messages and not messages.definition:
         return np.empty(0, dtype=[("step", np.uint64)])
     try:
-        form = fixed_layout(messages.type_name, messages.definition, FRAME)
+        form = fixed_layout(messages.type_name, messages.definition, FRAME, lengths)
         fits = form.dtype["step"] == np.uint64 and all(len(data) == form.size for data in messages.messages)
     except Exception:
         fits = False

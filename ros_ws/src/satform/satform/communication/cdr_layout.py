@@ -10,7 +10,7 @@ read as one array.
 
 import struct
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -33,6 +33,10 @@ _FORMATS = {
     "uint64": "Q",
     "bool": "?",
 }
+
+
+Lengths: TypeAlias = tuple[tuple[str, int], ...]
+"""Name and length of each list of any length in the messages of a type."""
 
 
 class Layout:

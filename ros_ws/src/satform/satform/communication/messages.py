@@ -46,7 +46,7 @@ def decode(announces: Announces, values: Array, stamp: Array, weight: Array) -> 
 
     Args:
         announces: what they send.
-        values: numbers of each neighbour, shape (..., K, width).
+        values: numbers of each neighbour, shape (..., K, width or more); an estimate may follow.
         stamp: simulated time to which they belong, s, shape (..., K).
         weight: 1 for a neighbour that counts, 0 for padding, shape (..., K).
 
@@ -55,4 +55,4 @@ def decode(announces: Announces, values: Array, stamp: Array, weight: Array) -> 
     """
     if announces == "arc_length":
         return NeighbourPhases(values[..., 0], values[..., 1], stamp, weight)
-    return NeighbourMotion(values[..., 0, :3], values[..., 0, 3:], stamp[..., 0], weight[..., 0])
+    return NeighbourMotion(values[..., 0, :3], values[..., 0, 3:6], stamp[..., 0], weight[..., 0])

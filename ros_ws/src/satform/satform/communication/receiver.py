@@ -25,6 +25,7 @@ class LinkPlan:
         step: control period, s.
         seed: of the run.
         faults: whose clocks are wrong.
+        width: numbers of a phase or motion; what follows in a message is an estimate.
     """
 
     links: LinksSpec | None
@@ -32,6 +33,7 @@ class LinkPlan:
     step: float
     seed: int
     faults: FaultSchedule
+    width: int = 0
 
 
 class ReceiverModel:
@@ -62,6 +64,7 @@ class ReceiverModel:
         self.neighbours = senders.reshape(shape)
         self._real = real.reshape(shape)
         self._faults = plan.faults
+        self._width = plan.width
         self._links: ChannelModel | None = None
         if plan.links is not None:
             edges = [
@@ -115,6 +118,8 @@ class ReceiverModel:
             conditions: of the incoming links, shape (..., K); None where no link is physical.
         """
         linked = self.linked(formation)
+        if values.shape[-1] > self._width:
+            values = self._without_lost(step, values, formation)
         if fresh is None:
             received = Received(values, stamp, linked, linked, complete=True)
         else:
@@ -123,6 +128,32 @@ class ReceiverModel:
         if self._faults.any_clock:
             received = received.shifted(self._clocks(step))
         return received if self._links is None else self._links.transmit(step, received, conditions)
+
+    def estimates(self, received: Received) -> Array:
+        """Numbers of the estimates that have arrived in a step, each with the index of its sender in front.
+
+        Args:
+            received: by one satellite.
+
+        Returns:
+            Shape (M, 1 + width of an estimate).
+        """
+        arrived = (received.fresh * received.linked) > 0.0
+        senders = self.neighbours[arrived].astype(np.float64)
+        return np.concatenate((senders[:, None], received.values[arrived][:, self._width :]), axis=-1)
+
+    def _without_lost(self, step: int, values: Array, formation: Formation) -> Array:
+        """The same values without estimates of satellites that are lost in this step.
+
+        Their phase is in the plant's status, so that all neighbours have it; an estimate may have reached
+        some neighbours only.
+        """
+        lost = [satellite for satellite, at in formation.lost_at.items() if at == step]
+        if not lost:
+            return values
+        values = values.copy()
+        values[np.isin(self.neighbours, lost), self._width :] = 0.0
+        return values
 
     def _clocks(self, step: int) -> Array:
         """By how much each neighbour's clock is ahead of the own one, s, shape (..., K)."""

@@ -56,6 +56,8 @@ KINDS_OF_A_SATELLITE = (
     "orbit_state",
     "attitude",
     "link_conditions",
+    "measurements",
+    "navigation_estimate",
     "command",
     "tracking",
     "estimate",
@@ -89,6 +91,23 @@ class Channel:
     def subscribers_in(self, *, recorded: bool) -> tuple[str, ...]:
         """Names of the subscribers in a flight with or without a recorder."""
         return self.subscribers if recorded else tuple(name for name in self.subscribers if name != RECORDER)
+
+
+def lengths_of(kind: str, plan: "TopicPlan", index: int) -> tuple[tuple[str, int], ...]:
+    """Length of each array of variable length in the messages of a kind about a satellite.
+
+    Args:
+        kind: of the topic.
+        plan: of the flight.
+        index: of the satellite.
+    """
+    own, count = plan.satellites[index], len(plan.satellites)
+    size = own.estimated
+    return {
+        "link_conditions": (("loss", count), ("light_time", count)),
+        "measurements": (("values", own.readings),),
+        "navigation_estimate": (("mean", size), ("covariance", size * (size + 1) // 2)),
+    }.get(kind, ())
 
 
 def frame_of(kind: str) -> str:
@@ -127,12 +146,16 @@ class Equipment:
     Attributes:
         name: of the satellite.
         thruster: whether what its thrusters apply is modelled.
-        sensor: whether it measures its motion.
+        sensor: whether it knows its motion by measurements alone.
         filter: whether it estimates its motion.
         plans: whether its control law makes plans.
         attitude: whether it has an attitude.
         links: whether it receives over radio or optical links.
         orbit: whether its inertial state and relative elements are published.
+        readings: numbers that its sensors measure; 0 without sensors.
+        navigates: whether it knows its motion by the readings of its sensors alone.
+        estimated: numbers of the state of the whole formation, which it estimates; 0 for one that does not.
+        exchanges: whether its neighbours use that estimate.
     """
 
     name: str
@@ -143,6 +166,10 @@ class Equipment:
     attitude: bool = False
     links: bool = False
     orbit: bool = False
+    readings: int = 0
+    navigates: bool = False
+    estimated: int = 0
+    exchanges: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,6 +204,11 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
         _channel("state", own, PLANT, [own], "states"),
         _channel(plan.announces, own, own, receiving, "states"),
     ]
+    if equipment.estimated:
+        neighbours = receiving if equipment.exchanges else []
+        found.append(_channel("navigation_estimate", own, own, neighbours, "states"))
+    if equipment.readings:
+        found.append(_channel("measurements", own, PLANT, [own], "states"))
     if equipment.sensor:
         found.append(_channel("truth", own, PLANT, [], "states"))
     if equipment.orbit:

@@ -71,7 +71,7 @@ class CollisionProbability(OfPairs):
         found = super().complaints_about_satellites(satellites, announces)
         if self._matrix() is not None:
             return found
-        bare = [name for name in self.satellites or satellites if satellites[name].filter is None]
+        bare = [name for name in self.satellites or satellites if not satellites[name].estimates_motion]
         if bare:
             have = "has" if len(bare) == 1 else "have"
             found.append(

@@ -24,7 +24,7 @@ from satform.flight.satellite import Satellite
 
 Numbers = dict[str, NDArray[Any]]
 
-_OPTIONAL = frozenset({"memory", "estimate", "acceleration"})
+_OPTIONAL = frozenset({"memory", "estimate", "acceleration", "navigation"})
 """Fields of a satellite's state that have no value before the first step."""
 
 
@@ -79,7 +79,11 @@ def _template(satellite: Satellite) -> Any:
         # One item stands for all those of a tuple, which may have any length.
         estimate = replace(estimate, commands=(np.ones(shape),))
     return replace(
-        satellite.state, memory=plan.controller.start(motion), estimate=estimate, acceleration=np.ones(shape)
+        satellite.state,
+        memory=plan.controller.start(motion),
+        estimate=estimate,
+        acceleration=np.ones(shape),
+        navigation=None if plan.navigation is None else plan.navigation.start(),
     )
 
 

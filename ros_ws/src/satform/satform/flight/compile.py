@@ -17,6 +17,7 @@ from satform.attitude.ground_pointing import CircularOrbit
 from satform.attitude.guidance import Orientation, Target, orientation
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.attitude.wheels import Wheels
+from satform.communication.messages import WIDTH
 from satform.communication.physical_links import LinkMedium
 from satform.communication.receiver import LinkPlan
 from satform.communication.topic_table import Equipment, TopicPlan
@@ -24,7 +25,7 @@ from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.specs import OF_SATELLITES
 from satform.flight.chief_motion import turning_axes
-from satform.flight.orbit_states import OrbitStates, orbit_states
+from satform.flight.orbit_states import OrbitStates, epoch_of, orbit_states, unperturbed_chief
 from satform.flight.plans import (
     AttitudePlan,
     FlightPlan,
@@ -35,10 +36,12 @@ from satform.flight.plans import (
     ScenePlan,
     TimingPlan,
 )
+from satform.flight.sun_states import SunStates
 from satform.flight.truth import truth_model
 from satform.membership.faults import FaultSchedule
 from satform.membership.formation import MembershipPlan
 from satform.navigation.estimator import Estimator
+from satform.navigation.joint_state import SIZE
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve, FixedPoint
@@ -47,6 +50,7 @@ from satform.orbits.path_reference import Path, Reference
 from satform.orbits.turning_axes import TurningPointPath
 from satform.scenario import Scenario
 from satform.scenario.environment import pointing_in
+from satform.scenario.navigation_checks import navigation_of, sensor_channels
 from satform.scenario.parts import SatelliteSpec
 
 
@@ -189,7 +193,10 @@ def fault_schedule(scenario: Scenario) -> FaultSchedule:
 def link_plan(scenario: Scenario) -> LinkPlan:
     """What happens to messages between satellites."""
     names = tuple(satellite.name for satellite in scenario.satellites)
-    return LinkPlan(scenario.links, names, scenario.timing.step, scenario.seed, fault_schedule(scenario))
+    width = WIDTH[scenario.consensus.announces]
+    return LinkPlan(
+        scenario.links, names, scenario.timing.step, scenario.seed, fault_schedule(scenario), width
+    )
 
 
 def topic_plan(scenario: Scenario) -> TopicPlan:
@@ -201,8 +208,12 @@ def topic_plan(scenario: Scenario) -> TopicPlan:
         Equipment(
             name=spec.name,
             thruster=spec.thruster is not None,
-            sensor=spec.sensor is not None,
-            filter=spec.filter is not None,
+            sensor=spec.measures_motion,
+            filter=spec.estimates_motion,
+            readings=sum(channel.width for channel in sensor_channels(scenario, index)),
+            navigates=spec.navigation is not None,
+            estimated=_estimated_size(scenario, spec),
+            exchanges=spec.navigation is not None and spec.navigation.exchange != "none",
             plans=spec.controller is not None and spec.controller.makes_plans,
             attitude=spec.attitude is not None,
             links=index in receivers,
@@ -241,7 +252,24 @@ def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None)
         faults=fault_schedule(scenario),
         links=link_medium(scenario),
         attitude_orbits=tuple(_attitude_orbit(scenario, index) for index in range(count)),
+        channels=tuple(sensor_channels(scenario, index) for index in range(count)),
+        navigates=tuple(spec.navigation is not None for spec in specs),
+        sun=_sun_states(scenario, specs),
     )
+
+
+def _sun_states(scenario: Scenario, specs: Sequence[SatelliteSpec]) -> SunStates | None:
+    """Where the Sun is, if a sensor needs it."""
+    epoch = epoch_of(scenario)
+    if epoch is None or not any(sensor.needs_sun for spec in specs for sensor in spec.sensors):
+        return None
+    return SunStates(epoch, unperturbed_chief(scenario))
+
+
+def _estimated_size(scenario: Scenario, spec: SatelliteSpec) -> int:
+    """Numbers of the state of the whole formation that a satellite estimates; 0 for one that does not."""
+    estimates = spec.navigation is not None and spec.navigation.estimates == "formation"
+    return SIZE * len(scenario.satellites) if estimates else 0
 
 
 def link_medium(scenario: Scenario) -> LinkMedium | None:
@@ -348,10 +376,6 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
     assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
     path, nominal, desired = _departure(scenario, spec)
     arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
-    on_reference = Motion(
-        desired.position + np.asarray(spec.position_error),
-        desired.velocity + np.asarray(spec.velocity_error),
-    )
     return FlightPlan(
         path=path,
         controller=spec.controller.build(flight_setting(scenario, index)),
@@ -360,11 +384,28 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
         phase_offset=_scalar(spec.phase_offset),
         arc_length=arc_length,
         rate=rate,
-        start=scenario.start_of(index) or on_reference,
+        start=_start(scenario, index),
         step=scenario.timing.step,
         estimator=_estimator(scenario, spec),
         orientation=_orientation(scenario, index, desired, neighbours),
+        navigation=None if spec.navigation is None else navigation_of(scenario, index, _starts(scenario)),
     )
+
+
+def _start(scenario: Scenario, index: int) -> Motion:
+    """Where a satellite begins: by its `start`, or on its reference, off by the scenario's errors."""
+    spec = scenario.satellite(index)
+    _, _, desired = _departure(scenario, spec)
+    return scenario.start_of(index) or Motion(
+        desired.position + np.asarray(spec.position_error),
+        desired.velocity + np.asarray(spec.velocity_error),
+    )
+
+
+def _starts(scenario: Scenario) -> Array:
+    """Position (m) and velocity (m/s) of all satellites at the start, LVLH, shape (N, 6)."""
+    starts = [_start(scenario, index) for index in range(len(scenario.satellites))]
+    return np.array([np.concatenate((start.position, start.velocity)) for start in starts])
 
 
 def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Reference]:

@@ -19,10 +19,13 @@ from satform.consensus.graph import Graph
 from satform.consensus.motion_sharing import MotionSharing
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.protocol import Dynamics
+from satform.equipment.sensors.protocol import SensorChannel
 from satform.equipment.sensors.relative_motion import Sensor
 from satform.equipment.thruster import Thruster
+from satform.flight.sun_states import SunStates
 from satform.membership.faults import FaultSchedule
 from satform.navigation.estimator import Estimator
+from satform.navigation.satellite_navigation import SatelliteNavigation
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
 from satform.orbits.curve_specs import CurveSpec
@@ -73,6 +76,7 @@ class FlightPlan:
         step: control period, s.
         estimator: what is made of the measurements; None to take them as they are.
         orientation: where the satellite points and how; None for one without attitude.
+        navigation: the filter on the readings of its sensors; None for one that flies by measured motion.
     """
 
     path: Path
@@ -86,6 +90,7 @@ class FlightPlan:
     step: float
     estimator: Estimator | None = None
     orientation: Orientation | None = None
+    navigation: SatelliteNavigation | None = None
 
 
 @dataclass(frozen=True)
@@ -119,6 +124,9 @@ class PlantPlan:
         faults: of thrusters and sensors.
         links: radio and optical links, whose state follows from the truth; None where there are none.
         attitude_orbits: the chief's orbit in the axes of each satellite's attitude; None without attitude.
+        channels: of the sensors of each satellite, in order.
+        navigates: whether each satellite knows its motion by these sensors alone.
+        sun: where the Sun is; None where no sensor needs it.
         identities: for satellites of many runs, the seed of each one's run and its index in that run; None
             for those of one run.
     """
@@ -135,6 +143,9 @@ class PlantPlan:
     identities: tuple[tuple[int, int], ...] | None = None
     links: LinkMedium | None = None
     attitude_orbits: tuple[CircularOrbit | None, ...] = ()
+    channels: tuple[tuple[SensorChannel, ...], ...] = ()
+    navigates: tuple[bool, ...] = ()
+    sun: SunStates | None = None
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,12 @@ from satform.attitude.wheels import Turning, Wheels
 from satform.communication.physical_links import Geometry, LinkConditions
 from satform.control.protocol import Motion
 from satform.equipment.random_streams import NAVIGATION_STREAM, THRUSTER_STREAM
+from satform.equipment.sensors.protocol import Scene
 from satform.equipment.sensors.relative_motion import NOISE_PER_STEP, Sensor
 from satform.equipment.thruster import ERRORS_PER_STEP, Propulsion, Thruster, ThrusterFault
 from satform.flight.link_geometry import body_axes
 from satform.flight.plans import PlantPlan
+from satform.flight.sensing import Sensing
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array, Indices, joined, norm
 from satform.numeric.seeded_numbers import SeededNormals
@@ -48,7 +50,11 @@ class Plant:
         self._links, self._attitude_orbits, self._period = plan.links, plan.attitude_orbits, plan.step
         self._motion = Motion(*self._dynamics.lvlh(self._state))
         self._sensors = _sensors_of(plan, self._motion)
+        self._sun = plan.sun
+        self._navigating = np.flatnonzero(plan.navigates)
+        self._sensing = Sensing(plan.channels, plan.seed)
         self._measured = self._measure()
+        self._sense()
 
     def motion(self) -> Motion:
         """True position in m and velocity in m/s of all satellites in LVLH, shapes (N, 3)."""
@@ -83,13 +89,20 @@ class Plant:
         return bool(self._chief_radius - math.sqrt(square) < radius)
 
     def measured(self) -> Motion:
-        """Measured motion of each satellite, shapes (N, 3); the truth where nobody measures."""
+        """Measured motion of each satellite, shapes (N, 3); the truth where nobody measures.
+
+        Not a number for a satellite that knows its motion by the readings of its sensors alone.
+        """
         return self._measured
 
     @property
     def measures(self) -> bool:
-        """Whether a satellite has a sensor."""
+        """Whether a satellite measures its motion by a sensor of relative motion."""
         return bool(self._sensors)
+
+    def readings(self) -> dict[int, Array]:
+        """Readings of sensors that arrive at this step, shape (W,), by the satellite's index."""
+        return self._sensing.arrived
 
     def measured_steps(self) -> Indices:
         """Number of the step to which each satellite's present measurement belongs, shape (N,)."""
@@ -117,17 +130,32 @@ class Plant:
         """Loss and light time of all links by the true geometry; None where no link is physical."""
         if self._links is None:
             return None
-        attitude = self.attitude()
-        geometry = Geometry(
-            self._motion.position,
-            self._present_chief_radius(),
-            body_axes(
-                None if attitude is None else attitude.mrp,
-                self._attitude_orbits,
-                np.asarray(self.step * self._period),
-            ),
-        )
+        body = self._body_axes(self.attitude())
+        geometry = Geometry(self._motion.position, self._present_chief_radius(), body)
         return self._links.conditions(self._links.states(geometry))
+
+    def _body_axes(self, attitude: Attitude | None) -> Array | None:
+        """Body axes of each satellite in LVLH, shape (N, 3, 3); None where nobody has an attitude."""
+        time = np.asarray(self.step * self._period)
+        return body_axes(None if attitude is None else attitude.mrp, self._attitude_orbits, time)
+
+    def _sense(self) -> None:
+        """Take the readings of the present step."""
+        if not self._sensing:
+            return
+        attitude, time = self.attitude(), self.step * self._period
+        sun = None if self._sun is None else self._sun.at(time, self.chief_frame())
+        scene = Scene(
+            time=time,
+            position=self._motion.position,
+            velocity=self._motion.velocity,
+            chief_radius=self._present_chief_radius(),
+            body=self._body_axes(attitude),
+            mrp=None if attitude is None else attitude.mrp,
+            angular_velocity=None if attitude is None else attitude.angular_velocity,
+            sun=sun,
+        )
+        self._sensing.sample(scene, self.step)
 
     def _present_chief_radius(self) -> Array:
         """Distance of the chief from the Earth's centre, m."""
@@ -167,6 +195,7 @@ class Plant:
         for sensors in self._sensors:
             sensors.sample(self._motion, self.step)
         self._measured = self._measure()
+        self._sense()
 
     def keep(self, rows: Indices) -> None:
         """Go on with some of the satellites alone, as where a run among many has ended.
@@ -186,6 +215,15 @@ class Plant:
         self._measured = self._measure()
 
     def _measure(self) -> Motion:
+        measured = self._measured_by_sensors()
+        if not len(self._navigating):
+            return measured
+        unknown = Motion(measured.position.copy("K"), measured.velocity.copy("K"))
+        unknown.position[self._navigating] = np.nan
+        unknown.velocity[self._navigating] = np.nan
+        return unknown
+
+    def _measured_by_sensors(self) -> Motion:
         if not self._sensors:
             return self._motion
         if len(self._sensors) == 1 and self._sensors[0].everyone:

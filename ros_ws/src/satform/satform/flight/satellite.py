@@ -14,7 +14,14 @@ import numpy as np
 
 from satform.attitude.guidance import Attitude, PointingReference
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
-from satform.communication.messages import WIDTH, NeighbourMessage, NeighbourStates, PhaseMessage, decode
+from satform.communication.messages import (
+    WIDTH,
+    NeighbourMessage,
+    NeighbourStates,
+    PhaseMessage,
+    decode,
+    encode,
+)
 from satform.communication.neighbour_buffer import NeighbourBuffer, Received
 from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate
 from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
@@ -31,6 +38,7 @@ from satform.control.protocol import (
 from satform.equipment.sensors.relative_motion import Measurement
 from satform.flight.plans import FlightPlan
 from satform.navigation.estimator import Estimator, EstimatorMemory
+from satform.navigation.satellite_navigation import NavigationInput, NavigationMemory, SatelliteNavigation
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve
@@ -54,6 +62,7 @@ class SatelliteState:
         missed: steps before the next one in which it did not act since it acted last; its memory and its
             estimate are for the first of them.
         skipped: how many of them were skipped on the wall clock while it flew.
+        navigation: the state of the filter on its sensors; None without one and before the first step.
     """
 
     step: int
@@ -67,6 +76,7 @@ class SatelliteState:
     acceleration: Array | None = None
     missed: int = 0
     skipped: int = 0
+    navigation: NavigationMemory | None = None
 
 
 @dataclass(frozen=True)
@@ -90,7 +100,7 @@ class Decision:
     sliding_variable: Array
     motion: Motion
     wheel_torque: Array | None = None
-    estimate: EstimatorMemory | None = None
+    estimate: EstimatorMemory | NavigationMemory | None = None
     unsolved_plans: Array | None = None
 
 
@@ -115,7 +125,8 @@ class Satellite:
             )
         )
         self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
-        inbox = NeighbourBuffer.empty((*np.shape(plan.arc_length), neighbours), WIDTH[self._announces])
+        width = WIDTH[self._announces] + (0 if plan.navigation is None else plan.navigation.message_width)
+        inbox = NeighbourBuffer.empty((*np.shape(plan.arc_length), neighbours), width)
         self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None, inbox)
 
     @classmethod
@@ -129,6 +140,8 @@ class Satellite:
         Raises:
             ValueError: they differ in kind, so that they cannot be stacked.
         """
+        if any(plan.navigation is not None for plan in plans):
+            raise ValueError("satellites that fly by a navigation filter cannot be stacked")
         return cls(stacking.stack(plans), neighbours)
 
     def single(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
@@ -148,6 +161,18 @@ class Satellite:
         """The message for the neighbours in the coming step."""
         return self.state.announcement
 
+    def announced_numbers(self) -> Array:
+        """Numbers of the message for the neighbours beside its time, with the estimate if they use it."""
+        phase, navigation = encode(self.announce()), self.plan.navigation
+        if navigation is None or navigation.exchange is None:
+            return phase
+        return np.concatenate((phase, self.estimate_numbers()))
+
+    def estimate_numbers(self) -> Array:
+        """Numbers of the estimate by the satellite's navigation that goes with the message."""
+        assert self.plan.navigation is not None  # noqa: S101 - asked of satellites that estimate
+        return self.plan.navigation.message(self.state.navigation, self.state.acceleration)
+
     def act(
         self,
         motion: Motion,
@@ -155,6 +180,7 @@ class Satellite:
         measured_step: int | None = None,
         attitude: Attitude | None = None,
         applied_acceleration: Array | None = None,
+        sensed: NavigationInput | None = None,
     ) -> Decision:
         """One step of flight software: decide the command and move on to the next step.
 
@@ -165,6 +191,7 @@ class Satellite:
             attitude: its own, shapes (..., 3); None for a satellite without attitude.
             applied_acceleration: over the step before, as the plant reports it, LVLH, m/s^2, shape (..., 3);
                 left out where commands are applied as they are.
+            sensed: readings of its sensors with what its navigation needs beside; None without sensors.
 
         Returns:
             The command with the reference that it follows.
@@ -173,8 +200,13 @@ class Satellite:
         inbox = state.inbox.after(received)
         neighbour_states = self._neighbour_states(inbox, received)
         applied = _applied(state, applied_acceleration)
-        estimate = None
-        if plan.estimator is not None:
+        estimate: EstimatorMemory | None = None
+        navigation: NavigationMemory | None = None
+        if plan.navigation is not None:
+            assert sensed is not None  # noqa: S101 - the plant publishes the readings of every step
+            navigation = _navigated(plan.navigation, state, sensed, applied)
+            motion = Motion(navigation.state[:3], navigation.state[3:])
+        elif plan.estimator is not None:
             at = state.step if measured_step is None else measured_step
             measurement = Measurement(motion.position, motion.velocity, at)
             estimate = _estimated(plan.estimator, state, measurement, applied)
@@ -198,6 +230,7 @@ class Satellite:
             has_acted=True,
             estimate=estimate,
             acceleration=action.acceleration,
+            navigation=navigation,
         )
         torque = None
         if self._aim is not None and plan.orientation is not None and attitude is not None:
@@ -209,7 +242,8 @@ class Satellite:
             law = plan.controller
             unsolved = (law.unsolved_plans(action.memory) - law.unsolved_plans(memory)).astype(np.float64)
         sliding = action.sliding_variable
-        return Decision(action.acceleration, reference, sliding, motion, torque, estimate, unsolved)
+        known = estimate if navigation is None else navigation
+        return Decision(action.acceleration, reference, sliding, motion, torque, known, unsolved)
 
     def _neighbour_states(self, inbox: NeighbourBuffer, received: Received) -> NeighbourStates:
         """The newest message of each neighbour, with weight zero where it has become too old."""
@@ -433,6 +467,19 @@ def _estimated(
         assert state.acceleration is not None  # noqa: S101 - it has acted
         memory = estimator.resume(memory, state.missed, state.acceleration, applied)
     return estimator.observe(memory, measurement, applied)
+
+
+def _navigated(
+    navigation: SatelliteNavigation, state: SatelliteState, sensed: NavigationInput, applied: Array | None
+) -> NavigationMemory:
+    """The navigation at this step; after a gap it is carried over it with what was applied in it."""
+    if state.navigation is None or applied is None:
+        return navigation.observe(navigation.start(), sensed, None)
+    memory = state.navigation
+    if state.missed:
+        assert state.acceleration is not None  # noqa: S101 - it has acted
+        memory = navigation.resume(memory, state.missed, state.acceleration, applied)
+    return navigation.observe(memory, sensed, applied)
 
 
 def _scalar(value: float) -> Array:

@@ -34,11 +34,12 @@ def group_runs(plans: Sequence[FormationPlan]) -> list[tuple[int, ...]]:
 
 
 def _flies_alone(plan: FormationPlan) -> bool:
-    """Whether a run has losses, faults or physical links, or a model that moves one run's satellites only."""
+    """Whether a run has losses, faults, physical links, sensors, or a model of one run's satellites only."""
     return (
         plan.plant.links is not None
         or has_individual_events(plan.membership.events)
         or not plan.faults.empty
+        or any(plan.plant.channels)
         or stacked_kind(plan.plant.dynamics) is None
     )
 

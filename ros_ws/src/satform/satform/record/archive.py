@@ -3,15 +3,18 @@
 """The record of an in-process flight as a numpy archive."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from satform.files.durable_file import durable_file
 from satform.files.numpy_archive import read_archive
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
+from satform.record.navigation_history import NavigationHistory
 from satform.record.quantities import OPTIONAL, QUANTITIES, without
 
 RECORD = "record.npz"
@@ -32,7 +35,7 @@ def save_record(record: FlightRecord, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    arrays: dict[str, Any] = record.quantities()
+    arrays: dict[str, Any] = {**record.quantities(), **record.navigation_arrays()}
     end = None if record.early_end is None else record.early_end.data()
     head = json.dumps({"satellites": record.satellites, "step": record.step, "early_end": end})
     with durable_file(path) as file:
@@ -70,8 +73,17 @@ def load_record(path: Path) -> FlightRecord:
             float(head["step"]),
             **arrays,
             early_end=early_end,
+            navigation=_navigation(archive),
             chief_source=None,
             link_source=None,
         )
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RecordError(f"{path}: is not the record of a run: {error}") from None
+
+
+def _navigation(archive: Mapping[str, NDArray[Any]]) -> NavigationHistory | None:
+    """Readings of sensors and estimates of the formation; None for a flight without sensors."""
+    if "readings" not in archive:
+        return None
+    readings, mean = (np.asarray(archive[name], dtype=np.float64) for name in ("readings", "navigation_mean"))
+    return NavigationHistory(readings, mean)

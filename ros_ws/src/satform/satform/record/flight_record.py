@@ -16,6 +16,7 @@ from satform.orbits.inertial_motion import ChiefMotion
 from satform.record.derived import COLUMNS, DerivedQuantities
 from satform.record.early_end import EarlyEnd
 from satform.record.link_history import LinkHistory
+from satform.record.navigation_history import NavigationHistory
 from satform.record.quantities import ORBITAL, QUANTITIES
 from satform.record.tables import dataset, frame
 
@@ -111,6 +112,8 @@ class FlightRecord(DerivedQuantities):
             for satellites whose law makes no plans, and without rows when no satellite has one.
         early_end: why the flight ended before its last step; None when it did not. The record then ends
             with the last state within the limits, and holds no number beyond them.
+        navigation: readings of sensors and estimates of the whole formation; None where no satellite has
+            sensors.
         chief_source: computes the chief's motion up to a number of steps, or gives None where it is not
             known; None where the record has no scenario. It is used when an inertial quantity is asked for.
         link_source: computes what the links of the flight did; likewise.
@@ -152,6 +155,7 @@ class FlightRecord(DerivedQuantities):
     rejected_measurements: Array
     unsolved_plans: Array
     early_end: EarlyEnd | None = None
+    navigation: NavigationHistory | None = None
     chief_source: Callable[[int], ChiefMotion | None] | None = None
     link_source: Callable[["FlightRecord"], LinkHistory] | None = None
 
@@ -297,7 +301,8 @@ class FlightRecord(DerivedQuantities):
             name: array[: rows.get(len(array), 0)]
             for name, array in ((name, getattr(self, name)) for name in QUANTITIES)
         }
-        return replace(self, **shortened)
+        navigation = None if self.navigation is None else self.navigation.first(steps)
+        return replace(self, navigation=navigation, **shortened)
 
     def digest(self) -> str:
         """State hash: SHA-256 over names, shapes and bits of all arrays; equal for equal flights only."""
@@ -310,7 +315,18 @@ class FlightRecord(DerivedQuantities):
             found.update(f"{quantity.hashed_as or name}{array.shape}".encode())
             # All that is not a number is hashed alike: its bits depend on who made it.
             found.update(np.where(np.isnan(array), np.nan, array).tobytes())
+        for name, array in self.navigation_arrays().items():
+            found.update(f"{name}{array.shape}".encode())
+            found.update(np.where(np.isnan(array), np.nan, array).tobytes())
         return found.hexdigest()
+
+    def navigation_arrays(self) -> dict[str, Array]:
+        """Readings of sensors and estimates of the formation by name; none where no satellite has sensors."""
+        return {} if self.navigation is None else self.navigation.arrays()
+
+    def _compared(self) -> dict[str, Array]:
+        """All arrays by name."""
+        return {**self.quantities(), **self.navigation_arrays()}
 
     def differences(self, other: "FlightRecord") -> list[str]:
         """Where two records of the same flight are not the same to the last bit.
@@ -327,8 +343,9 @@ class FlightRecord(DerivedQuantities):
             found.append(f"satellites: {self.satellites} and {other.satellites}")
         if self.step != other.step:
             found.append(f"step: {self.step!r} s and {other.step!r} s")
-        for name in QUANTITIES:
-            mine, theirs = getattr(self, name), getattr(other, name)
+        both = (self._compared(), other._compared())
+        for name in both[0] | both[1]:
+            mine, theirs = (arrays.get(name, np.empty(0)) for arrays in both)
             if mine.shape != theirs.shape:
                 found.append(f"{name}: shapes {mine.shape} and {theirs.shape}")
                 continue

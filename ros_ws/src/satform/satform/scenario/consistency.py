@@ -15,6 +15,7 @@ from satform.scenario.environment import environment_complaints, environment_of
 from satform.scenario.figure_checks import figure_complaints
 from satform.scenario.inertial_points import inertial_point_complaints
 from satform.scenario.membership_checks import fault_complaints, schedule_complaints
+from satform.scenario.navigation_checks import navigation_complaints
 from satform.scenario.reconfiguration_checks import reconfiguration_complaints
 from satform.scenario.satellite_start import known_starts, start_complaints
 from satform.scenario.start import coincident_with_followed, singular_references
@@ -33,6 +34,7 @@ def consistency_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> l
     return [
         *_satellite_complaints(scenario),
         *_equipment_complaints(scenario),
+        *navigation_complaints(scenario),
         *_controller_complaints(scenario),
         *_dynamics_complaints(scenario),
         *_graph_complaints(scenario),

@@ -82,6 +82,9 @@ class ScenarioDefinition(Spec):
     publish_orbits: bool = False
     """Whether the plant publishes the inertial state and the relative elements of every satellite at every
     step; they change nothing in the flight."""
+    publish_sensor_messages: bool = False
+    """Whether the plant also publishes readings of sensors as messages of sensor_msgs, for programs that know
+    these; they change nothing in the flight."""
     limits: LimitsSpec = LimitsSpec()
     """At what a flight ends early, as one that has diverged or hit the ground."""
     checkpoint_period: Positive | None = None

@@ -98,6 +98,11 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
         explicit = self.model_copy(update={**parts, "dynamics": without_chief(self.dynamics, self.orbit)})
         links = () if self.links is None else (self.links.default, *self.links.edges)
         without_channel = not any(link.channel is not None for link in links)
+        omitted = {"sensors", "navigation"}
+        without_sensors = {
+            index: {name for name in omitted if not getattr(satellite, name)}
+            for index, satellite in enumerate(satellites)
+        }
         without_start = [index for index, satellite in enumerate(satellites) if satellite.start is None]
         # Where the parts run does not change what is flown, nor what is not judged what is judged; nor
         # does it matter that an orbit was allowed, who looks on from the ground, or that a scenario could say
@@ -108,9 +113,14 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
                     "hosts": True,
                     "omitted_expectations": True,
                     "orbit": {"allow_below_surface", *(() if self.orbit.chief else ("chief",))},
-                    "satellites": {index: {"start"} for index in without_start},
+                    "satellites": {
+                        index: absent | ({"start"} if index in without_start else set())
+                        for index, absent in without_sensors.items()
+                    },
+                    "satellite_defaults": omitted,
                     "stations": True,
                     "publish_orbits": True,
+                    "publish_sensor_messages": True,
                     **({} if self.reconfigurations else {"reconfigurations": True}),
                     **(_CHANNELS if self.links is not None and without_channel else {}),
                     "line_of_sight_margin": True,

@@ -12,8 +12,10 @@ from satform.common.angle_text import OR_DEGREES_PER_SECOND
 from satform.common.spec import Number, PerAxis, Plugin, Positive, Spec
 from satform.control.protocol import ControllerSpec, FlightSetting
 from satform.equipment.sensors.relative_motion import NavigationSpec
+from satform.equipment.sensors.sensor_spec import SensorSpec
 from satform.equipment.thruster import ThrusterSpec
 from satform.navigation.estimator import FilterSpec
+from satform.navigation.navigation_spec import NavigationFilterSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.orbits.orbit_specs import OrbitSpec
@@ -182,8 +184,23 @@ class SatelliteFields(Spec):
     without delay."""
     filter: FilterSpec | None = None
     """What the satellite makes of its measurements; when left out it takes them as they are."""
+    sensors: tuple[Annotated[SensorSpec, Plugin("satform.sensors")], ...] = ()
+    """Sensors with a field of view, noise and outages, for `navigation` and for the attitude."""
+    navigation: Annotated[NavigationFilterSpec, Plugin("satform.navigation")] | None = None
+    """The filter that estimates motion from the readings of `sensors`, by which the satellite flies; when
+    left out it flies by its `sensor` and `filter`."""
     attitude: AttitudeSpec | None = None
     """Its attitude, wheels and pointing; when left out the satellite is a point."""
+
+    @property
+    def measures_motion(self) -> bool:
+        """Whether the satellite knows its motion by measurements alone."""
+        return self.sensor is not None or self.navigation is not None
+
+    @property
+    def estimates_motion(self) -> bool:
+        """Whether a filter estimates the motion of the satellite."""
+        return self.filter is not None or self.navigation is not None
 
     def equipment_complaints(self, setting: FlightSetting) -> list[tuple[str, str]]:
         """What thruster, sensor and filter cannot do in this setting.

@@ -12,7 +12,6 @@ from satform_msgs.msg import (
     Attitude,
     Command,
     FormationStatus,
-    LinkConditions,
     OrbitState,
     Propulsion,
     RelativeState,
@@ -31,6 +30,7 @@ from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
+from satform_nodes.transport.message_forms import form_of
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 
@@ -63,7 +63,7 @@ class PlantPublishers:
         self._names = list(plan.names)
         self._last_step = plan.timing.steps
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
-        self._conditions = layout(LinkConditions, topic_table.FRAME, len(self._names))
+        self._topics = plan.topics
         # Messages to each satellite at this step, for retransmission.
         self._last_messages: dict[int, list[bytes]] = {}
         self._status = FormationStatus()
@@ -90,6 +90,7 @@ class PlantPublishers:
         self._state_publishers = list(of_satellites("state").values())
         self._attitude_publishers = of_satellites("attitude")
         self._link_publishers = of_satellites("link_conditions")
+        self._reading_publishers = of_satellites("measurements")
         self._truth_publishers = of_satellites("truth")
         self._orbit_publishers = of_satellites("orbit_state")
         self._orbits = plan.orbit_states
@@ -133,6 +134,7 @@ class PlantPublishers:
             publisher.publish(data)
         self._publish_attitudes(seconds, nanoseconds, step)
         self._publish_links(seconds, nanoseconds, step)
+        self._publish_readings(seconds, nanoseconds, step)
         truth = self._plant.motion()
         for index, publisher in self._truth_publishers.items():
             position, velocity = truth.position[index].tolist(), truth.velocity[index].tolist()
@@ -171,20 +173,25 @@ class PlantPublishers:
             return
         for index, publisher in self._link_publishers.items():
             loss, light_time = conditions.loss[index].tolist(), conditions.light_time[index].tolist()
-            data = self._conditions.pack(
+            data = form_of("link_conditions", self._topics, index).pack(
                 seconds, nanoseconds, step, len(loss), *loss, len(light_time), *light_time
             )
             self._last_messages[index].append(data)
             publisher.publish(data)
 
+    def _publish_readings(self, seconds: int, nanoseconds: int, step: int) -> None:
+        for index, readings in self._plant.readings().items():
+            form = form_of("measurements", self._topics, index)
+            data = form.pack(seconds, nanoseconds, step, len(readings), *readings.tolist())
+            self._last_messages[index].append(data)
+            self._reading_publishers[index].publish(data)
+
     def retransmit_states(self, satellites: Iterable[int]) -> None:
         """Retransmit the messages of this step to some satellites."""
         for index in satellites:
-            publishers = [self._state_publishers[index]]
-            if index in self._attitude_publishers:
-                publishers.append(self._attitude_publishers[index])
-            if index in self._link_publishers:
-                publishers.append(self._link_publishers[index])
+            of_kinds = (self._attitude_publishers, self._link_publishers, self._reading_publishers)
+            own = [publishers[index] for publishers in of_kinds if index in publishers]
+            publishers = [self._state_publishers[index], *own]
             for publisher, data in zip(publishers, self._last_messages.get(index, []), strict=False):
                 publisher.publish(data)
 

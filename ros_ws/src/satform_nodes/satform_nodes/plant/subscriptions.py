@@ -32,6 +32,8 @@ from satform_nodes.transport.message_validator import (
 from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topic_table.FRAME)
+_UNBOUNDED = (len(_COMMAND.fields) - 1, len(_COMMAND.fields))
+"""The field of a command that may have any value: what a satellite reports as beyond every limit."""
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
 _ACCELERATION_AND_TORQUE = slice(3, 9)
@@ -112,7 +114,7 @@ class PlantSubscriptions:
         ]
         # The value of a violation is what no other number may be.
         self._validators = [
-            MessageValidator(topic, _COMMAND, rejections, stamps, unbounded=1) for topic in commands
+            MessageValidator(topic, _COMMAND, rejections, stamps, unbounded=_UNBOUNDED) for topic in commands
         ]
         self._subscriptions = [
             executor.subscribe(

@@ -15,7 +15,15 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.communication import topic_table
-from satform.communication.topic_table import PLANT, RECORDER, Channel, channels, relative, subscribed_by
+from satform.communication.topic_table import (
+    PLANT,
+    RECORDER,
+    Channel,
+    channels,
+    relative,
+    satellite_channels,
+    subscribed_by,
+)
 from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
@@ -30,6 +38,7 @@ from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_definitions import described
+from satform_nodes.transport.message_forms import form_of, unbounded_fields
 from satform_nodes.transport.message_validator import (
     CONTRADICTION,
     EARLIER_STAMPS,
@@ -39,10 +48,6 @@ from satform_nodes.transport.message_validator import (
 from satform_nodes.transport.missing_endpoints import OPTIONAL
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
-
-_UNBOUNDED = {"command": 1, "orbit_state": 6}
-"""Numbers at the end of a message that may have any value: what a satellite reports as beyond every limit,
-and relative elements, which may be undefined."""
 
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
@@ -102,6 +107,12 @@ class RecorderNode:
         self._clocked = clocked
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._names = list(plan.names)
+        self._topics = plan.topics
+        self._about = {
+            channel.topic: index
+            for index in range(len(self._names))
+            for channel in satellite_channels(plan.topics, index)
+        }
         self._last_step = plan.timing.steps
         self._reported = 0
         self._channels: list[_SteppedTopic] = []
@@ -222,20 +233,17 @@ class RecorderNode:
         """
         topic, kind, (publisher,) = followed.topic, followed.kind, followed.publishers
         satellite = self._names.index(publisher) if publisher in self._names else -1
+        about = self._about.get(topic, 0)
         last = self._last_step - (followed.rhythm == "steps")
         channel = _SteppedTopic(self._add_topic(topic, kind, qos.LOCKSTEP), topic, kind, satellite, last)
         if kind != "clock":
             channel.validator = MessageValidator(
                 topic,
-                layout(
-                    topic_types.TYPES[kind],
-                    topic_table.frame_of(kind),
-                    len(self._names) if kind == "link_conditions" else None,
-                ),
+                form_of(kind, self._topics, about),
                 self.rejections,
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,
-                unbounded=_UNBOUNDED.get(kind, 0),
+                unbounded=unbounded_fields(kind, self._topics, about),
             )
         self._channels.append(channel)
 

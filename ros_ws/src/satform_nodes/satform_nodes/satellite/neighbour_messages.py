@@ -14,6 +14,8 @@ from satform.communication.physical_links import LinkConditions
 from satform.communication.receiver import ReceiverModel
 from satform.consensus.arc_length import Announces
 from satform.flight.compile import FormationPlan
+from satform.navigation.satellite_navigation import NavigationInput, message_width
+from satform.numeric.elementwise import Array
 from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.realtime_loop import MessageAges
 from satform_nodes.satellite.publishers import AROUND_NUMBERS
@@ -21,6 +23,9 @@ from satform_nodes.transport.sim_time import Stamps
 
 Message = tuple[float, ...]
 """Message of a neighbour: its time, then its numbers."""
+
+_STORED_STEPS = 4
+"""Steps of which estimates are stored: more arrive only while a satellite does not take part."""
 
 
 class NeighbourMessages:
@@ -51,6 +56,9 @@ class NeighbourMessages:
         self._step = plan.timing.step
         self._announces = plan.announces
         self._width = WIDTH[self._announces]
+        self._exchanges = plan.topics.satellites[index].exchanges
+        self._no_estimate: Message = (0.0,) * message_width(plan.topics.satellites[index].estimated)
+        self._estimates: dict[int, dict[int, Message]] = {}
         self._newest: dict[int, deque[tuple[int, Message]]] = {}
         self.reset()
 
@@ -84,6 +92,31 @@ class NeighbourMessages:
     def add(self, neighbour: int, step: int, message: Message) -> None:
         """Store the message of a neighbour for a step."""
         self.by_step.setdefault(step, {})[neighbour] = message
+
+    def add_estimate(self, neighbour: int, fields: tuple[Any, ...]) -> None:
+        """Store the estimate of a neighbour that goes with its message for a step."""
+        made, numbers = self._stamps.step(fields[0], fields[1]), fields[3:]
+        size = int(numbers[0])
+        message = (float(made), *numbers[1 : 1 + size], *numbers[2 + size :])
+        self._estimates.setdefault(fields[2], {})[neighbour] = message
+        if len(self._estimates) > _STORED_STEPS:
+            del self._estimates[min(self._estimates)]
+
+    def lacks_estimate(self, step: int, senders: list[int]) -> bool:
+        """Whether the estimate of one of these senders is missing for a step."""
+        if not self._exchanges:
+            return False
+        arrived, lost_at = self._estimates.get(step, {}), self._view.formation.lost_at
+        return any(sender not in arrived and lost_at.get(sender) != step for sender in senders)
+
+    def inputs_of_navigation(self, readings: Array, received: Received) -> NavigationInput:
+        """What the satellite's navigation gets in a step.
+
+        Args:
+            readings: of its sensors, shape (W,).
+            received: from the neighbours, after the link models.
+        """
+        return NavigationInput(readings, self._receiver.estimates(received), self._view.formation.graph)
 
     def add_newest(self, neighbour: int, fields: tuple[Any, ...]) -> None:
         """On the wall clock: store the newest messages of a neighbour."""
@@ -138,20 +171,35 @@ class NeighbourMessages:
         if links is not None:
             both = np.array(links).reshape(2, -1)[:, 1:]
             conditions = LinkConditions(both[0, neighbours], both[1, neighbours])
+        whole = self._with_estimates(step, received)
         count, width = len(neighbours), 1 + self._width
+        if self._exchanges:
+            width += len(self._no_estimate)
         if len(senders) == count:
-            messages = np.array([received[neighbour] for neighbour in neighbours]).reshape(count, width)
+            messages = np.array([whole[neighbour] for neighbour in neighbours]).reshape(count, width)
             return self._receiver.receive(
                 step, messages[:, 1:], messages[:, 0], np.ones(count), formation, conditions
             )
         messages, fresh = np.zeros((count, width)), np.zeros(count)
         for index, neighbour in enumerate(neighbours):
             if neighbour in senders:
-                messages[index], fresh[index] = received[neighbour], 1.0
+                messages[index], fresh[index] = whole[neighbour], 1.0
         return self._receiver.receive(step, messages[:, 1:], messages[:, 0], fresh, formation, conditions)
+
+    def _with_estimates(self, step: int, received: dict[int, Message]) -> dict[int, Message]:
+        """The messages for a step with the estimates that go with them."""
+        if not self._exchanges:
+            return received
+        arrived = self._estimates.get(step, {})
+        return {
+            neighbour: (*message, *arrived.get(neighbour, self._no_estimate))
+            for neighbour, message in received.items()
+        }
 
     def forget(self, step: int) -> None:
         """Discard the messages for a step that has been taken, and for the one before."""
+        self._estimates.pop(step, None)
+        self._estimates.pop(step - 1, None)
         self.by_step.pop(step, None)
         self.by_step.pop(step - 1, None)
 

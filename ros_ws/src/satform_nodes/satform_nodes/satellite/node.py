@@ -7,6 +7,7 @@ import signal
 import time
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.common.name_list import listed
 from satform.communication import topic_table
 from satform.communication.messages import encode
-from satform.communication.topic_table import RECORDER, topic_name
+from satform.communication.topic_table import RECORDER, satellite_channels, subscribed_by
 from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
@@ -105,8 +106,7 @@ class SatelliteNode:
         self._messages = StepMessages(
             self.neighbour_messages,
             self._stamps,
-            needs_attitude=self.turns,
-            needs_links=plan.topics.satellites[self.index].links,
+            needed=self._needed_of_plant(),
             clocked=self.clocked,
         )
         self._batch: StepBatch | None = None
@@ -117,7 +117,13 @@ class SatelliteNode:
         self._parameters = SatelliteParameters(node, plan, self.index, self._to_change, self._changes)
         self.publishers = SatellitePublishers(node, plan, self.index, self._stamps)
         handlers = MessageHandlers(
-            self._on_state, self._on_attitude, self._on_links, self._on_announcement, self._on_status
+            {
+                "state": self._on_state,
+                **{kind: partial(self._on_plant, kind) for kind in self._needed_of_plant()},
+            },
+            self._on_announcement,
+            self._on_estimate,
+            self._on_status,
         )
         self.subscriptions = SatelliteSubscriptions(
             node, executor, plan, self.index, self.rejections, handlers, clocked=self.clocked
@@ -127,6 +133,11 @@ class SatelliteNode:
         if settings.recorded:
             self.subscriptions.endpoints.require_subscribers(self._health.publisher, [RECORDER])
         executor.add_periodic(self._health.due)
+
+    def _needed_of_plant(self) -> list[str]:
+        """Kinds of messages of the plant that a step needs beside the state."""
+        table = subscribed_by(self.name, satellite_channels(self.plan.topics, self.index))
+        return [channel.kind for channel in table if channel.kind != "state"]
 
     # Before and after the flight, and when it does not go on
 
@@ -236,6 +247,7 @@ class SatelliteNode:
         if returned is None or self.view.formation.lost_at.get(self.index) != step:
             # If it was lost in this step, the message that it had published before stays.
             self.publishers.publish_next(step, self.publishers.message(self.satellite.announce(), step))
+            self._publish_joint_estimate(step)
         return True
 
     def _on_own_loss(self) -> None:
@@ -321,27 +333,24 @@ class SatelliteNode:
         else:
             self._batch.add_state(self._row, numbers)
 
-    def _on_attitude(self, validator: MessageValidator, data: bytes, _name: str) -> None:
+    def _on_plant(self, kind: str, validator: MessageValidator, data: bytes, _name: str) -> None:
+        """Store a message of the plant beside the state."""
         last = self.step if self.flying and not self.clocked else _ANY_STEP
         numbers = validator.validate(data, self.step, last)
         if numbers is None:
             return
-        self._messages.attitude = numbers
+        self._messages.of_plant[kind] = numbers
         if self._batch is None:
             self.act_if_complete()
-        else:
+        elif kind == "attitude":
             self._batch.add_attitude(self._row, numbers)
 
-    def _on_links(self, validator: MessageValidator, data: bytes, _name: str) -> None:
-        last = self.step if self.flying and not self.clocked else _ANY_STEP
-        numbers = validator.validate(data, self.step, last)
-        if numbers is None:
+    def _on_estimate(self, neighbour: int, validator: MessageValidator, data: bytes, _name: str) -> None:
+        last = self.step + 1 if self.flying and not self.clocked else _ANY_STEP
+        fields = validator.validate(data, self.step if self.flying else 0, last)
+        if fields is None:
             return
-        count = len(self._names)
-        if numbers[3] != count or numbers[4 + count] != count:
-            self.rejections.add(topic_name("link_conditions", self.name), "another form")
-            return
-        self._messages.links = numbers
+        self.neighbour_messages.add_estimate(neighbour, fields)
         self.act_if_complete()
 
     def act_if_complete(self) -> None:
@@ -390,7 +399,12 @@ class SatelliteNode:
         violation: Violation | None = NO_COMMAND
         with suppress(ArithmeticError):
             decision = self.satellite.act(
-                given.motion, given.received, given.measured_step, given.attitude, given.applied
+                given.motion,
+                given.received,
+                given.measured_step,
+                given.attitude,
+                given.applied,
+                given.sensed,
             )
             violation = self._limits.of_decision(decision, encode(self.satellite.announce())).get(0)
         self.busy_seconds += time.thread_time() - begin
@@ -408,8 +422,14 @@ class SatelliteNode:
         publishers.command(seconds, nanoseconds, step, decision, message)
         self.memory.keep(self.satellite, self.neighbour_messages.neighbours)
         publishers.publish_next(step + 1, message)
+        self._publish_joint_estimate(step + 1)
         publishers.publish_tracking_of(seconds, nanoseconds, step, decision)
         self._publish_changes(step)
+
+    def _publish_joint_estimate(self, step: int) -> None:
+        """Publish the estimate of the whole formation that goes with the neighbour message for a step."""
+        if self.plan.topics.satellites[self.index].estimated:
+            self.publishers.publish_joint_estimate(step, self.satellite.estimate_numbers())
 
     def _publish_changes(self, step: int) -> None:
         """Publish the parameters that have changed at a step."""

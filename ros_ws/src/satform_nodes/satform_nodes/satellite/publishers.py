@@ -4,6 +4,7 @@
 
 from collections import deque
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from satform_msgs.msg import Command, Estimate, NodeReady, ParameterChange, Tracking
@@ -23,18 +24,23 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Decision
 from satform.navigation.estimator import EstimatorMemory
+from satform.navigation.satellite_navigation import NavigationMemory
 from satform.numeric.elementwise import Array
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
+from satform_nodes.transport.message_forms import form_of
 from satform_nodes.transport.node_names import local_name
 from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topic_table.FRAME)
 _TRACKING = layout(Tracking, topic_table.FRAME)
 _ESTIMATE = layout(Estimate, topic_table.FRAME)
+_KINDS = ("navigation_estimate", "command", "tracking", "estimate", "parameter_changes", "node_ready")
+"""Kinds of topics of a satellite beside its phase or motion."""
+
 _NO_TORQUE = (0.0, 0.0, 0.0)
 _NOTHING = (0, 0, *[0.0] * 8)
 """Fields of a command for the next neighbour message if there is none."""
@@ -74,7 +80,11 @@ class SatellitePublishers:
         self._index = index
         self._faults = plan.faults
         self._stamps = stamps
-        self._last_announcements: deque[bytes] = deque(maxlen=2)
+        estimated = plan.topics.satellites[index].estimated
+        # For the present step and the next one.
+        self._last_announcements: deque[tuple[Any, bytes]] = deque(maxlen=4 if estimated else 2)
+        self._joint_estimate = form_of("navigation_estimate", plan.topics, index) if estimated else None
+        self._estimated = estimated
         self._last_command = b""
         announces = plan.announces
         self._in_phase = announces == "arc_length"
@@ -89,7 +99,7 @@ class SatellitePublishers:
                 relative(self._channels[kind].topic),
                 qos.PUBLISHER_BY_RHYTHM[self._channels[kind].rhythm],
             )
-            for kind in (announces, "command", "tracking", "estimate", "parameter_changes", "node_ready")
+            for kind in (announces, *_KINDS)
             if kind in self._channels
         }
         self._announcement_publisher = self._publishers[announces]
@@ -157,6 +167,29 @@ class SatellitePublishers:
             self._announcement.pack(*stamp, step, *self._before_numbers, *numbers, *self._after_numbers)
         )
 
+    def publish_joint_estimate(self, step: int, numbers: Array) -> None:
+        """Publish the estimate of the whole formation that goes with the neighbour message for a step.
+
+        Args:
+            step: for which it is published.
+            numbers: of the estimate, as the satellite's navigation makes them.
+        """
+        assert self._joint_estimate is not None  # noqa: S101 - asked of satellites that estimate
+        made, size = int(numbers[0]), self._estimated
+        mean, covariance, last = numbers[1 : 1 + size], numbers[1 + size : -3], numbers[-3:]
+        data = self._joint_estimate.pack(
+            *self._stamps.at(made),
+            step,
+            size,
+            *mean.tolist(),
+            len(covariance),
+            *covariance.tolist(),
+            *last.tolist(),
+        )
+        publisher = self._publishers["navigation_estimate"]
+        self._last_announcements.append((publisher, data))
+        publisher.publish(data)
+
     def publish_tracking_of(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
         """Publish reference, tracking error and estimate."""
         reference, motion = decision.reference, decision.motion
@@ -192,7 +225,7 @@ class SatellitePublishers:
 
     def publish_announcement(self, data: bytes) -> None:
         """Publish a neighbour message, and store it for retransmission."""
-        self._last_announcements.append(data)
+        self._last_announcements.append((self._announcement_publisher, data))
         self._announcement_publisher.publish(data)
 
     def publish_tracking(self, data: bytes) -> None:
@@ -229,8 +262,8 @@ class SatellitePublishers:
         """Publish the last messages again."""
         if self._last_command:
             self._command_publisher.publish(self._last_command)
-        for announcement in self._last_announcements:
-            self._announcement_publisher.publish(announcement)
+        for publisher, data in self._last_announcements:
+            publisher.publish(data)
 
     def forget(self) -> None:
         """Discard the stored messages."""
@@ -271,7 +304,7 @@ def violation_command(stamp: tuple[int, int], step: int, violation: Violation) -
     return _COMMAND.pack(*stamp, step, *[0.0] * 6, *_NOTHING, violation.number, violation.value)
 
 
-def numbers_of(estimate: EstimatorMemory) -> Array:
+def numbers_of(estimate: EstimatorMemory | NavigationMemory) -> Array:
     """What an estimate's message holds after its step, in order, shape (..., 44)."""
     shape = estimate.state.shape[:-1]
     last = np.stack(np.broadcast_arrays(estimate.innovation, estimate.rejected), axis=-1)

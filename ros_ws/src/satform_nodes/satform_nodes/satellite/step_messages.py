@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Messages that a satellite needs for a step, and what its flight software is given of them."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from satform.attitude.guidance import Attitude
 from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
+from satform.navigation.satellite_navigation import NavigationInput
 from satform.numeric.elementwise import Array
 from satform_nodes.satellite.neighbour_messages import Message, NeighbourMessages
 from satform_nodes.transport.sim_time import Stamps
@@ -25,6 +27,7 @@ class StepInputs:
         measured_step: at which the motion was measured.
         attitude: measured; None without one.
         applied: acceleration that the thrusters made of the last command, m/s^2.
+        sensed: what its navigation gets; None without sensors.
     """
 
     motion: Motion
@@ -32,15 +35,16 @@ class StepInputs:
     measured_step: int
     attitude: Attitude | None
     applied: Array
+    sensed: NavigationInput | None
 
 
 class StepMessages:
-    """Collects the messages of one satellite's next step: state, attitude, links, those of its in-neighbours.
+    """Collects the messages of one satellite's next step: those of the plant and of its in-neighbours.
 
     Attributes:
         state: fields of the newest one that is not yet used; None when there is none.
-        attitude: likewise.
-        links: likewise, the conditions of the incoming radio and optical links.
+        of_plant: likewise of the other messages of the plant by kind: attitude, conditions of the incoming
+            links, readings of sensors.
     """
 
     def __init__(
@@ -48,8 +52,7 @@ class StepMessages:
         neighbours: NeighbourMessages,
         stamps: Stamps,
         *,
-        needs_attitude: bool,
-        needs_links: bool,
+        needed: Collection[str],
         clocked: bool,
     ) -> None:
         """Nothing has been received yet.
@@ -57,17 +60,14 @@ class StepMessages:
         Args:
             neighbours: messages of the in-neighbours.
             stamps: of the steps.
-            needs_attitude: whether the satellite has an attitude.
-            needs_links: whether it receives over radio or optical links.
+            needed: kinds of messages of the plant that a step needs beside the state.
             clocked: whether the flight goes by the wall clock.
         """
         self.state: tuple[Any, ...] | None = None
-        self.attitude: tuple[Any, ...] | None = None
-        self.links: tuple[Any, ...] | None = None
-        self._needs_links = needs_links
+        self.of_plant: dict[str, tuple[Any, ...]] = {}
+        self._needed = tuple(needed)
         self._neighbours = neighbours
         self._stamps = stamps
-        self._needs_attitude = needs_attitude
         self._clocked = clocked
 
     def complete(self, step: int) -> tuple[dict[int, Message], list[int]] | None:
@@ -87,6 +87,8 @@ class StepMessages:
             self._neighbours.add_final_commands(step, messages)
             if any(sender not in messages for sender in senders):
                 return None
+        if self._neighbours.lacks_estimate(step, senders):
+            return None
         return None if self._lacks_plant(step) else (messages, senders)
 
     def inputs(
@@ -100,21 +102,26 @@ class StepMessages:
             messages: of the neighbours, by their indices.
             senders: indices of the neighbours whose messages are used.
         """
-        links = None if self.links is None else self.links[3:]
+        of_plant = self.of_plant
+        links = of_plant["link_conditions"][3:] if "link_conditions" in of_plant else None
         received = self._neighbours.apply_links(step, messages, senders, links)
         motion = Motion(np.array(state[4:7]), np.array(state[7:10]))
         attitude = None
-        if self.attitude is not None:
-            attitude = Attitude(*np.array(self.attitude[3:12]).reshape(3, 3))
+        if "attitude" in of_plant:
+            attitude = Attitude(*np.array(of_plant["attitude"][3:12]).reshape(3, 3))
+        sensed = None
+        if "measurements" in of_plant:
+            readings = np.array(of_plant["measurements"][4:])
+            sensed = self._neighbours.inputs_of_navigation(readings, received)
         measured_step = self._stamps.step(state[0], state[1])
-        return StepInputs(motion, received, measured_step, attitude, np.array(state[10:13]))
+        return StepInputs(motion, received, measured_step, attitude, np.array(state[10:13]), sensed)
 
     def forget_plant(self) -> None:
-        """Discard state, attitude and links: their step has been taken, or the satellite is lost."""
-        self.state = self.attitude = self.links = None
+        """Discard the messages of the plant: their step has been taken, or the satellite is lost."""
+        self.state = None
+        self.of_plant = {}
 
     def _lacks_plant(self, step: int) -> bool:
         """Whether a message of the plant beside the state is missing for a step."""
-        attitude, links = self.attitude, self.links
-        lacks_attitude = self._needs_attitude and (attitude is None or attitude[2] != step)
-        return lacks_attitude or (self._needs_links and (links is None or links[2] != step))
+        found = (self.of_plant.get(kind) for kind in self._needed)
+        return any(message is None or message[2] != step for message in found)

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Subscriptions of a satellite: state, attitude, links from the plant, status, messages of in-neighbours."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from satform_msgs.msg import Attitude, FormationStatus, LinkConditions, RelativeState
+from satform_msgs.msg import FormationStatus
 
 from satform.communication import topic_table
 from satform.communication.topic_table import PLANT, satellite_channels, subscribed_by, topic_name
@@ -15,14 +15,11 @@ from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
-from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
-from satform_nodes.transport.message_validator import MessageValidator, RejectionCounter
+from satform_nodes.transport.message_forms import form_of, unbounded_fields
+from satform_nodes.transport.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
 from satform_nodes.transport.sim_time import Stamps
-
-_STATE = layout(RelativeState, topic_table.FRAME)
-_ATTITUDE = layout(Attitude, topic_table.FRAME)
 
 
 @dataclass(frozen=True)
@@ -30,17 +27,16 @@ class MessageHandlers:
     """Callbacks of a satellite's subscriptions; the executor calls them directly, since each call costs time.
 
     Attributes:
-        state: takes the validator, the message and its publisher's name.
-        attitude: likewise.
-        links: takes the validator, the message and its publisher's name; conditions of the incoming links.
+        of_plant: by the kind of a topic of the plant; each takes the validator, the message and its
+            publisher's name.
         announcement: takes the neighbour's index, the validator, the message and its publisher's name.
+        estimate: likewise, of the estimates of neighbours.
         status: takes the message and its publisher's name.
     """
 
-    state: Callable[[MessageValidator, bytes, str], None]
-    attitude: Callable[[MessageValidator, bytes, str], None]
-    links: Callable[[MessageValidator, bytes, str], None]
+    of_plant: Mapping[str, Callable[[MessageValidator, bytes, str], None]]
     announcement: Callable[[int, MessageValidator, bytes, str], None]
+    estimate: Callable[[int, MessageValidator, bytes, str], None]
     status: Callable[[bytes, str], None]
 
 
@@ -49,7 +45,7 @@ class SatelliteSubscriptions:
 
     Attributes:
         endpoints: the required endpoints.
-        subscriptions: by kind for topics of the plant, and by the neighbour's index for its messages.
+        subscriptions: by kind for topics of the plant, and by the neighbour's index for its phase or motion.
     """
 
     def __init__(
@@ -78,32 +74,21 @@ class SatelliteSubscriptions:
         self._node = node
         self._executor = executor
         self._rejections = rejections
-        self._hearer = handlers
+        self._handlers = handlers
         self._profile = qos.REALTIME if clocked else qos.LOCKSTEP_READER
         self._names = list(plan.names)
         self._announces = plan.announces
-        self._announcement = layout(topic_types.TYPES[self._announces], topic_table.FRAME)
+        self._topics = plan.topics
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self.subscriptions: dict[str | int, Any] = {}
-        self._authorised: dict[int, AuthorisedPublishers] = {}
+        self._authorised: dict[int, list[AuthorisedPublishers]] = {}
         own = plan.topics.satellites[index]
+        self._exchanges = own.exchanges
         for channel in subscribed_by(own.name, satellite_channels(plan.topics, index)):
-            if channel.kind == "state":
-                validator = MessageValidator(channel.topic, _STATE, rejections, self._stamps, exact=False)
-                self._subscribe(
-                    RelativeState, channel.topic, partial(handlers.state, validator), PLANT, "state"
-                )
-            elif channel.kind == "link_conditions":
-                form = layout(LinkConditions, topic_table.FRAME, len(self._names))
-                validator = MessageValidator(channel.topic, form, rejections, self._stamps)
-                self._subscribe(
-                    LinkConditions, channel.topic, partial(handlers.links, validator), PLANT, channel.kind
-                )
-            else:
-                validator = MessageValidator(channel.topic, _ATTITUDE, rejections, self._stamps)
-                self._subscribe(
-                    Attitude, channel.topic, partial(handlers.attitude, validator), PLANT, "attitude"
-                )
+            validator = self._validator(channel.kind, channel.topic, index)
+            handle = handlers.of_plant[channel.kind]
+            kind = topic_types.TYPES[channel.kind]
+            self._subscribe(kind, channel.topic, partial(handle, validator), PLANT, channel.kind)
         for neighbour in plan.membership.possible_graph.neighbours(index):
             self.add_neighbour(neighbour)
         # Created last: a node that has matched this subscription has matched all others of this satellite.
@@ -113,18 +98,45 @@ class SatelliteSubscriptions:
 
     def add_neighbour(self, neighbour: int) -> None:
         """Subscribe to the messages of a neighbour."""
-        sender = self._names[neighbour]
-        topic = topic_name(self._announces, sender)
-        validator = MessageValidator(topic, self._announcement, self._rejections, self._stamps, exact=False)
-        callback = partial(self._hearer.announcement, neighbour, validator)
-        kind = topic_types.TYPES[self._announces]
-        self._authorised[neighbour] = self._subscribe(kind, topic, callback, sender, neighbour)
+        self._authorised[neighbour] = [
+            self._subscribe_to(neighbour, self._announces, self._handlers.announcement, neighbour)
+        ]
+        if self._exchanges:
+            kind = "navigation_estimate"
+            self._authorised[neighbour].append(
+                self._subscribe_to(neighbour, kind, self._handlers.estimate, f"{kind} {neighbour}")
+            )
 
     def allow_replacement(self, lost: Collection[int]) -> None:
         """Accept restarted processes of lost neighbours as publishers."""
-        for index, authorised in self._authorised.items():
+        for index, all_authorised in self._authorised.items():
             if index in lost:
-                authorised.allow_replacement(self._names[index])
+                for authorised in all_authorised:
+                    authorised.allow_replacement(self._names[index])
+
+    def _validator(self, kind: str, topic: str, about: int) -> MessageValidator:
+        """Validator of the messages of a topic about a satellite."""
+        return MessageValidator(
+            topic,
+            form_of(kind, self._topics, about),
+            self._rejections,
+            self._stamps,
+            exact=kind not in EARLIER_STAMPS,
+            unbounded=unbounded_fields(kind, self._topics, about),
+        )
+
+    def _subscribe_to(
+        self,
+        neighbour: int,
+        kind: str,
+        handle: Callable[[int, MessageValidator, bytes, str], None],
+        what: str | int,
+    ) -> AuthorisedPublishers:
+        """Subscribe to a topic of a neighbour."""
+        sender = self._names[neighbour]
+        topic = topic_name(kind, sender)
+        callback = partial(handle, neighbour, self._validator(kind, topic, neighbour))
+        return self._subscribe(topic_types.TYPES[kind], topic, callback, sender, what)
 
     def _subscribe(
         self,

@@ -21,8 +21,9 @@ LARGEST = 1e15
 CONTRADICTION = "a stamp that contradicts its step"
 """Reason for the rejection of a message whose stamp is no time at which a message of its step is made."""
 
-EARLIER_STAMPS = frozenset({"state", "arc_length", "motion"})
-"""Kinds of topics whose stamps may be of an earlier step: when it was measured, or when a phase was held."""
+EARLIER_STAMPS = frozenset({"state", "arc_length", "motion", "navigation_estimate"})
+"""Kinds of topics whose stamps may be of an earlier step: when it was measured, when a phase was held, or
+estimated."""
 
 _MOST_REASONS = 200
 """Topics and reasons that are counted apart: they contain names of unauthorised nodes, which may be many."""
@@ -68,7 +69,7 @@ class MessageValidator:
         stamps: Stamps,
         *,
         exact: bool = True,
-        unbounded: int = 0,
+        unbounded: tuple[int, int] = (0, 0),
     ) -> None:
         """Nothing has been validated yet.
 
@@ -78,7 +79,8 @@ class MessageValidator:
             rejections: counts the rejected messages.
             stamps: of the scenario's steps.
             exact: whether a message has the stamp of its step; else it may have that of an earlier one.
-            unbounded: how many numbers at the end may have any value.
+            unbounded: first of the numbers that may have any value, and the first one after them, by their
+                indices among the fields of the form.
         """
         self.repeated = 0
         self._topic = topic
@@ -86,7 +88,12 @@ class MessageValidator:
         self._rejections = rejections
         self._stamps = stamps
         self._exact = exact
-        self._end = len(form.fields) - unbounded
+        self._unbounded = unbounded
+        self._lengths = tuple(
+            (index, sum(other.startswith(f"{name.removesuffix('.length')}[") for other in form.fields))
+            for index, name in enumerate(form.fields)
+            if name.endswith(".length")
+        )
 
     def validate(self, data: bytes, first: int, last: int) -> tuple[Any, ...] | None:
         """Numbers of a message; None if it is rejected or a repetition.
@@ -100,7 +107,11 @@ class MessageValidator:
         if numbers is None:
             self._reject("another form")
             return None
-        step, values = numbers[2], numbers[3 : self._end]
+        if self._lengths and any(numbers[index] != length for index, length in self._lengths):
+            self._reject("another form")
+            return None
+        begin, end = self._unbounded
+        step, values = numbers[2], numbers[3:begin] + numbers[end:] if end else numbers[3:]
         if step > last:
             self._reject("a step that is not due yet")
             return None

@@ -101,11 +101,14 @@ class SensorChannel(Protocol):
     def draws(self) -> int:
         """Standard normal numbers that a reading takes."""
 
+    def started(self) -> "SensorChannel":
+        """The channel before step 0, with a memory of its own; itself where it has none."""
+
     def reading(self, scene: Scene, step: int, normals: Array) -> Array:
         """The reading taken at a step, shape (m,); not a number where there is none.
 
         There is none at a step that is not due, in an outage, and while the target is not visible. A reading
-        is delayed by its latency outside of the channel.
+        is delayed by its latency outside of the channel. Called once a step, in order, from step 0 on.
 
         Args:
             scene: truth at the step.

@@ -1,0 +1,46 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Layout of the messages of each topic of a flight, and which of their numbers may have any value."""
+
+from satform.communication import topic_table
+from satform.communication.topic_table import TopicPlan, lengths_of
+from satform_nodes.transport.cdr_codec import Layout, layout
+from satform_nodes.transport.topic_types import TYPES
+
+_LAST_UNBOUNDED = {"command": 1, "orbit_state": 6}
+"""Numbers at the end of a message that may have any value: what a satellite reports as beyond every limit,
+and relative elements, which may be undefined."""
+
+_READINGS = 4
+"""Fields of a message of readings before them: stamp, step, and their number."""
+
+_MOTION = (4, 10)
+"""Fields of position and velocity in the state of a satellite that does not get its motion."""
+
+
+def form_of(kind: str, plan: TopicPlan, satellite: int) -> Layout:
+    """Layout of the messages of a kind about a satellite.
+
+    Args:
+        kind: of the topic.
+        plan: of the flight's topics.
+        satellite: its index; of no importance for a topic of the formation.
+    """
+    return layout(TYPES[kind], topic_table.frame_of(kind), lengths_of(kind, plan, satellite))
+
+
+def unbounded_fields(kind: str, plan: TopicPlan, satellite: int) -> tuple[int, int]:
+    """First of the numbers of a message that may have any value, and the first one after them.
+
+    Args:
+        kind: of the topic.
+        plan: of the flight's topics.
+        satellite: index of the satellite that the topic is about.
+    """
+    count = len(form_of(kind, plan, satellite).fields)
+    if kind == "measurements":
+        return (_READINGS, count)
+    if kind == "state" and plan.satellites[satellite].navigates:
+        return _MOTION
+    last = _LAST_UNBOUNDED.get(kind, 0)
+    return (count - last, count)
