@@ -238,6 +238,10 @@ def _colcon(job: Job, names: list[str]) -> None:
     variables = applied(base_variables(layout, job.ros), shell_variables(job.ros, job.environment))
     # The user's own defaults for colcon are for their own workspaces.
     variables["COLCON_HOME"] = str(layout.venv / "colcon")
+    # Else colcon has ninja start no second compiler while the machine's load is above its number of cores.
+    cores = len(os.sched_getaffinity(0))
+    variables["CMAKE_BUILD_PARALLEL_LEVEL"] = str(cores)
+    variables.setdefault("MAKEFLAGS", f"-j{cores}")
     command = [str(layout.python), str(layout.venv / "bin" / "colcon"), "--log-base", "log", "build"]
     command += ["--packages-select", *names, "--event-handlers", "console_cohesion+"]
     command += build_arguments(layout, job.ros)
