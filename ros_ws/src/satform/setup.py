@@ -47,6 +47,7 @@ setup(
         "brahe>=1.8,<2",
         "numpy>=2.0,<3",
         "pydantic>=2.10,<3",
+        "pyyaml>=6,<7",
         "ruamel.yaml>=0.18,<0.20",
         "scipy>=1.15,<2",
     ],

@@ -11,8 +11,6 @@ from functools import cache
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import erfc
 
 from satform.common.physical_constants import BOLTZMANN, PLANCK, SPEED_OF_LIGHT
 from satform.numeric.elementwise import Array
@@ -89,6 +87,8 @@ def pointing_factor(divergence: float, offset: float, jitter: float) -> float:
 
 def _tail(argument: Array) -> Array:
     """Q(x): probability that a standard normal number is larger than x."""
+    from scipy.special import erfc  # noqa: PLC0415  slow to import, and few scenarios need it
+
     return np.asarray(0.5 * erfc(argument / math.sqrt(2.0)))
 
 
@@ -149,6 +149,7 @@ def required_ratio(modulation: str, error_rate: float) -> float:
         modulation: a key of `BIT_ERROR_RATES`.
         error_rate: between `LEAST_ERROR_RATE` and 0.3.
     """
+    from scipy.optimize import brentq  # noqa: PLC0415  slow to import, and few scenarios need it
 
     def excess(decibels: float) -> float:
         rate = float(bit_error_rate(modulation, np.asarray(10.0 ** (0.1 * decibels))))

@@ -16,6 +16,7 @@ from ruamel.yaml.parser import RoundTripParser
 
 from satform.common.spec import FieldPath
 from satform.scenario.errors import Problem, ScenarioError
+from satform.scenario.yaml_events import LinedDict, LinedList, UnusualError, read_usual
 
 MAXIMUM_VALUES = 100_000
 """Keys, values, lists and mappings altogether, aliases expanded: a tenth of a millisecond each."""
@@ -31,7 +32,7 @@ _LARGEST_INTEGER = 2**64
 
 
 def read_tree(text: str, file: str) -> Any:
-    """The tree of a YAML text: ruamel's mappings and lists, which know their lines.
+    """The tree of a YAML text: mappings and lists that know their lines.
 
     Aliases and merge keys are expanded; what they expand to counts towards the limits.
 
@@ -89,6 +90,15 @@ def _read_once(text: str, file: str) -> Any:
 
 
 def _read(text: str, file: str) -> Any:
+    """The tree of a text: by the fast reader where it has the usual form."""
+    try:
+        return read_usual(text, MAXIMUM_VALUES, MAXIMUM_DEPTH)
+    except UnusualError:
+        return read_any(text, file)
+
+
+def read_any(text: str, file: str) -> Any:
+    """The tree of any text by the complete reader, which has a sentence about every error; as `read_tree`."""
     try:
         reader = YAML(typ="rt", pure=True)
         reader.Parser = functools.partial(_CheckedParser, file)
@@ -203,6 +213,10 @@ def line_of(path: FieldPath, tree: Any) -> int | None:
 
 def _line_in(node: Any, part: int | str) -> int | None:
     """Line of a key or an entry; None where the node has none of that name."""
+    if isinstance(node, LinedDict):
+        return node.lines[str(part)] + 1 if part in node.lines else None
+    if isinstance(node, LinedList):
+        return node.lines[part] + 1 if isinstance(part, int) else None
     if not isinstance(node, Mapping):
         return int(node.lc.item(part)[0]) + 1
     try:
