@@ -128,7 +128,7 @@ def numpy_loop() -> float:
 
 def machine() -> dict[str, Any]:
     """What the figures depend on besides the code: processor, cores, load, versions."""
-    from satform_tools.run.run_result import versions  # noqa: PLC0415 - it asks every package
+    from satform_tools.run.versions import versions  # noqa: PLC0415 - it asks every package
 
     return {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),

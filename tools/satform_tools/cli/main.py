@@ -70,9 +70,9 @@ def docs(
 @app.command()
 def version(json: Json = False) -> None:
     """Print the versions of satform, its dependencies and ROS 2."""
-    from satform_tools.run import run_result
+    from satform_tools.run.versions import versions
 
-    found = run_result.versions()
+    found = versions()
     if json:
         console.as_json(found)
     else:

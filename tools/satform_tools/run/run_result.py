@@ -3,9 +3,7 @@
 """Result of a run: verdicts, speed, exit code, and the file `result.json`."""
 
 import math
-import platform
 from dataclasses import asdict, dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,18 +14,9 @@ from satform.scenario import Scenario
 from satform.scenario.expectation import Verdict
 from satform_tools.console import to_json
 from satform_tools.run.flight_summary import Summary
+from satform_tools.run.versions import versions
 
 Mode = Literal["lockstep", "inprocess", "realtime"]
-
-_PACKAGES = (
-    "satform",
-    "numpy",
-    "scipy",
-    "pydantic",
-    "brahe",
-    "ros-jazzy-rclpy",
-    "ros-jazzy-rmw-fastrtps-cpp",
-)
 
 
 @dataclass(frozen=True)
@@ -186,14 +175,3 @@ class RunResult:
             OSError: it cannot be written.
         """
         write_durably(path, f"{to_json(self.data())}\n".encode())
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of each package that the numbers depend on."""
-    found = {"python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
-    for name in _PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found

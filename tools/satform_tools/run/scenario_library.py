@@ -9,11 +9,8 @@ from satform.scenario import Scenario, load_scenario
 from satform_tools import console
 from satform_tools.run import shipped_files
 
-ROOT = Path(__file__).resolve().parents[3]
-"""The project's folder."""
-
-SCENARIOS = ROOT / "scenarios"
-"""Folder of the shipped scenarios."""
+ROOT = shipped_files.ROOT
+SCENARIOS = shipped_files.SCENARIOS
 
 
 def names() -> list[str]:

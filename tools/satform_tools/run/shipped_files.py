@@ -8,6 +8,12 @@ from pathlib import Path
 from satform.files.bounded_file import is_file
 from satform_tools.errors import CommandError
 
+ROOT = Path(__file__).resolve().parents[3]
+"""The project's folder."""
+
+SCENARIOS = ROOT / "scenarios"
+"""Folder of the shipped scenarios."""
+
 _SUFFIXES = (".yaml", ".yml", ".json")
 
 

@@ -12,7 +12,7 @@ from satform_tools.campaign.report_statistics import ReportStatistics
 from satform_tools.campaign.summary import NOTHING_FLOWN, Speed, Summary, interval_text
 from satform_tools.console import number
 from satform_tools.report.page.content import Fact, PageTable, Status, listed_versions, yaml_text
-from satform_tools.run.run_result import versions
+from satform_tools.run.versions import versions
 
 MOST_PAIRS = 60
 """Rank correlations that are listed."""

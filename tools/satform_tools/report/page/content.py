@@ -20,8 +20,8 @@ from satform_tools.report.comparison import Comparison, Expected
 from satform_tools.report.event_log import Event
 from satform_tools.run.flight_summary import Summary
 from satform_tools.run.pair_figures import PAIR_HEADINGS, tetrahedron_text
-from satform_tools.run.run_result import versions
 from satform_tools.run.stored_run import StoredRun
+from satform_tools.run.versions import versions
 
 
 @dataclass(frozen=True)
