@@ -27,7 +27,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def asked(project: Path, result: str) -> object:
-    return result_cache.kept("name", project, [project / "source.yaml"], lambda: result)
+    return result_cache.stored("name", project, [project / "source.yaml"], lambda: result)
 
 
 def test_a_result_is_kept_while_no_file_changes(project: Path) -> None:

@@ -25,7 +25,7 @@ def show(*, as_json: bool) -> int:
         Exit code: 2 when a scenario cannot be read, with an error on standard error.
     """
     sources = sorted(path for path in SCENARIOS.rglob("*") if path.is_file())
-    entries, problems = result_cache.kept("list", ROOT, (Path(__file__), *sources), _entries_and_problems)
+    entries, problems = result_cache.stored("list", ROOT, (Path(__file__), *sources), _entries_and_problems)
     if as_json:
         console.as_json(entries)
     else:

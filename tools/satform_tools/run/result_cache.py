@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Results that depend on the project's files alone, kept between commands under a hash of these files."""
+"""Results that depend on the project's files alone, stored between commands under a hash of these files."""
 
 import hashlib
 import json
@@ -13,11 +13,11 @@ from typing import Any
 from satform.files.durable_file import write_durably
 
 
-def kept(name: str, root: Path, sources: Iterable[Path], compute: Callable[[], Any]) -> Any:
-    """A result from an earlier command that had the same files, or a new one, which is kept.
+def stored(name: str, root: Path, sources: Iterable[Path], compute: Callable[[], Any]) -> Any:
+    """A result from an earlier command that had the same files, or a new one, which is stored.
 
-    It is kept beside the build, and lost with it. Where the library in use is not the one that was built
-    there, nothing is kept.
+    It is stored beside the build, and lost with it. Where the library in use is not the one that was built
+    there, nothing is stored.
 
     Args:
         name: of the result.

@@ -4,7 +4,7 @@
 
 PyYAML gives the events of libyaml with their lines. Only what means the same in YAML 1.1, which libyaml
 reads, and in YAML 1.2 is understood here: no anchors, aliases, merge keys, tags or directives, and plain
-scalars that are words, decimal numbers, dates, booleans or null. Whatever else stands in a text, errors among
+scalars that are text, decimal numbers, dates, booleans or null. Whatever else stands in a text, errors among
 it, is left to the complete reader.
 """
 
@@ -29,7 +29,7 @@ CONSTANTS: Mapping[str, bool | None] = {
 
 _INTEGER = re.compile(r"[-+]?(?:0|[1-9][0-9]*)")
 _FLOAT = re.compile(r"[-+]?[0-9]+(?:\.[0-9]*(?:[eE][-+]?[0-9]+)?|[eE][-+]?[0-9]+)")
-_WORD = re.compile(r"[A-Za-z_/(]")
+_TEXT = re.compile(r"[A-Za-z_/(]")
 """The beginning of plain scalars that are text, unless they are constants."""
 _NO_NUMBER = re.compile(r"[-+0-9].*[^-+0-9.:_ \ta-fA-FinITNoOxXtTzZ]")
 """Plain scalars with a character that is in no number, date or time: text, such as an angle with its unit."""
@@ -160,7 +160,7 @@ def _scalar(event: Any) -> Any:
         return text
     if text in CONSTANTS:
         return CONSTANTS[text]
-    if _WORD.match(text) or _NO_NUMBER.match(text):
+    if _TEXT.match(text) or _NO_NUMBER.match(text):
         return text
     if _INTEGER.fullmatch(text):
         return int(text)
