@@ -37,7 +37,7 @@ def show(*, as_json: bool) -> int:
 
 def _entries_and_problems() -> tuple[list[dict[str, Any]], list[str]]:
     """An entry for each scenario that can be read, and what is wrong with the others."""
-    from satform.scenario import ScenarioError  # noqa: PLC0415 - not needed where the list is kept
+    from satform.scenario import ScenarioError  # noqa: PLC0415 - not needed where the list is stored
     from satform_tools.run import scenario_library  # noqa: PLC0415
 
     entries: list[dict[str, Any]] = []

@@ -12,7 +12,8 @@ from satform.scenario.expectation import Verdict
 from satform_tools import console
 from satform_tools.report import junit, tables
 from satform_tools.report.junit import FLIGHT, FLIGHT_SUITE, Case, Suite
-from satform_tools.run.run_result import RunResult, versions
+from satform_tools.run.run_result import RunResult
+from satform_tools.run.versions import versions
 
 
 def write(result: RunResult, file: Path | None) -> None:
