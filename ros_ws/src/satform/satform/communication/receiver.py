@@ -136,8 +136,10 @@ class ReceiverModel:
             received: by one satellite.
 
         Returns:
-            Shape (M, 1 + width of an estimate).
+            Shape (M, 1 + width of an estimate); M is 0 where none are exchanged.
         """
+        if received.values.shape[-1] <= self._width:
+            return np.zeros((0, 1))
         arrived = (received.fresh * received.linked) > 0.0
         senders = self.neighbours[arrived].astype(np.float64)
         return np.concatenate((senders[:, None], received.values[arrived][:, self._width :]), axis=-1)
