@@ -75,6 +75,7 @@ class FuelPlan:
         commands: acceleration to hold over each interval, LVLH, m/s^2, shape (N, 3).
         states: to which they lead, at the ends of the intervals, shape (N, 6).
         delta_v: sum of the magnitudes of all components times the interval, m/s.
+        cost: delta-v and the prices of all that is violated, m/s.
         outside: largest distance of a position from its box, 0 within all of them, m.
         inside: largest depth of a position behind its half-space, 0 for none, m.
         iterations: that the solver took.
@@ -83,6 +84,7 @@ class FuelPlan:
     commands: Array
     states: Array
     delta_v: float
+    cost: float
     outside: float
     inside: float
     iterations: int
@@ -184,7 +186,7 @@ def solve(problem: FuelProblem, iterations: int) -> FuelPlan | None:
     _box_rows(rows, problem, columns)
     _region_rows(rows, problem, columns)
     found = _solved(rows, equations, _cost(problem, columns), iterations)
-    return None if found is None else _plan(problem, columns, *found)
+    return None if found is None else _plan(problem, columns, found)
 
 
 def _motion_rows(rows: _Rows, problem: FuelProblem, columns: _Columns) -> None:
@@ -251,8 +253,8 @@ def _cost(problem: FuelProblem, columns: _Columns) -> Array:
     return cost
 
 
-def _solved(rows: _Rows, equations: int, cost: Array, iterations: int) -> tuple[Array, int] | None:
-    """Unknowns and the iterations taken; None short of the tolerance."""
+def _solved(rows: _Rows, equations: int, cost: Array, iterations: int) -> tuple[Array, float, int] | None:
+    """Unknowns, their cost and the iterations taken; None short of the tolerance."""
     import clarabel  # noqa: PLC0415  an extra that only this law needs
     from scipy.sparse import csc_matrix  # noqa: PLC0415  slow to import, and few laws need it
 
@@ -271,11 +273,12 @@ def _solved(rows: _Rows, equations: int, cost: Array, iterations: int) -> tuple[
     solution = solver.solve()
     if solution.status != clarabel.SolverStatus.Solved:
         return None
-    return np.array(solution.x, dtype=np.float64), int(solution.iterations)
+    return np.array(solution.x, dtype=np.float64), float(solution.obj_val), int(solution.iterations)
 
 
-def _plan(problem: FuelProblem, columns: _Columns, unknowns: Array, iterations: int) -> FuelPlan:
+def _plan(problem: FuelProblem, columns: _Columns, solution: tuple[Array, float, int]) -> FuelPlan:
     """Commands within their limits, and the motion that they lead to."""
+    unknowns, cost, iterations = solution
     commands = unknowns[columns.up] - unknowns[columns.down]
     commands = np.where(np.abs(commands) < _NEGLIGIBLE * problem.limit, 0.0, commands)
     commands = np.minimum(np.maximum(commands, -problem.limit), problem.limit)
@@ -286,6 +289,7 @@ def _plan(problem: FuelProblem, columns: _Columns, unknowns: Array, iterations: 
         commands=commands,
         states=states,
         delta_v=float(np.sum(np.abs(commands)) * problem.interval),
+        cost=cost,
         outside=max(0.0, float(np.max(error, initial=0.0))),
         inside=max(0.0, float(np.max(behind, initial=0.0))),
         iterations=iterations,

@@ -71,6 +71,22 @@ class KeepOut:
                 found[step, region] = _between(first, last, float(fraction[step]), counted)
         return found
 
+    def swept(self, positions: Array) -> float:
+        """The largest angle by which a motion turns about the centre of a ball or cylinder, whichever way.
+
+        Args:
+            positions: one after the other, LVLH, m, shape (N, 3).
+
+        Returns:
+            rad; the sum of the angles between positions, 0 without a ball or cylinder.
+        """
+        apart = self.counted[:, None] * (positions - self.centre[:, None])
+        before, after = apart[:, :-1], apart[:, 1:]
+        lengths = np.sqrt(dot(before, before) * dot(after, after))
+        cosine = dot(before, after) / np.maximum(lengths, _NO_DIRECTION * _NO_DIRECTION)
+        angles = np.where(self.radius[:, None] > 0.0, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0)
+        return float(np.max(np.sum(angles, axis=-1), initial=0.0))
+
     def along(self, positions: Array) -> Array:
         """Normals at the points of a motion's chords that are nearest to the centres.
 

@@ -175,17 +175,38 @@ class ModelPredictive:
             left = memory.commands[elapsed:]
             commands[: len(left)] = left
             return solve(self._linearised(problem, times, problem.propagated(commands)), self.iterations)
+        return self._first(problem, times, motion)
+
+    def _first(self, problem: FuelProblem, times: Array, motion: Motion) -> FuelPlan | None:
+        """A satellite's first plan, whose half-spaces begin without a plan before.
+
+        Normals that turn from the start's direction to the goal's lead around what lies between both. Where
+        the plan that knows no region goes round a centre more than once, they would have the satellite hover
+        on one side: the half-spaces along that plan go round with it, and the cheaper of both is taken.
+        """
         turned = np.arange(1, self.intervals + 1) / min(self.intervals, problem.first_bound + 1)
         normals = self.keep_out.turning(motion.position, problem.reference[:, :3], np.minimum(1.0, turned))
-        plan = solve(self._with_regions(problem, normals, np.zeros(normals.shape[:2])), self.iterations)
+        turning = solve(self._with_regions(problem, normals, np.zeros(normals.shape[:2])), self.iterations)
+        around = self._improved(problem, times, turning)
+        free = solve(problem, self.iterations)
+        if free is None or self.keep_out.swept(free.states[:, :3]) <= math.tau:
+            return around
+        along = self._improved(problem, times, self._again(problem, times, free))
+        if around is None or along is None:
+            return along or around
+        return along if along.cost < around.cost else around
+
+    def _improved(self, problem: FuelProblem, times: Array, plan: FuelPlan | None) -> FuelPlan | None:
+        """A first plan after all its passes; the last one that was solved."""
         for _ in range(_FIRST_PASSES - 1):
-            better = (
-                None
-                if plan is None
-                else solve(self._linearised(problem, times, plan.states), self.iterations)
-            )
-            plan = plan if better is None else better
+            plan = self._again(problem, times, plan) or plan
         return plan
+
+    def _again(self, problem: FuelProblem, times: Array, plan: FuelPlan | None) -> FuelPlan | None:
+        """The plan with half-spaces along another one; None if either was not solved."""
+        if plan is None:
+            return None
+        return solve(self._linearised(problem, times, plan.states), self.iterations)
 
     def _problem(self, motion: Motion, reference: Reference, step: ControlStep) -> FuelProblem:
         """What the plan has to do, without regions."""
