@@ -311,6 +311,21 @@ def test_a_virtual_environment_of_the_users_own_is_not_removed(project):
     assert (layout.venv / "pyvenv.cfg").exists()
 
 
+def test_a_folder_on_pythonpath_with_parts_for_scenarios_reaches_a_program_and_another_satform_does_not(
+    project, tmp_path
+):
+    for folder, module in (("law", "my_law"), ("workspace", "satform"), ("other", "other")):
+        (tmp_path / folder / f"{module}.egg-info").mkdir(parents=True)
+        group = "console_scripts" if folder == "other" else "satform.controllers"
+        (tmp_path / folder / f"{module}.egg-info" / "entry_points.txt").write_text(f"[{group}]\n")
+    (tmp_path / "workspace" / "satform").mkdir()
+    search = os.pathsep.join(str(tmp_path / name) for name in ("other", "workspace", "law", "none"))
+    program = applied(
+        base_variables(Layout(project), WHEELS), shell_variables(WHEELS, {"PYTHONPATH": search})
+    )
+    assert program["PYTHONPATH"] == str(tmp_path / "law")
+
+
 def test_with_the_wheels_nothing_of_another_ros_or_python_reaches_a_program(project):
     layout = Layout(project)
     shell = {

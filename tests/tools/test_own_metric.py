@@ -1,11 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The template of a user's own figure installs, judges a flight, and gives the same for any blocks of it."""
+"""A user's own figure is installed, judges a flight, and gives the same for any blocks of it."""
 
 import math
-import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -19,29 +17,33 @@ from satform import FlightRecord, simulate
 from satform.record.flight_block import FlightBlock
 from satform.record.reducer import FlightShape
 from satform.scenario.expectation import ComputedFrom
+from satform_tools.templates import package
+from satform_tools.templates.kinds import PartKind
 
 pytestmark = pytest.mark.unmeasured
 
-TEMPLATE = Path(__file__).parents[2] / "docs" / "own_metric"
+ROOT = Path(__file__).parents[2]
+TEMPLATE = ROOT / "tools" / "satform_tools" / "templates" / "metric"
 
 
-@pytest.fixture(scope="module")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder into which pip has put the template's package."""
-    folder = tmp_path_factory.mktemp("own")
-    shutil.copytree(TEMPLATE, folder / "source")
+# An editable installation is read where Python looks for packages, not on PYTHONPATH.
+RUNS_WITH_PACKAGES_OF = """
+import site, sys
+site.addsitedir(sys.argv.pop(1))
+from satform_tools.cli.main import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_own_metric_is_installed_for_editing_and_judges_a_flight(tmp_path: Path) -> None:
+    source = package.make(PartKind.METRIC, "my_figure", tmp_path / "source")
     options = ["--no-deps", "--no-build-isolation", "--disable-pip-version-check", "--quiet"]
-    words = [*options, "--target", str(folder / "installed"), str(folder / "source")]
-    subprocess.run([sys.executable, "-m", "pip", "install", *words], check=True)
-    return folder / "installed"
-
-
-def test_own_metric_is_known_by_its_kind_and_judges_a_flight(installed: Path, tmp_path: Path) -> None:
-    search = os.pathsep.join([str(installed), os.environ.get("PYTHONPATH", "")])
-    words = ["run", str(TEMPLATE / "regulated.yaml"), "--mode", "inprocess", "--out", str(tmp_path / "run")]
+    install = [sys.executable, "-m", "pip", "install", *options, "--prefix", tmp_path / "prefix"]
+    subprocess.run([*install, "--editable", source], check=True)
+    (packages,) = (tmp_path / "prefix").glob("lib/python3*/site-packages")
+    words = ["run", source / "my_figure.yaml", "--mode", "inprocess", "--out", tmp_path / "run"]
     done = subprocess.run(
-        [sys.executable, "-m", "satform_tools", *words],
-        env={**os.environ, "PYTHONPATH": search},
+        [sys.executable, "-c", RUNS_WITH_PACKAGES_OF, packages, *words],
         capture_output=True,
         text=True,
         timeout=120,
@@ -54,9 +56,9 @@ def test_own_metric_is_known_by_its_kind_and_judges_a_flight(installed: Path, tm
 @pytest.fixture
 def own_metric(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.syspath_prepend(str(TEMPLATE))
-    import own_metric
+    import time_outside
 
-    return own_metric
+    return time_outside
 
 
 @pytest.mark.parametrize("size", [1, 3, 50])
@@ -78,7 +80,7 @@ def test_own_metric_counts_the_steps_outside_for_any_blocks(own_metric: Any, siz
 
 
 def test_the_short_way_on_the_page_gives_the_same_figure(own_metric: Any) -> None:
-    page = TEMPLATE.with_suffix(".md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "own_metric.md").read_text(encoding="utf-8")
     code = re.search(r"```python\n(.*?)```", page, re.DOTALL)
     assert code
     names: dict[str, Any] = {"FlightRecord": FlightRecord, "math": math}

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TypedDict
 
 from satform_setup.layout import Layout
@@ -56,7 +57,25 @@ def shell_variables(ros: str, environment: Mapping[str, str]) -> dict[str, str]:
         Those that may stay.
     """
     foreign = {*_FOREIGN_PYTHON, *_FOREIGN_BUILD, *(_FOREIGN_ROS if ros == WHEELS else ())}
-    return {name: value for name, value in environment.items() if name not in foreign}
+    kept = {name: value for name, value in environment.items() if name not in foreign}
+    parts = _folders_with_parts(environment.get("PYTHONPATH", ""))
+    if parts and "PYTHONPATH" in foreign:
+        kept["PYTHONPATH"] = os.pathsep.join(parts)
+    return kept
+
+
+def _folders_with_parts(search: str) -> list[str]:
+    """The folders of a search path that hold packages with parts for scenarios, by their entry points."""
+    return [folder for folder in search.split(os.pathsep) if folder and _has_parts(Path(folder))]
+
+
+def _has_parts(folder: Path) -> bool:
+    if (folder / "satform").is_dir():
+        return False  # Another satform, whose own entry points are not for this one.
+    lists = (
+        entries for kind in ("egg", "dist") for entries in folder.glob(f"*.{kind}-info/entry_points.txt")
+    )
+    return any("[satform." in entries.read_text(encoding="utf-8", errors="replace") for entries in lists)
 
 
 def built_variables(layout: Layout, ros: str) -> Variables:
@@ -91,16 +110,29 @@ def base_variables(layout: Layout, ros: str) -> Variables:
     Returns:
         Additions to the shell's variables.
     """
+    return environment_variables(layout.venv, ros)
+
+
+def environment_variables(venv: Path, ros: str) -> Variables:
+    """Work out the variables of programs that use a virtual environment.
+
+    Args:
+        venv: its folder.
+        ros: where ROS comes from, see `find_ros`.
+
+    Returns:
+        Additions to the shell's variables.
+    """
     variables = Variables(
-        search={"PATH": [str(layout.venv / "bin")]},
-        fixed={"VIRTUAL_ENV": str(layout.venv), "PYTHONNOUSERSITE": "1"},
+        search={"PATH": [str(venv / "bin")]},
+        fixed={"VIRTUAL_ENV": str(venv), "PYTHONNOUSERSITE": "1"},
         # Our arrays have three columns and our processes share few cores: threads of a BLAS only take turns.
         default=dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     )
     if ros == WHEELS:
-        libraries = sorted(layout.venv.glob("lib/python3*/site-packages/ros_*.libs"))
-        variables["search"]["LD_LIBRARY_PATH"] = [str(layout.venv / "lib"), *map(str, libraries)]
-        variables["search"]["AMENT_PREFIX_PATH"] = [str(layout.venv)]
+        libraries = sorted(venv.glob("lib/python3*/site-packages/ros_*.libs"))
+        variables["search"]["LD_LIBRARY_PATH"] = [str(venv / "lib"), *map(str, libraries)]
+        variables["search"]["AMENT_PREFIX_PATH"] = [str(venv)]
         # Without the mark the wheels start every Python twice, to set the library path; we have set it.
         variables["fixed"][WHEELS_MARK] = "1"
         # The only middleware among the wheels; a shell may ask for another.

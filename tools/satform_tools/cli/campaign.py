@@ -206,7 +206,9 @@ def gallery(
 ) -> None:
     """Fly the shipped campaigns and write docs/campaign_gallery.md and its figures."""
     from satform_tools.campaign import gallery as campaign_gallery
+    from satform_tools.run import shipped_files
 
+    shipped_files.require_checkout("the gallery is made")
     raise typer.Exit(campaign_gallery.make(names or (), workers, stale=stale, folders=folders))
 
 

@@ -47,7 +47,9 @@ app.add_typer(bench.app, name="bench")
 def test(context: typer.Context) -> None:
     """Check the code and run all tests, or run pytest on given files."""
     from satform_tools import run_tests
+    from satform_tools.run import shipped_files
 
+    shipped_files.require_checkout("tests are run")
     raise typer.Exit(run_tests.run(context.args))
 
 
@@ -63,8 +65,33 @@ def docs(
     Broken links are errors.
     """
     from satform_tools.docs import build
+    from satform_tools.run import shipped_files
 
+    shipped_files.require_checkout("the documentation is built")
     build.build(out)
+
+
+@app.command()
+def wheels(
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder of the wheels; by default `wheels`.")
+    ] = Path("wheels"),
+    dependencies: Annotated[
+        bool,
+        typer.Option(
+            "--dependencies",
+            help="Also fetch the wheels of all that they require, for machines without network.",
+        ),
+    ] = False,
+) -> None:
+    """Build the wheels satform and satform-ros.
+
+    `pip install --find-links DIR satform-ros` then gives a `satform` that flies, without a compiler.
+    """
+    from satform_tools.wheels import build
+
+    for wheel in build.build(out, dependencies=dependencies):
+        console.line(str(wheel))
 
 
 @app.command()

@@ -269,5 +269,7 @@ def gallery(
 ) -> None:
     """Fly the shipped scenarios and write docs/gallery.md."""
     from satform_tools.report import gallery as gallery_page
+    from satform_tools.run import shipped_files
 
+    shipped_files.require_checkout("the gallery is made")
     raise typer.Exit(gallery_page.make(names or (), stale=stale))

@@ -13,6 +13,7 @@ from satform_tools import output_streams
 from satform_tools.cli.shared_options import Changes, Json, ScenarioArgument
 from satform_tools.errors import CommandError
 from satform_tools.report.formats import CheckFormat, FlightFormat
+from satform_tools.templates.kinds import PartKind
 
 
 def add_to(app: typer.Typer) -> None:
@@ -21,6 +22,7 @@ def add_to(app: typer.Typer) -> None:
     app.command()(check)
     app.command()(show)
     app.command()(schema)
+    app.command()(new)
     app.command()(security)
     app.command()(report)
 
@@ -80,6 +82,25 @@ def schema(
     from satform_tools.describe import json_schema, scenario_reference
 
     output_streams.write(scenario_reference.text() if markdown else json_schema.text())
+
+
+def new(
+    kind: Annotated[PartKind, typer.Argument(help="Kind of the part.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Name by which scenarios select it, and of its module.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the package, new or empty; by default ./NAME."),
+    ] = None,
+) -> None:
+    """Make a package with a part of your own, and a scenario and a test for it.
+
+    A part is what a scenario selects by its kind, such as a controller or a reference curve.
+    """
+    from satform_tools.templates import package
+
+    package.describe(package.make(kind, name, out), name)
 
 
 def security(

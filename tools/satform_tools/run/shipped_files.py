@@ -3,6 +3,7 @@
 """Files of a folder by name, or any file by path; the nearest spelling in errors."""
 
 import difflib
+import sys
 from pathlib import Path
 
 from satform.files.bounded_file import is_file
@@ -11,10 +12,25 @@ from satform_tools.errors import CommandError
 ROOT = Path(__file__).resolve().parents[3]
 """The project's folder."""
 
-SCENARIOS = ROOT / "scenarios"
-"""Folder of the shipped scenarios."""
+_IN_CHECKOUT = ROOT / "scenarios"
+
+SCENARIOS = _IN_CHECKOUT if _IN_CHECKOUT.is_dir() else Path(sys.prefix) / "share" / "satform" / "scenarios"
+"""Folder of the shipped scenarios: in the project's folder, or where a wheel has put them."""
 
 _SUFFIXES = (".yaml", ".yml", ".json")
+
+
+def require_checkout(what: str) -> None:
+    """Check that there is a project's folder, with documentation and tests.
+
+    Args:
+        what: is done there, as the beginning of the sentence.
+
+    Raises:
+        CommandError: satform is installed as a wheel.
+    """
+    if not _IN_CHECKOUT.is_dir():
+        raise CommandError(f"{what} in a copy of the project; this satform is installed as a wheel")
 
 
 def names(folder: Path) -> list[str]:
