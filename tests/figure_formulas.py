@@ -21,6 +21,7 @@ from pair_formulas import (
     tetrahedron_quality,
     tetrahedron_quality_at,
 )
+from satform.numeric.modified_rodrigues import relative_mrp, rotation_of_mrp
 
 
 def tracking_error(flight: Flight) -> np.ndarray:
@@ -43,6 +44,22 @@ def nees(flight: Flight) -> np.ndarray:
     for row, column in np.ndindex(*squared.shape):
         if np.all(np.isfinite(off[row, column])):
             solved = np.linalg.solve(covariance[row, column], off[row, column])
+            squared[row, column] = (off[row, column] * solved).sum()
+    return squared
+
+
+def turned_from_estimate(flight: Flight) -> np.ndarray:
+    """Rotation vectors from estimated to true body axes; by the library, for the same bits."""
+    estimated = flight.arrays["estimated_mrp"]
+    return rotation_of_mrp(relative_mrp(flight.arrays["mrp"][: len(estimated)], estimated))
+
+
+def attitude_nees(flight: Flight) -> np.ndarray:
+    off, covariance = turned_from_estimate(flight), flight.arrays["attitude_covariance"]
+    squared = np.full(off.shape[:2], np.nan)
+    for row, column in np.ndindex(*squared.shape):
+        if np.all(np.isfinite(off[row, column])):
+            solved = np.linalg.solve(covariance[row, column, :3, :3], off[row, column])
             squared[row, column] = (off[row, column] * solved).sum()
     return squared
 
@@ -285,6 +302,8 @@ FORMULAS: dict[str, Callable[[Any, Flight], float]] = {
     "arc_length_settling": spread_settling,
     "arc_length_spread": spread_at,
     "attitude_error_at": at_moment(named("attitude_error"), of_others=True),
+    "attitude_estimation_error": statistic(lambda own: length(turned_from_estimate(own))),
+    "attitude_nees": statistic(attitude_nees),
     "attitude_rate_error_at": at_moment(named("attitude_rate_error"), of_others=True),
     "attitude_settling": attitude_settling,
     "below_minimum_impulse_steps": change("below_minimum_impulse_steps"),

@@ -31,13 +31,17 @@ COMPONENTS = {
     **dict.fromkeys(("saturated_steps", "below_minimum_impulse_steps", "propellant_depleted_steps"), ()),
     **dict.fromkeys(("torque_saturated_steps", "momentum_saturated_steps"), ()),
     **dict.fromkeys(("pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_error"), ()),
+    **dict.fromkeys(("attitude_innovation", "rejected_attitudes"), ()),
     "estimate_covariance": (6, 6),
+    "attitude_covariance": (6, 6),
 }
 """Shape of what a satellite has of a quantity at a time; (3,) where nothing is said."""
 
 OF_ATTITUDE = {
     *("mrp", "angular_velocity", "wheel_momentum", "wheel_torque", "torque_saturated_steps"),
     *("momentum_saturated_steps", "pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_error"),
+    *("estimated_mrp", "estimated_angular_velocity", "estimated_gyro_bias", "attitude_covariance"),
+    *("attitude_innovation", "rejected_attitudes"),
 }
 LOST = ("arc_length", "rate", "sliding_variable", "pointing_error", "estimated_position_error")
 """What a satellite that does not fly does not give, besides its reference."""
@@ -76,8 +80,9 @@ def one_flight(
         shape = (rows, count, *COMPONENTS.get(name, (3,)))
         # Whole numbers are often equal to each other and to a level.
         arrays[name] = rng.integers(-3, 4, shape).astype(float) if whole else 3.0 * rng.standard_normal(shape)
-    any_matrix = arrays["estimate_covariance"]
-    arrays["estimate_covariance"] = any_matrix @ np.swapaxes(any_matrix, -1, -2) + np.eye(6)
+    for name in ("estimate_covariance", "attitude_covariance"):
+        any_matrix = arrays[name]
+        arrays[name] = any_matrix @ np.swapaxes(any_matrix, -1, -2) + np.eye(6)
     for name in ("pointing_error", "panel_to_sun", "attitude_error", "attitude_rate_error"):
         arrays[name] = np.abs(arrays[name])
     for n in range(count):
@@ -159,6 +164,8 @@ def statistics(kind: str) -> list[str]:
         "navigation_error": ["maximum", "rms"],
         "estimation_error": ["maximum", "rms"],
         "nees": ["mean", "maximum"],
+        "attitude_estimation_error": ["maximum", "rms"],
+        "attitude_nees": ["mean", "maximum"],
         "nis": ["mean", "maximum"],
     }.get(kind, ["minimum", "maximum"])
 

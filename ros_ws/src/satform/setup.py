@@ -113,6 +113,8 @@ setup(
             "arc_length_settling = satform.evaluation.arc_lengths:ArcLengthSettling",
             "arc_length_spread = satform.evaluation.arc_lengths:ArcLengthSpread",
             "attitude_error_at = satform.evaluation.attitude:AttitudeErrorAt",
+            "attitude_estimation_error = satform.evaluation.attitude:AttitudeEstimationError",
+            "attitude_nees = satform.evaluation.attitude:AttitudeErrorSquared",
             "attitude_rate_error_at = satform.evaluation.attitude:AttitudeRateErrorAt",
             "attitude_settling = satform.evaluation.attitude:AttitudeSettling",
             "saturated_steps = satform.evaluation.equipment:SaturatedSteps",

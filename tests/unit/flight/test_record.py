@@ -11,7 +11,7 @@ import pytest
 from flights import shortened
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
-from satform.record.quantities import QUANTITIES, without
+from satform.record.quantities import OPTIONAL_EQUIPMENT, QUANTITIES, without
 
 STEPS, COUNT = 4, 3
 
@@ -21,8 +21,12 @@ def record() -> FlightRecord:
     """A flight of four steps and three satellites, filled with numbers that mean nothing."""
     flight = simulate(shortened("formation_pointing", 2.0))
     generator = np.random.default_rng(7)
-    # No satellite has a filter or plans, so that what they give has no rows; here it has.
-    more = without("filter", COUNT, STEPS) | without("plans", COUNT, STEPS)
+    # No satellite has filters or plans, so that what they give has no rows; here it has.
+    more = {
+        name: array
+        for equipment in OPTIONAL_EQUIPMENT
+        for name, array in without(equipment, COUNT, STEPS).items()
+    }
     arrays = {name: getattr(flight, name) for name in QUANTITIES} | more
     numbers = {name: generator.normal(size=array.shape) for name, array in arrays.items()}
     return dataclasses.replace(flight, **numbers)

@@ -13,6 +13,7 @@ from satform.evaluation.conclusion import excluded
 from satform.flight.simulate import simulate
 from satform.membership.formation import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
+from satform.record.quantities import ATTITUDE_ESTIMATES
 from satform.scenario import Scenario, Timing
 from satform_bringup import BAG_FOLDER
 from satform_tools import console
@@ -34,6 +35,7 @@ _FROM_SATELLITE = (
     "innovation",
     "rejected_measurements",
     "unsolved_plans",
+    *ATTITUDE_ESTIMATES,
 )
 """Quantities that the satellite publishes: the last messages may be lost with it."""
 

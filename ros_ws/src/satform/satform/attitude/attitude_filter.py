@@ -153,6 +153,13 @@ class AttitudeFilter:
         now = self._worked_in(start, readings[0])
         return AttitudeMemory(start, now, (), readings, now, rate, 0.0)
 
+    def blank(self) -> AttitudeMemory:
+        """A memory that has the form of every other one, with one rate and one set of readings."""
+        columns = max(self.gyro_column, *self.tracker_columns) + 3
+        shape = self.start.bias.shape
+        memory = self.first(np.zeros((*shape[:-1], columns)))
+        return replace(memory, rates=(np.zeros(shape),))
+
     def observe(self, memory: AttitudeMemory, values: Array) -> AttitudeMemory:
         """The memory one step later.
 

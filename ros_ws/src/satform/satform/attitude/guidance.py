@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
+from satform.attitude.attitude_filter import AttitudeFilterSpec, AttitudeMemory
 from satform.attitude.ground_pointing import (
     AttitudeReference,
     CircularOrbit,
@@ -24,7 +25,7 @@ from satform.common.spec import Positive, Spec, Vector
 from satform.communication.messages import NeighbourStates
 from satform.consensus.arc_length import NeighbourPhases
 from satform.dynamics.linear import multiply
-from satform.numeric.elementwise import Array, Indices
+from satform.numeric.elementwise import Array, Indices, cross
 from satform.numeric.modified_rodrigues import direction_cosines
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.path_reference import FeedForward, Path, Reference
@@ -46,6 +47,29 @@ class Attitude:
     mrp: Array
     angular_velocity: Array
     wheel_momentum: Array
+
+
+@dataclass(frozen=True)
+class EstimatedAttitude:
+    """What a satellite knows of its attitude by its filter.
+
+    Attributes:
+        memory: of the filter.
+        attitude: by which the satellite flies.
+    """
+
+    memory: AttitudeMemory
+    attitude: Attitude
+
+    def parts(self) -> tuple[Array, ...]:
+        """Attitude, angular velocity, gyro bias, covariance, innovation and rejected readings."""
+        now = self.memory.now
+        rate = self.attitude.angular_velocity
+        return now.mrp, rate, now.bias, now.covariance, now.innovation, now.rejected
+
+    def numbers(self) -> Array:
+        """The same of one satellite as one vector, the covariance row by row, shape (47,)."""
+        return np.concatenate([np.ravel(part) for part in self.parts()])
 
 
 @dataclass(frozen=True)
@@ -146,6 +170,31 @@ class Orientation:
         radius = np.asarray(self.orbit.radius)
         down = multiply(direction_cosines(mrp), -self.orbit.position(time).value / radius[..., None])
         return gravity_gradient_torque(self.law.body.inertia, down, radius, GRAVITATIONAL_PARAMETER)
+
+    def estimated(
+        self, memory: AttitudeMemory, wheel_momentum: Array, earlier_momentum: Array, time: Array, step: float
+    ) -> Attitude:
+        """Attitude and rate at a step by the satellite's filter.
+
+        The gyro measures a mean over its period. The present rate is that mean with the angular acceleration
+        since its middle, which follows from the momentum that the wheels took up over the last control
+        period.
+
+        Args:
+            memory: of the filter.
+            wheel_momentum: measured, N m s, shape (..., 3).
+            earlier_momentum: the same at the step before, shape (..., 3).
+            time: s, shape (...).
+            step: control period, s.
+        """
+        body, now = self.law.body, memory.now
+        mean = memory.angular_velocity
+        momentum = multiply(body.platform_inertia, mean) + wheel_momentum
+        torque = (
+            cross(momentum, mean) + self.external(now.mrp, time) - (wheel_momentum - earlier_momentum) / step
+        )
+        rate = mean + memory.rate_age * multiply(body.inverse_platform_inertia, torque)
+        return Attitude(now.mrp, rate, wheel_momentum)
 
     def wheel_torque(
         self, measured: Attitude, reference: AttitudeReference, time: Array, ahead: float = 0.0
@@ -281,6 +330,9 @@ class AttitudeSpec(Spec):
     """Largest momentum of each wheel, N m s; none when left out."""
     gravity_gradient: bool = True
     """Whether the Earth's gravity turns the satellite."""
+    filter: AttitudeFilterSpec | None = None
+    """What estimates the attitude, from the gyro and the star trackers among the satellite's `sensors`;
+    without it the satellite knows its true attitude."""
     mrp: Vector | None = None
     """Attitude at the start, inertial to body; that of the pointing at its initial target when left out."""
     angular_velocity: Vector | None = None

@@ -63,7 +63,7 @@ class Absences:
             first: first step without a message.
             last: last step without one.
         """
-        early = 1 if kind in {"tracking", "estimate"} else 0
+        early = 1 if kind in {"tracking", "estimate", "attitude_estimate"} else 0
         return satellite >= 0 and any(
             begin - early <= first and last < end for begin, end in self.spells[satellite]
         )

@@ -315,6 +315,7 @@ def _record(
     applied = tables("propulsion", "command", lambda satellite: satellite.thruster)
     attitude = tables("attitude", "state", lambda satellite: satellite.attitude)
     estimate = tables("estimate", "tracking", lambda satellite: satellite.estimates_motion)
+    turned = tables("attitude_estimate", "tracking", lambda satellite: satellite.estimates_attitude)
     readings = tables("measurements", "state", lambda satellite: satellite.sensors)
     estimates = {
         index: read_table(
@@ -333,7 +334,7 @@ def _record(
     if states == 0:
         why = "" if early_end is None else f": {early_end.sentence}"
         raise BagError(f"{file}: holds no complete step{why}")
-    steps = min(states - 1, *(len(table) for table in (*command, *applied, *tracking, *estimate)))
+    steps = min(states - 1, *(len(table) for table in (*command, *applied, *tracking, *estimate, *turned)))
     record = FlightRecord(
         satellites=names,
         step=scenario.timing.step,
@@ -354,6 +355,7 @@ def _record(
         **_attitudes(attitude, command, satellites, steps),
         **_estimates(estimate, satellites, steps),
         **_plans(tracking, satellites, steps),
+        **_attitude_estimates(turned, satellites, steps),
         **without("pointing", len(names), None),
         early_end=early_end,
         navigation=_navigation(readings, estimates, topics, (steps, scenario.timing.step)),
@@ -452,6 +454,35 @@ def _plans(
     return found
 
 
+def _attitude_estimates(
+    tables: list[Table], satellites: list[SatelliteSpec], steps: int
+) -> dict[str, NDArray[np.float64]]:
+    """Estimated attitudes; not a number for satellites without a filter of it and while they are absent."""
+    estimating = [column for column, satellite in enumerate(satellites) if satellite.estimates_attitude]
+    found = without("attitude_filter", len(satellites), steps if estimating else None)
+    for column in estimating:
+        table = tables[column]
+        for name, vector in (
+            ("estimated_mrp", "mrp"),
+            ("estimated_angular_velocity", "angular_velocity"),
+            ("estimated_gyro_bias", "gyro_bias"),
+        ):
+            found[name][:, column] = _vectors([table], vector, steps)[:, 0]
+        covariance = _covariance(table, steps)
+        found["attitude_covariance"][:, column] = covariance
+        found["attitude_innovation"][:, column] = table.column("innovation")[:steps]
+        found["rejected_attitudes"][:, column] = np.where(
+            np.isnan(covariance[:, 0, 0]), np.nan, table.column("rejected")[:steps]
+        )
+    return found
+
+
+def _covariance(table: Table, steps: int) -> NDArray[np.float64]:
+    """Covariance of a filter, shape (steps, 6, 6)."""
+    elements = [table.column(f"covariance[{index}]")[:steps] for index in range(36)]
+    return np.stack(elements, axis=-1).reshape(-1, 6, 6)
+
+
 def _estimates(
     tables: list[Table], satellites: list[SatelliteSpec], steps: int
 ) -> dict[str, NDArray[np.float64]]:
@@ -460,8 +491,7 @@ def _estimates(
     found = without("filter", len(satellites), steps if filtering else None)
     for column in filtering:
         table = tables[column]
-        elements = [table.column(f"covariance[{index}]")[:steps] for index in range(36)]
-        covariance = np.stack(elements, axis=-1).reshape(-1, 6, 6)
+        covariance = _covariance(table, steps)
         found["estimate_covariance"][:, column] = covariance
         found["innovation"][:, column] = table.column("innovation")[:steps]
         found["rejected_measurements"][:, column] = np.where(

@@ -19,7 +19,7 @@ from satform.communication.topic_table import FRAME, LOCKSTEP_DEPTH
 ANNOUNCEMENTS = frozenset({"arc_length", "motion", "navigation_estimate"})
 """Kinds of topics that have a message for the state after the last step, too."""
 
-PUBLISHED_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate"})
+PUBLISHED_BY_SATELLITE = frozenset({*ANNOUNCEMENTS, "command", "tracking", "estimate", "attitude_estimate"})
 """Kinds of topics on which a satellite publishes itself."""
 
 Rows = NDArray[Any]

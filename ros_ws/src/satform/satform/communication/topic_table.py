@@ -61,6 +61,7 @@ KINDS_OF_A_SATELLITE = (
     "command",
     "tracking",
     "estimate",
+    "attitude_estimate",
     "propulsion",
     "parameter_changes",
 )
@@ -150,6 +151,7 @@ class Equipment:
         filter: whether it estimates its motion.
         plans: whether its control law makes plans.
         attitude: whether it has an attitude.
+        attitude_filter: whether it estimates its attitude.
         links: whether it receives over radio or optical links.
         orbit: whether its inertial state and relative elements are published.
         readings: numbers that its sensors measure; 0 without sensors.
@@ -164,6 +166,7 @@ class Equipment:
     filter: bool = False
     plans: bool = False
     attitude: bool = False
+    attitude_filter: bool = False
     links: bool = False
     orbit: bool = False
     readings: int = 0
@@ -223,6 +226,8 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
     ]
     if equipment.filter:
         found.append(_channel("estimate", own, own, [], "steps"))
+    if equipment.attitude_filter:
+        found.append(_channel("attitude_estimate", own, own, [], "steps"))
     if equipment.thruster:
         found.append(_channel("propulsion", own, PLANT, [], "steps"))
     return [*found, _channel("parameter_changes", own, own, [], "occasional")]

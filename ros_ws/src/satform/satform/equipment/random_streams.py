@@ -18,6 +18,8 @@ PRIOR_STREAM = 1_000_005
 """Stream of the errors of what satellites know at the start."""
 FILTER_STREAM = 1_000_006
 """Stream of what navigation filters draw."""
+ATTITUDE_PRIOR_STREAM = 1_000_007
+"""Stream of the errors of what satellites know of their attitudes at the start."""
 
 MOST_CHANNELS = 4096
 """Channels that the sensors of a satellite have at most."""

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from satform.common.spec import Positive
+from satform.evaluation.equipment import OfFilter, largest_or_rms
 from satform.evaluation.event_reducers import SettlingOf
 from satform.evaluation.reducers import ExtremeOf, LargestChange
 from satform.evaluation.tracking import LargestOfSteps
@@ -43,6 +44,34 @@ class PanelToSun(LargestOfSteps):
 
     def reducer(self, flight: FlightShape) -> Reducer:
         return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), "panel_to_sun")
+
+
+class AttitudeEstimationError(LargestOfSteps):
+    """Angle between a satellite's estimated and its true attitude, in rad."""
+
+    unit = "rad"
+    of_equipment = "attitude_filter"
+    figure_name = "{0.statistic} attitude estimation error"
+    kind: Literal["attitude_estimation_error"] = "attitude_estimation_error"
+    statistic: Literal["maximum", "rms"] = "maximum"
+    """Largest over the stretch, or root of the mean square."""
+
+    def holds_in_part(self) -> bool:
+        return self.statistic == "maximum" and super().holds_in_part()
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return largest_or_rms(self.stretch(flight, flight.steps), "attitude_estimation_error", self.statistic)
+
+
+class AttitudeErrorSquared(OfFilter):
+    """Normalised error squared (NEES) of a satellite's estimated attitude: mean 3 if it is consistent."""
+
+    of_equipment = "attitude_filter"
+    figure_name = "{0.statistic} NEES of the attitude"
+    kind: Literal["attitude_nees"] = "attitude_nees"
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return self.over("attitude_error_squared", flight)
 
 
 class AttitudeSettling(Event):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of what a satellite is equipped with: thrusters, sensor and filter."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -96,7 +96,8 @@ def _unsolved_while_flying(block: FlightBlock) -> Array:
     return np.where(block.absent_rows(len(plans)), 0.0, plans) if len(plans) else plans
 
 
-def _largest_or_rms(stretch: Stretch, series: str, statistic: Literal["maximum", "rms"]) -> Reducer:
+def largest_or_rms(stretch: Stretch, series: str, statistic: Literal["maximum", "rms"]) -> Reducer:
+    """Largest value of a quantity over a stretch, or root of the mean square."""
     return (
         ExtremeOf(stretch, series)
         if statistic == "maximum"
@@ -118,7 +119,7 @@ class NavigationError(OverWindow):
         return self.statistic == "maximum" and self.smallest_allowed <= 0.0
 
     def reducer(self, flight: FlightShape) -> Reducer:
-        return _largest_or_rms(self.stretch(flight, flight.states), "navigation_error", self.statistic)
+        return largest_or_rms(self.stretch(flight, flight.states), "navigation_error", self.statistic)
 
 
 class EstimationError(LargestOfSteps):
@@ -135,13 +136,13 @@ class EstimationError(LargestOfSteps):
         return self.statistic == "maximum" and super().holds_in_part()
 
     def reducer(self, flight: FlightShape) -> Reducer:
-        return _largest_or_rms(self.stretch(flight, flight.steps), "estimation_error", self.statistic)
+        return largest_or_rms(self.stretch(flight, flight.steps), "estimation_error", self.statistic)
 
 
-class _OfFilter(LargestOfSteps):
+class OfFilter(LargestOfSteps):
     """A figure of how well the errors of a filter agree with the covariance that it states."""
 
-    of_equipment = "filter"
+    of_equipment: ClassVar[Literal["filter", "attitude_filter"]] = "filter"
     statistic: Literal["mean", "maximum"] = "mean"
     """Mean over the stretch, or largest."""
 
@@ -154,7 +155,7 @@ class _OfFilter(LargestOfSteps):
         return MeanOf(stretch, series) if self.statistic == "mean" else ExtremeOf(stretch, series)
 
 
-class EstimationErrorSquared(_OfFilter):
+class EstimationErrorSquared(OfFilter):
     """Normalised estimation error squared (NEES) of a satellite's filter: mean 6 if it is consistent."""
 
     figure_name = "{0.statistic} NEES"
@@ -164,7 +165,7 @@ class EstimationErrorSquared(_OfFilter):
         return self.over("estimation_error_squared", flight)
 
 
-class InnovationSquared(_OfFilter):
+class InnovationSquared(OfFilter):
     """Normalised innovation squared (NIS) of a satellite's filter: mean 6 if it is consistent.
 
     Each step counts with the newest measurement that was known in it, and with 0 before the second one.

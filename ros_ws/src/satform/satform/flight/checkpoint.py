@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from satform.attitude.guidance import Attitude, EstimatedAttitude
 from satform.control.protocol import Motion
 from satform.equipment.sensors.relative_motion import Measurement
 from satform.files.numpy_archive import ArchiveError, read_archive
@@ -24,7 +25,7 @@ from satform.flight.satellite import Satellite
 
 Numbers = dict[str, NDArray[Any]]
 
-_OPTIONAL = frozenset({"memory", "estimate", "acceleration", "navigation"})
+_OPTIONAL = frozenset({"memory", "estimate", "acceleration", "navigation", "attitude"})
 """Fields of a satellite's state that have no value before the first step."""
 
 
@@ -73,7 +74,7 @@ def _template(satellite: Satellite) -> Any:
     plan = satellite.plan
     shape = (*np.shape(plan.arc_length), 3)
     motion = Motion(np.ones(shape), np.ones(shape))
-    estimate = None
+    estimate, own = None, plan.attitude_filter
     if plan.estimator is not None:
         estimate = plan.estimator.start(Measurement(motion.position, motion.velocity, 0))
         # One item stands for all those of a tuple, which may have any length.
@@ -84,6 +85,7 @@ def _template(satellite: Satellite) -> Any:
         estimate=estimate,
         acceleration=np.ones(shape),
         navigation=None if plan.navigation is None else plan.navigation.start(),
+        attitude=None if own is None else EstimatedAttitude(own.blank(), Attitude(*(np.ones(shape),) * 3)),
     )
 
 

@@ -50,7 +50,7 @@ from satform.orbits.path_reference import Path, Reference
 from satform.orbits.turning_axes import TurningPointPath
 from satform.scenario import Scenario
 from satform.scenario.environment import pointing_in
-from satform.scenario.navigation_checks import navigation_of, sensor_channels
+from satform.scenario.navigation_checks import attitude_filter_of, navigation_of, sensor_channels
 from satform.scenario.parts import SatelliteSpec
 
 
@@ -216,6 +216,7 @@ def topic_plan(scenario: Scenario) -> TopicPlan:
             exchanges=spec.navigation is not None and spec.navigation.exchange != "none",
             plans=spec.controller is not None and spec.controller.makes_plans,
             attitude=spec.attitude is not None,
+            attitude_filter=spec.estimates_attitude,
             links=index in receivers,
             orbit=scenario.publish_orbits,
         )
@@ -376,6 +377,7 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
     assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
     path, nominal, desired = _departure(scenario, spec)
     arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
+    aim = _orientation(scenario, index, desired, neighbours)
     return FlightPlan(
         path=path,
         controller=spec.controller.build(flight_setting(scenario, index)),
@@ -387,7 +389,8 @@ def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None
         start=_start(scenario, index),
         step=scenario.timing.step,
         estimator=_estimator(scenario, spec),
-        orientation=_orientation(scenario, index, desired, neighbours),
+        orientation=aim,
+        attitude_filter=None if aim is None else attitude_filter_of(scenario, index, aim.start.mrp),
         navigation=None if spec.navigation is None else navigation_of(scenario, index, _starts(scenario)),
     )
 

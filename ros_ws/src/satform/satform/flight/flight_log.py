@@ -24,7 +24,7 @@ from satform.navigation.satellite_navigation import NavigationMemory, message_wi
 from satform.numeric.elementwise import Indices
 from satform.record.flight_record import FlightRecord
 from satform.record.navigation_history import NavigationHistory
-from satform.record.quantities import ATTITUDE_VECTORS, ESTIMATES, PROPULSION, without
+from satform.record.quantities import ATTITUDE_ESTIMATES, ATTITUDE_VECTORS, ESTIMATES, PROPULSION, without
 
 Row = int | slice
 """Indices of one satellite in arrays of the whole formation; or all of it."""
@@ -81,11 +81,13 @@ class FlightLog:
         position, velocity = np.empty((steps + 1, count, 3)), np.empty((steps + 1, count, 3))
         acceleration = np.empty((steps, count, 3))
         self._turns = any(satellite.attitude for satellite in satellites)
+        self._attitude_filters = any(satellite.attitude_filter for satellite in satellites)
         unknown: dict[str, Any] = {
             **without("thruster", count, steps),
             **without("filter", count, steps if self._filters else None),
             **without("plans", count, steps if self._plans else None),
             **without("attitude", count, steps if self._turns else None),
+            **without("attitude_filter", count, steps if self._attitude_filters else None),
             **without("pointing", count, None),
         }
         self.record = FlightRecord(
@@ -200,6 +202,9 @@ class FlightLog:
             record.unsolved_plans[step, row] = np.nan
         if self._turns:
             record.wheel_torque[step, row] = 0.0
+        if self._attitude_filters:
+            for name in ATTITUDE_ESTIMATES:
+                getattr(record, name)[step, row] = np.nan
         if self._filters:
             for name in ESTIMATES:
                 getattr(record, name)[step, row] = np.nan
@@ -218,6 +223,9 @@ class FlightLog:
             record.unsolved_plans[step, row] = decision.unsolved_plans
         if decision.wheel_torque is not None:
             record.wheel_torque[step, row] = decision.wheel_torque
+        if decision.attitude is not None:
+            for name, values in zip(ATTITUDE_ESTIMATES, decision.attitude.parts(), strict=True):
+                getattr(record, name)[step, row] = values
         if isinstance(row, int) and row in self._estimating:
             self._estimated(row, decision)
         if self._filters:

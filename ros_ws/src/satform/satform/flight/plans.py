@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from satform.attitude.attitude_filter import AttitudeFilter
 from satform.attitude.ground_pointing import CircularOrbit
 from satform.attitude.guidance import Orientation
 from satform.attitude.wheels import Wheels
@@ -77,6 +78,7 @@ class FlightPlan:
         estimator: what is made of the measurements; None to take them as they are.
         orientation: where the satellite points and how; None for one without attitude.
         navigation: the filter on the readings of its sensors; None for one that flies by measured motion.
+        attitude_filter: likewise of its gyro and star trackers; None for one that knows its true attitude.
     """
 
     path: Path
@@ -91,6 +93,7 @@ class FlightPlan:
     estimator: Estimator | None = None
     orientation: Orientation | None = None
     navigation: SatelliteNavigation | None = None
+    attitude_filter: AttitudeFilter | None = None
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from satform.attitude.guidance import Attitude, PointingReference
+from satform.attitude.guidance import Attitude, EstimatedAttitude, PointingReference
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.communication.messages import (
     WIDTH,
@@ -63,6 +63,7 @@ class SatelliteState:
             estimate are for the first of them.
         skipped: how many of them were skipped on the wall clock while it flew.
         navigation: the state of the filter on its sensors; None without one and before the first step.
+        attitude: likewise of the filter of its attitude.
     """
 
     step: int
@@ -77,6 +78,7 @@ class SatelliteState:
     missed: int = 0
     skipped: int = 0
     navigation: NavigationMemory | None = None
+    attitude: EstimatedAttitude | None = None
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,7 @@ class Decision:
         estimate: of the filter, with its covariance; None for a satellite without one.
         unsolved_plans: of this step, that the control law's solver did not finish, shape (...); None for a
             law that makes no plans.
+        attitude: as the satellite knows it by its attitude filter; None for one without such a filter.
     """
 
     acceleration: Array
@@ -102,6 +105,7 @@ class Decision:
     wheel_torque: Array | None = None
     estimate: EstimatorMemory | NavigationMemory | None = None
     unsolved_plans: Array | None = None
+    attitude: EstimatedAttitude | None = None
 
 
 class Satellite:
@@ -140,8 +144,8 @@ class Satellite:
         Raises:
             ValueError: they differ in kind, so that they cannot be stacked.
         """
-        if any(plan.navigation is not None for plan in plans):
-            raise ValueError("satellites that fly by a navigation filter cannot be stacked")
+        if any(plan.navigation is not None or plan.attitude_filter is not None for plan in plans):
+            raise ValueError("satellites with filters on the readings of sensors cannot be stacked")
         return cls(stacking.stack(plans), neighbours)
 
     def single(self, row: int, plan: FlightPlan, neighbours: int) -> "Satellite":
@@ -188,7 +192,8 @@ class Satellite:
             motion: the satellite's own position and velocity, measured or true, shapes (..., 3).
             received: the announcements of its neighbours.
             measured_step: number of the step at which the motion was so; this one when left out.
-            attitude: its own, shapes (..., 3); None for a satellite without attitude.
+            attitude: its own, shapes (..., 3); None for a satellite without attitude. One with an attitude
+                filter uses nothing of it but the momentum of the wheels.
             applied_acceleration: over the step before, as the plant reports it, LVLH, m/s^2, shape (..., 3);
                 left out where commands are applied as they are.
             sensed: readings of its sensors with what its navigation needs beside; None without sensors.
@@ -211,6 +216,10 @@ class Satellite:
             measurement = Measurement(motion.position, motion.velocity, at)
             estimate = _estimated(plan.estimator, state, measurement, applied)
             motion = Motion(estimate.state[..., :3], estimate.state[..., 3:])
+        turned = None
+        if attitude is not None and sensed is not None:
+            turned = _turned(plan, state, attitude.wheel_momentum, sensed.readings)
+            attitude = attitude if turned is None else turned.attitude
         memory = _memory(plan, state, motion, applied)
         commanded = applied if state.missed else state.acceleration
         step = ControlStep(state.step, plan.step, applied, commanded, state.skipped)
@@ -231,6 +240,7 @@ class Satellite:
             estimate=estimate,
             acceleration=action.acceleration,
             navigation=navigation,
+            attitude=turned,
         )
         torque = None
         if self._aim is not None and plan.orientation is not None and attitude is not None:
@@ -243,7 +253,7 @@ class Satellite:
             unsolved = (law.unsolved_plans(action.memory) - law.unsolved_plans(memory)).astype(np.float64)
         sliding = action.sliding_variable
         known = estimate if navigation is None else navigation
-        return Decision(action.acceleration, reference, sliding, motion, torque, known, unsolved)
+        return Decision(action.acceleration, reference, sliding, motion, torque, known, unsolved, turned)
 
     def _neighbour_states(self, inbox: NeighbourBuffer, received: Received) -> NeighbourStates:
         """The newest message of each neighbour, with weight zero where it has become too old."""
@@ -480,6 +490,28 @@ def _navigated(
         assert state.acceleration is not None  # noqa: S101 - it has acted
         memory = navigation.resume(memory, state.missed, state.acceleration, applied)
     return navigation.observe(memory, sensed, applied)
+
+
+def _turned(
+    plan: FlightPlan, state: SatelliteState, wheel_momentum: Array, readings: Array
+) -> EstimatedAttitude | None:
+    """The attitude by its filter at this step; None for a satellite without one."""
+    own = plan.attitude_filter
+    if own is None or plan.orientation is None:
+        return None
+    earlier = wheel_momentum
+    if state.attitude is None:
+        memory = own.first(readings)
+    else:
+        memory = state.attitude.memory
+        if state.missed:
+            memory = own.resume(memory, state.missed)
+        else:
+            earlier = state.attitude.attitude.wheel_momentum
+        memory = own.observe(memory, readings)
+    time = np.full_like(state.arc_length, state.step * plan.step)
+    attitude = plan.orientation.estimated(memory, wheel_momentum, earlier, time, plan.step)
+    return EstimatedAttitude(memory, attitude)
 
 
 def _scalar(value: float) -> Array:

@@ -71,6 +71,8 @@ class BlockRecorder:
         lacking: set[Equipment] = set() if self._turns else {"attitude", "pointing"}
         lacking |= set() if self._filters else {"filter"}
         lacking |= set() if any(satellite.plans for satellite in satellites) else {"plans"}
+        # Satellites with filters of their attitudes are not flown here.
+        lacking.add("attitude_filter")
         self._empty = {name for name in quantities if QUANTITIES[name].equipment in lacking}
         self._taken = sorted(taken - self._empty - set(POINTING))
         self._first = self._steps = self._row = 0

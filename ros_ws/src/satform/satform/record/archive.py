@@ -15,7 +15,7 @@ from satform.files.numpy_archive import read_archive
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
 from satform.record.navigation_history import NavigationHistory
-from satform.record.quantities import OPTIONAL, QUANTITIES, without
+from satform.record.quantities import OPTIONAL, OPTIONAL_EQUIPMENT, QUANTITIES, without
 
 RECORD = "record.npz"
 """Name of the archive in the folder of a run."""
@@ -58,9 +58,11 @@ def load_record(path: Path) -> FlightRecord:
     try:
         archive = read_archive(path)
         head = json.loads(str(archive["head"]))
-        # Records of earlier versions have no covariance of filters and no plans.
+        # Records of earlier versions have no estimates of filters and no plans.
         count = len(head["satellites"])
-        arrays = without("filter", count, None) | without("plans", count, None)
+        arrays: dict[str, Any] = {}
+        for equipment in OPTIONAL_EQUIPMENT:
+            arrays |= without(equipment, count, None)
         arrays |= {
             name: np.asarray(archive[name], dtype=np.float64)
             for name in QUANTITIES

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from satform.navigation.kalman_filter import normalised_error_squared
 from satform.numeric.elementwise import Array, norm
+from satform.numeric.modified_rodrigues import relative_mrp, rotation_of_mrp
 from satform.record.quantities import QUANTITIES, Quantity
 
 Values = TypeVar("Values")
@@ -102,6 +103,9 @@ class DerivedQuantities:
     estimated_velocity_error: Array
     delta_v: Array
     estimate_covariance: Array
+    mrp: Array
+    estimated_mrp: Array
+    attitude_covariance: Array
 
     @derived("m", *_POSITION_ERROR, shape=(3,))
     def position_error(self) -> Array:
@@ -166,6 +170,26 @@ class DerivedQuantities:
             self.estimated_velocity_error - self.velocity_error,
         )
         return normalised_error_squared(np.concatenate(off, axis=-1), self.estimate_covariance)
+
+    @derived("rad", "estimated_mrp", "mrp", cached=True)
+    def attitude_estimation_error(self) -> Array:
+        """Angle between estimated and true attitude, rad, shape (K, ...); no rows without a filter of it."""
+        return norm(rotation_of_mrp(self._attitude_off()))
+
+    @derived("1", "estimated_mrp", "mrp", "attitude_covariance", cached=True)
+    def attitude_error_squared(self) -> Array:
+        """Normalised error squared of estimated attitudes, shape (K, ...); no rows without a filter.
+
+        Mean 3 for a consistent filter; not a number where there is none.
+        """
+        return normalised_error_squared(
+            rotation_of_mrp(self._attitude_off()), self.attitude_covariance[..., :3, :3]
+        )
+
+    def _attitude_off(self) -> Array:
+        """Modified Rodrigues parameters from estimated to true body axes, shape (K, ..., 3)."""
+        estimated = self.estimated_mrp
+        return relative_mrp(self.mrp[: len(estimated)], estimated) if len(estimated) else estimated
 
     @derived("", "reference_position", "acceleration", cached=True)
     def absent(self) -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from satform.record.derived import COLUMNS, DerivedQuantities
 from satform.record.early_end import EarlyEnd
 from satform.record.link_history import LinkHistory
 from satform.record.navigation_history import NavigationHistory
-from satform.record.quantities import ORBITAL, QUANTITIES
+from satform.record.quantities import OPTIONAL, ORBITAL, QUANTITIES
 from satform.record.tables import dataset, frame
 
 
@@ -110,6 +110,14 @@ class FlightRecord(DerivedQuantities):
         rejected_measurements: so far, by the innovation gate, shape (K, N).
         unsolved_plans: of the step, that the control law's solver did not finish, shape (K, N); not a number
             for satellites whose law makes no plans, and without rows when no satellite has one.
+        estimated_mrp: attitude by the satellite's filter, as `mrp`, shape (K, N, 3); this and the following
+            are not a number for satellites without such a filter, and without rows when no satellite has one.
+        estimated_angular_velocity: likewise, rad/s, shape (K, N, 3).
+        estimated_gyro_bias: rad/s, body axes, shape (K, N, 3).
+        attitude_covariance: of (small rotation from estimated to true body axes, error of the gyro bias), rad
+            and rad/s, shape (K, N, 6, 6).
+        attitude_innovation: normalised innovation squared of the star tracker's newest reading, shape (K, N).
+        rejected_attitudes: readings of star trackers so far that the gate rejected, shape (K, N).
         early_end: why the flight ended before its last step; None when it did not. The record then ends
             with the last state within the limits, and holds no number beyond them.
         navigation: readings of sensors and estimates of the whole formation; None where no satellite has
@@ -154,6 +162,12 @@ class FlightRecord(DerivedQuantities):
     innovation: Array
     rejected_measurements: Array
     unsolved_plans: Array
+    estimated_mrp: Array
+    estimated_angular_velocity: Array
+    estimated_gyro_bias: Array
+    attitude_covariance: Array
+    attitude_innovation: Array
+    rejected_attitudes: Array
     early_end: EarlyEnd | None = None
     navigation: NavigationHistory | None = None
     chief_source: Callable[[int], ChiefMotion | None] | None = None
@@ -309,7 +323,7 @@ class FlightRecord(DerivedQuantities):
         found = hashlib.sha256(repr((self.satellites, self.step)).encode())
         for name, quantity in QUANTITIES.items():
             array = getattr(self, name)
-            if quantity.equipment in ("filter", "plans") and not array.size:
+            if name in OPTIONAL and not array.size:
                 # A flight without filters or plans has nothing of this kind, not even a name.
                 continue
             found.update(f"{quantity.hashed_as or name}{array.shape}".encode())

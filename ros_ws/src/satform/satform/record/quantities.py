@@ -11,7 +11,7 @@ import numpy as np
 
 from satform.numeric.elementwise import Array
 
-Equipment: TypeAlias = Literal["", "thruster", "attitude", "pointing", "filter", "plans"]
+Equipment: TypeAlias = Literal["", "thruster", "attitude", "pointing", "filter", "plans", "attitude_filter"]
 """What a satellite has to have for a quantity; empty for nothing. Pointing is what follows of an attitude;
 plans are those of its control law."""
 
@@ -82,6 +82,12 @@ QUANTITIES: Mapping[str, Quantity] = {
     "innovation": Quantity("1", equipment="filter"),
     "rejected_measurements": Quantity("measurements", equipment="filter"),
     "unsolved_plans": Quantity("plans", equipment="plans"),
+    "estimated_mrp": Quantity("1", _VECTOR, equipment="attitude_filter"),
+    "estimated_angular_velocity": Quantity("rad/s", _VECTOR, equipment="attitude_filter"),
+    "estimated_gyro_bias": Quantity("rad/s", _VECTOR, equipment="attitude_filter"),
+    "attitude_covariance": Quantity("rad, rad/s, squared", (6, 6), equipment="attitude_filter"),
+    "attitude_innovation": Quantity("1", equipment="attitude_filter"),
+    "rejected_attitudes": Quantity("readings", equipment="attitude_filter"),
 }
 """The arrays of a `FlightRecord` by their names, in its order; derived ones are in `derived.DERIVED`."""
 
@@ -121,7 +127,13 @@ ESTIMATES = _names("filter")
 PLANS = _names("plans")
 """Quantities of the plans of control laws."""
 
-OPTIONAL = (*ESTIMATES, *PLANS)
+ATTITUDE_ESTIMATES = _names("attitude_filter")
+"""Quantities of the filters of attitudes."""
+
+OPTIONAL_EQUIPMENT: tuple[Equipment, ...] = ("filter", "plans", "attitude_filter")
+"""Equipment without which a record holds nothing of these quantities, not even their names."""
+
+OPTIONAL = (*ESTIMATES, *PLANS, *ATTITUDE_ESTIMATES)
 """Quantities that records of earlier versions do not have."""
 
 

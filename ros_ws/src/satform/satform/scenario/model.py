@@ -100,7 +100,8 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
         without_channel = not any(link.channel is not None for link in links)
         omitted = {"sensors", "navigation"}
         without_sensors = {
-            index: {name for name in omitted if not getattr(satellite, name)}
+            index: {name: True for name in omitted if not getattr(satellite, name)}
+            | ({} if satellite.estimates_attitude else {"attitude": {"filter"}})
             for index, satellite in enumerate(satellites)
         }
         without_start = [index for index, satellite in enumerate(satellites) if satellite.start is None]
@@ -114,7 +115,7 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
                     "omitted_expectations": True,
                     "orbit": {"allow_below_surface", *(() if self.orbit.chief else ("chief",))},
                     "satellites": {
-                        index: absent | ({"start"} if index in without_start else set())
+                        index: absent | ({"start": True} if index in without_start else {})
                         for index, absent in without_sensors.items()
                     },
                     "satellite_defaults": omitted,

@@ -4,14 +4,20 @@
 
 import numpy as np
 
+from satform.attitude.attitude_filter import AttitudeFilter
 from satform.common.spec import Complaint
-from satform.equipment.random_streams import MOST_CHANNELS
+from satform.equipment.random_streams import ATTITUDE_PRIOR_STREAM, MOST_CHANNELS
+from satform.equipment.sensors.gyro import GyroSpec
 from satform.equipment.sensors.protocol import SensorChannel
+from satform.equipment.sensors.star_tracker import StarTrackerSpec
 from satform.navigation.navigation_spec import NavigationSetting
 from satform.navigation.satellite_navigation import SatelliteNavigation
 from satform.numeric.elementwise import Array
+from satform.numeric.seeded_numbers import SeededNormals
 from satform.scenario.definition import ScenarioDefinition
 from satform.scenario.environment import environment_of
+
+_ATTITUDE_SENSORS = (("gyro", GyroSpec), ("star_tracker", StarTrackerSpec))
 
 
 def sensor_channels(scenario: ScenarioDefinition, index: int) -> tuple[SensorChannel, ...]:
@@ -56,6 +62,25 @@ def navigation_of(scenario: ScenarioDefinition, index: int, starts: Array) -> Sa
     return spec.build(setting, sensor_channels(scenario, index))
 
 
+def attitude_filter_of(scenario: ScenarioDefinition, index: int, mrp: Array) -> AttitudeFilter | None:
+    """The attitude filter of a satellite; None for one that knows its true attitude.
+
+    Args:
+        scenario: whose parts are well-formed.
+        index: of the satellite.
+        mrp: its true attitude at step 0, shape (3,).
+
+    Raises:
+        ValueError: the filter cannot be.
+    """
+    whole = scenario.satellite(index)
+    spec = None if whole.attitude is None else whole.attitude.filter
+    if spec is None:
+        return None
+    normals = SeededNormals(scenario.seed, ATTITUDE_PRIOR_STREAM, [index], 3).at(0)[0]
+    return spec.build(sensor_channels(scenario, index), scenario.timing.step, mrp, normals)
+
+
 def navigation_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
     """Why sensors or filters of a scenario cannot be, with the path of each fault."""
     found: list[Complaint] = []
@@ -67,6 +92,8 @@ def navigation_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
         faults = [((*sensors, "sensors", *path), text) for path, text in _sensor_faults(scenario, index)]
         if not faults:
             faults = [((*navigation, "navigation"), text) for text in _navigation_faults(scenario, index)]
+            attitude = ("satellites", index) if "attitude" in given else shared
+            faults += [((*attitude, "attitude"), text) for text in _attitude_faults(scenario, index)]
         found += [fault for fault in faults if fault not in found]
     return found + _exchange_complaints(scenario)
 
@@ -97,6 +124,20 @@ def _navigation_faults(scenario: ScenarioDefinition, index: int) -> list[str]:
         return [f"a satellite with navigation flies by its sensors; leave out {' and '.join(twice)}"]
     try:
         navigation_of(scenario, index, np.zeros((len(scenario.satellites), 6)))
+    except ValueError as error:
+        return [str(error)]
+    return []
+
+
+def _attitude_faults(scenario: ScenarioDefinition, index: int) -> list[str]:
+    """What is wrong with the sensors of a satellite's attitude and its filter."""
+    whole = scenario.satellite(index)
+    kinds = [name for name, kind in _ATTITUDE_SENSORS if any(isinstance(own, kind) for own in whole.sensors)]
+    if kinds and not whole.estimates_attitude:
+        lacking = "attitude" if whole.attitude is None else "attitude.filter"
+        return [f"the satellite has a {kinds[0]} and no {lacking} that uses it"]
+    try:
+        attitude_filter_of(scenario, index, np.zeros(3))
     except ValueError as error:
         return [str(error)]
     return []

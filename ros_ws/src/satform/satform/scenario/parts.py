@@ -202,6 +202,11 @@ class SatelliteFields(Spec):
         """Whether a filter estimates the motion of the satellite."""
         return self.filter is not None or self.navigation is not None
 
+    @property
+    def estimates_attitude(self) -> bool:
+        """Whether a filter estimates the attitude of the satellite."""
+        return self.attitude is not None and self.attitude.filter is not None
+
     def equipment_complaints(self, setting: FlightSetting) -> list[tuple[str, str]]:
         """What thruster, sensor and filter cannot do in this setting.
 

@@ -16,11 +16,16 @@ from satform.record.stretch import TIME_SLACK, Stretch, rows_of, rows_within
 from satform.scenario.expectation import Expectation
 from satform.scenario.parts import SatelliteSpec, Timing
 
+_EQUIPMENT = {"plans": "control law that makes plans", "attitude_filter": "filter of its attitude"}
+"""What a sentence calls equipment whose name does not say it."""
+
 
 class OfSatellites(Expectation):
     """An expectation of all satellites or of some of them."""
 
-    of_equipment: ClassVar[Literal["", "thruster", "sensor", "filter", "attitude", "plans"]] = ""
+    of_equipment: ClassVar[
+        Literal["", "thruster", "sensor", "filter", "attitude", "plans", "attitude_filter"]
+    ] = ""
     """What each satellite has to have for it, plans being those of its control law; empty for nothing."""
 
     satellites: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
@@ -40,7 +45,7 @@ class OfSatellites(Expectation):
         meant = self.satellites or tuple(satellites)
         bare = sorted(name for name in meant if not _has(satellites[name], self.of_equipment))
         have = "has" if len(bare) == 1 else "have"
-        lacking = "control law that makes plans" if self.of_equipment == "plans" else self.of_equipment
+        lacking = _EQUIPMENT.get(self.of_equipment, self.of_equipment)
         return [*own, f"{', '.join(bare)} {have} no {lacking}"] if bare else own
 
     def whole(self, flight: FlightShape, rows: int, *, of_others: bool = False) -> Stretch:
@@ -65,6 +70,8 @@ def _has(satellite: SatelliteSpec, equipment: str) -> bool:
     """Whether a satellite has some equipment, or plans of its control law."""
     if equipment == "plans":
         return satellite.controller is not None and satellite.controller.makes_plans
+    if equipment == "attitude_filter":
+        return satellite.estimates_attitude
     return getattr(satellite, equipment) is not None
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from satform_msgs.msg import Command, Estimate, NodeReady, ParameterChange, Tracking
+from satform_msgs.msg import AttitudeEstimate, Command, Estimate, NodeReady, ParameterChange, Tracking
 
 from satform.communication import topic_table
 from satform.communication.messages import NeighbourMessage, encode
@@ -38,7 +38,16 @@ from satform_nodes.transport.sim_time import Stamps
 _COMMAND = layout(Command, topic_table.FRAME)
 _TRACKING = layout(Tracking, topic_table.FRAME)
 _ESTIMATE = layout(Estimate, topic_table.FRAME)
-_KINDS = ("navigation_estimate", "command", "tracking", "estimate", "parameter_changes", "node_ready")
+_ATTITUDE_ESTIMATE = layout(AttitudeEstimate, topic_table.FRAME)
+_KINDS = (
+    "navigation_estimate",
+    "command",
+    "tracking",
+    "estimate",
+    "attitude_estimate",
+    "parameter_changes",
+    "node_ready",
+)
 """Kinds of topics of a satellite beside its phase or motion."""
 
 _NO_TORQUE = (0.0, 0.0, 0.0)
@@ -191,10 +200,15 @@ class SatellitePublishers:
         publisher.publish(data)
 
     def publish_tracking_of(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
-        """Publish reference, tracking error and estimate."""
+        """Publish reference, tracking error and estimates."""
         reference, motion = decision.reference, decision.motion
         if decision.estimate is not None:
             self.publish_estimate(seconds, nanoseconds, step, numbers_of(decision.estimate).tolist())
+        if decision.attitude is not None:
+            *numbers, rejected = decision.attitude.numbers().tolist()
+            self._publishers["attitude_estimate"].publish(
+                _ATTITUDE_ESTIMATE.pack(seconds, nanoseconds, step, *numbers, int(rejected))
+            )
         self._tracking_publisher.publish(
             _TRACKING.pack(
                 seconds,

@@ -9,6 +9,7 @@ from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import (
     ArcLength,
     Attitude,
+    AttitudeEstimate,
     Command,
     Estimate,
     FormationStatus,
@@ -44,6 +45,7 @@ TYPES = {
     "command": Command,
     "tracking": Tracking,
     "estimate": Estimate,
+    "attitude_estimate": AttitudeEstimate,
     "parameter_changes": ParameterChange,
     "diagnostics": DiagnosticArray,
     "pose": PoseStamped,

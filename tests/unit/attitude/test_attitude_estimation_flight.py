@@ -1,0 +1,95 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Flights whose satellites know their attitudes by star trackers and gyros alone."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flights import shortened
+from satform.attitude.guidance import Attitude
+from satform.communication.neighbour_buffer import Received
+from satform.communication.topic_table import satellite_channels
+from satform.consensus.graph import CompleteSpec
+from satform.flight.checkpoint import restore, save
+from satform.flight.compile import flight_plan, topic_plan
+from satform.flight.satellite import Satellite
+from satform.flight.simulate import simulate
+from satform.navigation.satellite_navigation import NavigationInput
+from satform.record.archive import load_record, save_record
+from satform.record.quantities import ATTITUDE_ESTIMATES
+from satform.scenario import Scenario, ScenarioError
+
+NAME = "star_tracker_gyro_pointing"
+
+
+@pytest.fixture(scope="module")
+def scenario() -> Scenario:
+    return shortened(NAME, 12.0)
+
+
+def flown(scenario: Scenario, mrp: np.ndarray, steps: range, satellite: Satellite) -> list[np.ndarray]:
+    """Wheel torques of the first satellite, which gets some readings and no message of a neighbour."""
+    graph = CompleteSpec().build(3)
+    nobody = Received(np.zeros((2, 2)), np.zeros(2), np.zeros(2), np.zeros(2), complete=False)
+    torques = []
+    for step in steps:
+        readings = np.concatenate((np.full(3, 1e-3), mrp if step % 2 else np.full(3, np.nan)))
+        sensed = NavigationInput(readings, np.empty((0, 1)), graph)
+        unknown = np.full(3, np.nan)
+        attitude = Attitude(unknown, unknown, np.array([0.1, 0.2, 0.3]))
+        decision = satellite.act(satellite.plan.start, nobody, attitude=attitude, sensed=sensed)
+        assert decision.wheel_torque is not None
+        torques.append(decision.wheel_torque)
+    return torques
+
+
+def test_wheels_are_commanded_without_the_true_attitude_and_a_checkpoint_goes_on_with_the_same_bits(
+    scenario: Scenario,
+) -> None:
+    plan = flight_plan(scenario, 0)
+    assert plan.orientation is not None
+    mrp = plan.orientation.start.mrp
+    whole = Satellite(plan, 2)
+    torques = flown(scenario, mrp, range(9), whole)
+    assert np.isfinite(torques).all()
+    first = Satellite(plan, 2)
+    flown(scenario, mrp, range(5), first)
+    second = Satellite(plan, 2)
+    restore(second, save(first))
+    assert np.array_equal(flown(scenario, mrp, range(5, 9), second), torques[5:])
+
+
+def test_the_record_holds_the_estimates_and_is_read_again(scenario: Scenario, tmp_path: Path) -> None:
+    record = simulate(scenario)
+    assert record.estimated_mrp.shape == (12, 3, 3)
+    assert np.isfinite(record.attitude_covariance).all()
+    assert (record.attitude_estimation_error[8:] < 1e-3).all()
+    assert record.attitude_error_squared.shape == (12, 3)
+    path = tmp_path / "record.npz"
+    save_record(record, path)
+    assert load_record(path).differences(record) == []
+    alone = simulate(shortened("formation_pointing", 2.0))
+    assert all(len(getattr(alone, name)) == 0 for name in ATTITUDE_ESTIMATES)
+
+
+def test_estimates_are_published_by_satellites_with_a_filter_of_their_attitude(scenario: Scenario) -> None:
+    kinds = {channel.kind: channel for channel in satellite_channels(topic_plan(scenario), 0)}
+    assert kinds["attitude_estimate"].publishers == ("sat1",)
+    assert kinds["attitude_estimate"].subscribers == ("recorder",)
+    others = satellite_channels(topic_plan(shortened("formation_pointing", 2.0)), 0)
+    assert "attitude_estimate" not in {channel.kind for channel in others}
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        (["satellites.sat1.attitude.filter=null"], "has a gyro and no attitude.filter that uses it"),
+        (["satellites.sat1.sensors=[{kind: gyro, turn_on_bias: 0.1}]"], "which have 1 and 0"),
+        (["satellite_defaults.sensors=[]", "satellites.sat2.sensors=[]"], "which have 0 and 0"),
+    ],
+)
+def test_sensors_and_filter_that_do_not_fit_are_refused(changes: list[str], sentence: str) -> None:
+    with pytest.raises(ScenarioError, match=sentence):
+        shortened(NAME, 12.0, *changes)
