@@ -210,7 +210,7 @@ def test_a_satellite_that_the_scenario_kills_is_started_again_when_the_scenario_
 def test_every_argument_says_what_it_is(launch_file: Any) -> None:
     *arguments, _ = launch_file.generate_launch_description()
     names = [argument.positional[0] for argument in arguments]
-    assert names == ["scenario", "mode", "rate", "set", "record", "out", "group", "display"]
+    assert names == ["scenario", "mode", "rate", "set", "record", "out", "group", "display", "namespace"]
     assert all(argument.named["description"] for argument in arguments)
 
 
@@ -281,7 +281,10 @@ def test_without_a_bag_the_launch_says_that_nothing_was_judged(launch_file: Any,
             ["ros2", "launch", "satform_bringup", FILE.name, "scenario:=triangle", "mod:=realtime"],
             "mod:=; did",
         ),
-        (["ros2", "launch", str(FILE), "speed:=3"], "speed:=; there are display, group, mode, out"),
+        (
+            ["ros2", "launch", str(FILE), "speed:=3"],
+            "speed:=; there are display, group, mode, namespace, out",
+        ),
     ],
 )
 def test_an_argument_that_the_launch_file_does_not_have_is_refused(
@@ -300,14 +303,15 @@ def test_a_launch_file_that_includes_this_one_may_have_arguments_of_its_own(
     assert launched(launch_file, scenario="triangle", out=str(tmp_path))
 
 
-def test_a_namespace_that_the_launch_pushes_is_held_instead_of_the_whole_domain(
+def test_a_namespace_that_the_launch_pushes_or_is_given_is_held_instead_of_the_whole_domain(
     launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     held: list[str] = []
     monkeypatch.setattr(launch_file, "hold_shell_domain", lambda *given: held.append(given[2]))
     *arguments, opaque = launch_file.generate_launch_description()
     known = {argument.positional[0]: argument.named.get("default_value") for argument in arguments}
-    for number, pushed in enumerate(({}, {"ros_namespace": "/f1"})):
+    asked = ({}, {"ros_namespace": "/f1"}, {"namespace": "f2"}, {"ros_namespace": "/f", "namespace": "/f3/"})
+    for number, pushed in enumerate(asked):
         given = {**known, "scenario": "triangle", "out": str(tmp_path / str(number)), **pushed}
         opaque.named["function"](Context(given))
-    assert held == ["", "/f1"]
+    assert held == ["", "/f1", "/f2", "/f/f3"]

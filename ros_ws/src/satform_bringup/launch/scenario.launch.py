@@ -29,7 +29,10 @@ from satform_bringup.supervisor.run_registry import hold_shell_domain
 from satform_bringup.supervisor.supervisor import SHUTDOWN_TIMEOUT
 from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE
 
-ARGUMENTS = ("scenario", "mode", "rate", "set", "record", "out", "group", "display")
+ARGUMENTS = ("scenario", "mode", "rate", "set", "record", "out", "group", "display", "namespace")
+
+_NAMESPACE = "ros_namespace"
+"""Where `PushRosNamespace` leaves a namespace, and nodes look for it."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -73,6 +76,11 @@ def generate_launch_description() -> LaunchDescription:
                 choices=["true", "false"],
                 description="Publish markers, poses, paths and /tf for RViz and Foxglove.",
             ),
+            DeclareLaunchArgument(
+                "namespace",
+                default_value="",
+                description="Namespace of all nodes, topics and services, below one that is pushed.",
+            ),
             OpaqueFunction(function=_nodes),
         ]
     )
@@ -86,9 +94,12 @@ def _nodes(context: LaunchContext) -> list[Node]:
     rate = _rate(asked["rate"]) if asked["mode"] == "realtime" else 0.0
     scenario = load_scenario(_find(asked["scenario"]), asked["set"].split())
     out = _folder(asked["out"], scenario.name)
+    if asked["namespace"]:
+        pushed = context.launch_configurations.get(_NAMESPACE, "")
+        context.launch_configurations[_NAMESPACE] = f"{pushed}/{asked['namespace'].strip('/')}"
     # Two formations in one namespace of a domain would receive each other's messages. Observers find the run
     # by this registration.
-    hold_shell_domain(scenario.name, out, context.launch_configurations.get("ros_namespace", ""))
+    hold_shell_domain(scenario.name, out, context.launch_configurations.get(_NAMESPACE, ""))
     scenario_file = out / SCENARIO_FILE
     save_scenario(scenario, scenario_file)
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
