@@ -235,7 +235,12 @@ def _colcon(job: Job, names: list[str]) -> None:
     from satform_setup.logged_process import Progress, run_logged  # noqa: PLC0415 - later starts do without
 
     layout = job.layout
-    variables = applied(base_variables(layout, job.ros), shell_variables(job.ros, job.environment))
+    additions = base_variables(layout, job.ros)
+    additions["search"]["PYTHONPATH"] = [str(Path(__file__).parent / "parse_once")]
+    variables = applied(additions, shell_variables(job.ros, job.environment))
+    parsed = layout.build / ".parsed_interfaces"
+    parsed.mkdir(parents=True, exist_ok=True)
+    variables["SATFORM_PARSED_INTERFACES"] = str(parsed)
     # The user's own defaults for colcon are for their own workspaces.
     variables["COLCON_HOME"] = str(layout.venv / "colcon")
     # Else colcon has ninja start no second compiler while the machine's load is above its number of cores.

@@ -4,6 +4,7 @@
 
 # ruff: noqa: F401 - imported so that every process forked later has them
 
+import scipy.linalg
 import scipy.special
 
 import satform_nodes.display.node
