@@ -108,7 +108,7 @@ def of_satform(filter_: GaussianFilter, measured: Array) -> tuple[Array, Array]:
     ("kind", "own"),
     [
         ("extended", extended_filter()),
-        ("unscented", unscented_filter(6, alpha=0.3, beta=2.0, kappa=1.0)),
+        ("unscented", unscented_filter(alpha=0.3, beta=2.0, kappa=1.0)),
         ("cubature", cubature_filter()),
     ],
 )

@@ -172,7 +172,10 @@ setup(
             "star_tracker = satform.equipment.sensors.star_tracker:StarTrackerSpec",
         ],
         "satform.navigation": [
-            "extended = satform.navigation.navigation_spec:ExtendedNavigationSpec",
+            "cubature = satform.navigation.filter_kinds:CubatureNavigationSpec",
+            "cubature_particle = satform.navigation.filter_kinds:CubatureParticleNavigationSpec",
+            "extended = satform.navigation.filter_kinds:ExtendedNavigationSpec",
+            "unscented = satform.navigation.filter_kinds:UnscentedNavigationSpec",
         ],
         "satform.topologies": [
             "complete = satform.consensus.graph:CompleteSpec",

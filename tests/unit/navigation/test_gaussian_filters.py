@@ -18,7 +18,7 @@ from satform.navigation.gaussian_filters import (
 from satform.navigation.protocol import Filter
 from satform.numeric.positive_definite import NotPositiveDefiniteError
 
-GAUSSIAN = {"extended": extended_filter(), "unscented": unscented_filter(6), "cubature": cubature_filter()}
+GAUSSIAN = {"extended": extended_filter(), "unscented": unscented_filter(), "cubature": cubature_filter()}
 FILTERS: dict[str, Filter] = {**GAUSSIAN, "cubature_particle": CubatureParticleFilter(20)}
 START = prior(200.0, 0.2, (100.0, 1500.0, 300.0, 0.1, 0.0, 0.3))
 DRAWS = np.arange(4.0)
@@ -108,13 +108,6 @@ def test_a_covariance_that_is_lost_ends_in_a_sentence(name: str, variance: float
     )
     with pytest.raises(NotPositiveDefiniteError, match=sentence):
         own.update(own.start(lost, DRAWS), np.array([1500.0]), function, DRAWS)
-
-
-def test_points_without_distance_are_refused() -> None:
-    with pytest.raises(
-        ValueError, match=r"^alpha has to be positive and kappa above -6; they are 0\.1 and -6"
-    ):
-        unscented_filter(6, kappa=-6.0)
 
 
 def test_an_update_has_the_same_bits_alone_and_among_others() -> None:

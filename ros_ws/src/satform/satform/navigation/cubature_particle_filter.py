@@ -57,7 +57,7 @@ class CubatureParticleFilter:
         particles: their number P, at least 2.
         curvature: largest mean deviation of a measurement from its line along an axis of a particle, in
             standard deviations of the sensor's noise; beyond it the particle is split.
-        resampling: share of P; with a smaller effective number of particles they are resampled.
+        resampling: fraction of P; with a smaller effective number of particles they are resampled.
         draws: normal numbers of a step, which seed a generator.
 
     Sources: Arasaratnam & Haykin 2009, IEEE Trans. Automatic Control 54(6) (cubature filter); van der Merwe,
@@ -131,11 +131,11 @@ class CubatureParticleFilter:
 
     def estimate(self, memory: Particles) -> GaussianEstimate:
         """Mean and covariance of the sum of all particles."""
-        share = weights(memory.log_weights)
-        mean = _sum(share[:, None] * memory.means)
+        fractions = weights(memory.log_weights)
+        mean = _sum(fractions[:, None] * memory.means)
         apart = memory.means - mean
-        within = _sum(share[:, None, None] * memory.covariances)
-        between = _sum(share[:, None, None] * (apart[:, :, None] * apart[:, None, :]))
+        within = _sum(fractions[:, None, None] * memory.covariances)
+        between = _sum(fractions[:, None, None] * (apart[:, :, None] * apart[:, None, :]))
         return GaussianEstimate(mean, symmetric(within + between))
 
     def replaced(self, memory: Particles, estimate: GaussianEstimate, draws: Array) -> Particles:
@@ -165,48 +165,48 @@ class CubatureParticleFilter:
 
     def _resampled(self, memory: Particles, offset: float) -> Particles:
         """The same number of particles of equal weight, where few have most of the weight."""
-        share = weights(memory.log_weights)
-        if 1.0 / float(_sum(share * share)) >= self.resampling * len(share):
+        fractions = weights(memory.log_weights)
+        if 1.0 / float(_sum(fractions * fractions)) >= self.resampling * len(fractions):
             return memory
-        rows = systematic_sample(share, offset)
+        rows = systematic_sample(fractions, offset)
         return replace(
             memory,
             means=take(memory.means, rows),
             covariances=take(memory.covariances, rows),
-            log_weights=np.zeros(len(share)),
+            log_weights=np.zeros(len(fractions)),
         )
 
 
 def weights(log_weights: Array) -> Array:
     """Weights with the sum 1, shape (P,), from their logarithms up to a common summand."""
     relative = np.exp(log_weights - np.max(log_weights))
-    share: Array = relative / _sum(relative)
-    return share
+    fractions: Array = relative / _sum(relative)
+    return fractions
 
 
-def systematic_sample(share: Array, offset: float) -> Indices:
+def systematic_sample(fractions: Array, offset: float) -> Indices:
     """Indices of as many particles as there are, each as often as its weight says, to the next whole number.
 
     Args:
-        share: weights with the sum 1, shape (P,).
+        fractions: weights with the sum 1, shape (P,).
         offset: random number within [0, 1).
 
     Returns:
         Ascending, shape (P,).
     """
-    count = len(share)
-    edges = np.cumsum(share)
+    count = len(fractions)
+    edges = np.cumsum(fractions)
     found = np.searchsorted(edges, (np.arange(count) + offset) / count * edges[-1], side="right")
     rows: Indices = np.minimum(found, count - 1)
     return rows
 
 
-def _innovation_squared(share: Array, innovation: Array, covariance: Array) -> Array:
+def _innovation_squared(fractions: Array, innovation: Array, covariance: Array) -> Array:
     """Normalised innovation squared under the sum of all particles, shape ()."""
-    mean = _sum(share[:, None] * innovation)
+    mean = _sum(fractions[:, None] * innovation)
     apart = innovation - mean
     between = apart[:, :, None] * apart[:, None, :]
-    root = cholesky(_sum(share[:, None, None] * (covariance + between)))
+    root = cholesky(_sum(fractions[:, None, None] * (covariance + between)))
     white = solve_lower(root, mean[:, None])[:, 0]
     return np.asarray(_total(white * white))
 

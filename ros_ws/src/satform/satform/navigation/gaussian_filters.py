@@ -53,23 +53,28 @@ class SymmetricPoints:
     The line is the regression of the measurement at the points, and its error what they leave of it.
 
     Attributes:
-        squared_distance: of the points from the mean in the whitened state; None for D.
-        centre: weight of the mean itself in the covariance of the measurement; each of the others weighs
-            1 / (2 `squared_distance`).
+        alpha: spread of the points.
+        beta: knowledge of the distribution, 2 for a normal one.
+        kappa: further scaling, above -D.
 
-    Source: Lefebvre, Bruyninckx & De Schutter 2002, IEEE Trans. Automatic Control 47 (points as regression).
+    With the values left out these are the points of the third-degree cubature rule.
+
+    Sources: Arasaratnam & Haykin 2009, IEEE Trans. Automatic Control 54(6) (cubature); Wan & van der Merwe
+    2001, in Haykin (ed.), Kalman Filtering and Neural Networks, ch. 7 (scaled points); Lefebvre, Bruyninckx &
+    De Schutter 2002, IEEE Trans. Automatic Control 47(8) (points as regression).
     """
 
-    squared_distance: float | None = None
-    centre: float = 0.0
+    alpha: float = 1.0
+    beta: float = 0.0
+    kappa: float = 0.0
 
     def line(self, mean: Array, lower: Array, function: MeasurementFunction) -> LinearMeasurement:
         """The regression of the measurement at the points."""
         return self.regression(measured_differences(mean, lower, function, self.distance(mean.shape[-1])))
 
     def distance(self, size: int) -> float:
-        """Of the points from the mean, for a state of D numbers, dimensionless."""
-        return math.sqrt(size if self.squared_distance is None else self.squared_distance)
+        """Of the points from the mean, for a state of D numbers, in standard deviations."""
+        return self.alpha * math.sqrt(size + self.kappa)
 
     def regression(self, differences: "MeasuredDifferences") -> LinearMeasurement:
         """The line through measurements at the points."""
@@ -81,8 +86,9 @@ class SymmetricPoints:
         offset = weight * offset
         apart = bends - offset[..., None, :]
         error = weight * product(transposed(apart), apart)
-        if self.centre:
-            error = error + self.centre * (offset[..., :, None] * offset[..., None, :])
+        # Weight of the mean itself in the covariance; the others weigh 1 / (2 distance^2) each.
+        centre = 2.0 - bends.shape[-2] * weight - self.alpha * self.alpha + self.beta
+        error = error + centre * (offset[..., :, None] * offset[..., None, :])
         return LinearMeasurement(differences.at_mean + offset, differences.first, error)
 
 
@@ -177,31 +183,11 @@ def extended_filter() -> GaussianFilter:
     return GaussianFilter(Derivative())
 
 
-def unscented_filter(size: int, alpha: float = 0.1, beta: float = 2.0, kappa: float = 0.0) -> GaussianFilter:
-    """Unscented Kalman filter with scaled points.
-
-    Args:
-        size: D of the state.
-        alpha: spread of the points, within (0, 1].
-        beta: knowledge of the distribution, 2 for a normal one.
-        kappa: further scaling, above -D.
-
-    Raises:
-        ValueError: the points would have no distance from the mean.
-
-    Source: Julier & Uhlmann 2004, Proc. IEEE 92(3); Wan & van der Merwe 2001, in Haykin (ed.), Kalman
-    Filtering and Neural Networks, ch. 7.
-    """
-    squared_distance = alpha * alpha * (size + kappa)
-    if not squared_distance > 0.0:
-        raise ValueError(f"alpha has to be positive and kappa above {-size}; they are {alpha} and {kappa}")
-    centre = 1.0 - size / squared_distance + 1.0 - alpha * alpha + beta
-    return GaussianFilter(SymmetricPoints(squared_distance, centre))
+def unscented_filter(alpha: float = 0.1, beta: float = 2.0, kappa: float = 0.0) -> GaussianFilter:
+    """Unscented Kalman filter; arguments as the attributes of `SymmetricPoints`."""
+    return GaussianFilter(SymmetricPoints(alpha, beta, kappa))
 
 
 def cubature_filter() -> GaussianFilter:
-    """Cubature Kalman filter of the third degree.
-
-    Source: Arasaratnam & Haykin 2009, IEEE Trans. Automatic Control 54(6).
-    """
+    """Cubature Kalman filter of the third degree."""
     return GaussianFilter(SymmetricPoints())

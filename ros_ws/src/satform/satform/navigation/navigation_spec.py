@@ -13,7 +13,6 @@ from satform.dynamics.relative_motion_models import ModelName
 from satform.equipment.random_streams import PRIOR_STREAM
 from satform.equipment.sensors.protocol import SensorChannel
 from satform.navigation.estimate import GaussianEstimate
-from satform.navigation.extended_kalman_filter import ExtendedKalmanFilter
 from satform.navigation.information_fusion import FusionRule
 from satform.navigation.joint_state import SIZE, JointModel
 from satform.navigation.kalman_filter import process_model
@@ -161,13 +160,3 @@ class NavigationFilterSpec(Spec):
             mean[row] = setting.starts[member] + spread * drawn[member]
             variance[row] = spread * spread
         return GaussianEstimate(mean.reshape(-1), np.diag(variance.reshape(-1)))
-
-
-class ExtendedNavigationSpec(NavigationFilterSpec):
-    """Extended Kalman filter: measurements are linearised at the predicted motion."""
-
-    kind: Literal["extended"] = "extended"
-
-    def kernel(self) -> ExtendedKalmanFilter:
-        """The filter itself."""
-        return ExtendedKalmanFilter()
