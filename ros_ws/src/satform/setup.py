@@ -143,6 +143,7 @@ setup(
             "range = satform.evaluation.response:Range",
             "reaching_time = satform.evaluation.tracking:ReachingTime",
             "response_time = satform.evaluation.response:ResponseTime",
+            "relative_navigation_error = satform.evaluation.formation_navigation:RelativeNavigationError",
             "rejoin_time = satform.evaluation.presence:RejoinTime",
             "ripple = satform.evaluation.response:Ripple",
             "settling_time = satform.evaluation.tracking:SettlingTime",

@@ -46,7 +46,7 @@ def test_a_control_law_that_is_a_tenth_worse_than_it_was_is_noticed(index: int) 
     ("name", "expected", "said"),
     [
         ("triangle", "{kind: navigation_error, below: 1.0", "sat1, sat2, sat3 have no sensor"),
-        ("triangle", "{kind: estimation_error, below: 1.0", "sat1, sat2, sat3 have no sensor"),
+        ("triangle", "{kind: estimation_error, below: 1.0", "sat1, sat2, sat3 have no sensor or navigation"),
         ("triangle", "{kind: pointing_error, below: 1.0", "sat1, sat2, sat3 have no attitude"),
         ("triangle", "{kind: saturated_steps, below: 1.0", "sat1, sat2, sat3 have no thruster"),
         (

@@ -14,4 +14,5 @@ class PartKind(StrEnum):
     PERTURBATION = "perturbation"
     DYNAMICS = "dynamics"
     METRIC = "metric"
+    SENSOR = "sensor"
     TOPOLOGY = "topology"

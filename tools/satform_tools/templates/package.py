@@ -62,6 +62,7 @@ KINDS = {
         "satform.dynamics", "elastic_tether", "ElasticTetherSpec", "a dynamics model"
     ),
     PartKind.METRIC: Template("satform.metrics", "time_outside", "TimeOutside", "a figure of a flight"),
+    PartKind.SENSOR: Template("satform.sensors", "beacon_ranging", "BeaconRangingSpec", "a sensor"),
     PartKind.TOPOLOGY: Template(
         "satform.topologies", "binary_tree", "BinaryTreeSpec", "a communication graph"
     ),

@@ -126,7 +126,7 @@ class EstimationError(LargestOfSteps):
     """Distance between a satellite's estimated and its true position, in m."""
 
     unit = "m"
-    of_equipment = "sensor"
+    of_equipment = "motion_sensor"
     figure_name = "{0.statistic} estimation error"
     kind: Literal["estimation_error"] = "estimation_error"
     statistic: Literal["maximum", "rms"] = "maximum"

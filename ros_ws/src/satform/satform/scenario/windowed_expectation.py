@@ -16,7 +16,11 @@ from satform.record.stretch import TIME_SLACK, Stretch, rows_of, rows_within
 from satform.scenario.expectation import Expectation
 from satform.scenario.parts import SatelliteSpec, Timing
 
-_EQUIPMENT = {"plans": "control law that makes plans", "attitude_filter": "filter of its attitude"}
+_EQUIPMENT = {
+    "plans": "control law that makes plans",
+    "attitude_filter": "filter of its attitude",
+    "motion_sensor": "sensor or navigation",
+}
 """What a sentence calls equipment whose name does not say it."""
 
 
@@ -24,7 +28,7 @@ class OfSatellites(Expectation):
     """An expectation of all satellites or of some of them."""
 
     of_equipment: ClassVar[
-        Literal["", "thruster", "sensor", "filter", "attitude", "plans", "attitude_filter"]
+        Literal["", "thruster", "sensor", "filter", "attitude", "plans", "attitude_filter", "motion_sensor"]
     ] = ""
     """What each satellite has to have for it, plans being those of its control law; empty for nothing."""
 
@@ -72,6 +76,10 @@ def _has(satellite: SatelliteSpec, equipment: str) -> bool:
         return satellite.controller is not None and satellite.controller.makes_plans
     if equipment == "attitude_filter":
         return satellite.estimates_attitude
+    if equipment == "motion_sensor":
+        return satellite.measures_motion
+    if equipment == "filter":
+        return satellite.estimates_motion
     return getattr(satellite, equipment) is not None
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What specifications of sensors have in common, and the channel that they build.
 
-Equations, visibility and errors: docs/sensors.md.
+How to write a sensor of one's own: docs/own_sensor.md.
 """
 
 import math
