@@ -19,8 +19,8 @@ from satform.flight.compile import topic_plan
 from satform_bringup.deployment.domain_lock import own_domain
 from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import exit_code_of
-from satform_nodes.transport import qos, topic_types
-from satform_nodes.transport.missing_endpoints import OPTIONAL, Shortcoming, in_words, shortcomings
+from satform_nodes.transport import message_definitions, missing_endpoints, qos, topic_types
+from satform_nodes.transport.missing_endpoints import Shortcoming, changed_types, in_words, shortcomings
 
 SCENARIO = shortened("triangle", 60.0)
 TABLE = channels(topic_plan(SCENARIO))
@@ -43,7 +43,7 @@ def formation(context: rclpy.Context, *without: tuple[str, str]) -> dict[str, No
         profile = qos.PUBLISHER_BY_RHYTHM[channel.rhythm]
         kind = topic_types.TYPES[channel.kind]
         for name in channel.publishers:
-            if (name, channel.topic) not in without and channel.kind not in OPTIONAL:
+            if (name, channel.topic) not in without and not channel.optional:
                 nodes[name].create_publisher(kind, channel.topic, profile)
         for name in channel.subscribers:
             if (name, channel.topic) not in without:
@@ -144,3 +144,21 @@ def test_nodes_that_are_told_of_a_lost_flight_end_with_3(
 
 def test_every_topic_of_the_table_is_known() -> None:
     assert {channel.kind for channel in TABLE if isinstance(channel, Channel)} <= topic_types.TYPES.keys()
+
+
+def test_message_of_the_same_name_and_another_definition_is_told_by_its_hash(
+    context: rclpy.Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nodes = formation(context)
+    assert found(nodes) == []
+    assert changed_types(nodes["plant"], TABLE, ["sat2"]) == []
+    here = message_definitions.type_hash
+    monkeypatch.setattr(
+        missing_endpoints, "type_hash", lambda kind: "RIHS01_0" if kind is Command else here(kind)
+    )
+    (changed,) = changed_types(nodes["plant"], TABLE, ["sat2"])
+    assert changed.node == "sat2"
+    assert changed.sentence.startswith(
+        "sat2 publishes /sat2/command with another definition of satform_msgs/msg/Command (RIHS01_"
+    )
+    assert changed_types(nodes["plant"], TABLE, []) == []

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from satform_msgs.msg import Command
+from rclpy.serialization import serialize_message
+from satform_msgs.msg import Command, NodeReady
 
 from flights import shortened
 from satform.communication import topic_table
@@ -44,6 +45,9 @@ class Network:
         data = layout(Command, topic_table.FRAME).pack(*self._stamps.at(step), step, *nothing)
         self._callbacks[topic_name("command", name)](data, name)
 
+    def publish(self, topic: str, message: Any, publisher: str) -> None:
+        self._callbacks[topic](serialize_message(message), publisher)
+
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
@@ -61,6 +65,7 @@ def plant_ears_of(scenario: Scenario, network: Network, membership: MembershipMa
         RejectionCounter(),
         lambda: None,
         lambda _name, _checkpoint: None,
+        lambda _name, _version: None,
         Stamps(scenario.timing.step, scenario.timing.step_nanoseconds),
         clocked=False,
     )
@@ -115,3 +120,30 @@ def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:
     network = Network(scenario)
     plant_ears_of(scenario, network, MembershipManager(scenario.membership_plan(), [])).begin()
     assert network.next_awaited is None
+
+
+@pytest.mark.parametrize(
+    ("version", "offered", "other"),
+    [(topic_table.INTERFACE_VERSION, ["sat2"], []), (topic_table.INTERFACE_VERSION + 1, [], ["sat2"])],
+)
+def test_node_written_by_another_version_of_the_interface_is_not_ready(
+    version: int, offered: list[str], other: list[str]
+) -> None:
+    scenario = shortened("triangle", 10.0)
+    network = Network(scenario)
+    ready: list[str] = []
+    rejected: list[str] = []
+    PlantSubscriptions(
+        SimpleNamespace(),  # type: ignore[arg-type]
+        network,  # type: ignore[arg-type]
+        subscribed_by(PLANT, channels(topic_plan(scenario))),
+        MembershipManager(scenario.membership_plan()),
+        RejectionCounter(),
+        lambda: None,
+        lambda name, _checkpoint: ready.append(name),
+        lambda name, _version: rejected.append(name),
+        Stamps(scenario.timing.step, scenario.timing.step_nanoseconds),
+        clocked=False,
+    )
+    network.publish(topic_table.NODE_READY, NodeReady(node="/sat2", interface=version), "sat2")
+    assert (ready, rejected) == (offered, other)

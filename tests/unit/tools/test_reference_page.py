@@ -34,6 +34,13 @@ def test_the_page_is_what_the_command_prints(
     assert page.read_text(encoding="utf-8") == printed, f"run {command} > docs/{page.name}"
 
 
+def test_interface_page_is_what_the_command_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    page = DOCS / "interface_reference.md"
+    assert cli.main(["interface"]) == 0
+    command = "./tools/satform interface"
+    assert page.read_text(encoding="utf-8") == capsys.readouterr().out, f"run {command} > docs/{page.name}"
+
+
 KINDS = {
     group: list(entry_points(group=group)) for group in entry_points().groups if group.startswith("satform.")
 }

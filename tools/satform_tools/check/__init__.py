@@ -13,6 +13,7 @@ from satform_tools.check.consensus import consensus_warnings
 from satform_tools.check.controllers import controller_warnings
 from satform_tools.check.disturbances import disturbance_warnings
 from satform_tools.check.earth_orientation import earth_orientation_warnings
+from satform_tools.check.external_satellites import external_satellite_warnings
 from satform_tools.check.filters import filter_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
@@ -41,6 +42,7 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     pointing_warnings,
     link_direction_warnings,
     visibility_warnings,
+    external_satellite_warnings,
 )
 """Every subject that is looked at."""
 

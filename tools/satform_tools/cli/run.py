@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands that fly: run, replay, recover, rejoin, gallery."""
+"""The commands that fly: run, replay, recover, rejoin, conformance, gallery."""
 
 # ruff: noqa: PLC0415
 
@@ -35,6 +35,7 @@ def add_to(app: typer.Typer) -> None:
     app.command()(replay)
     app.command()(recover)
     app.command()(rejoin)
+    app.command(epilog="Exit codes: 0 all rules are kept, 1 a rule is broken, 2 bad input.")(conformance)
     app.command()(gallery)
 
 
@@ -256,6 +257,39 @@ def rejoin(
         raise typer.Exit(start_again(run, satellite))
     except RejoinError as error:
         raise CommandError(str(error)) from None
+
+
+def conformance(
+    node: Annotated[str, typer.Argument(metavar="NODE", help="Name of the node, e.g. /sat2.")],
+    scenario: Annotated[
+        str, typer.Option(metavar="SCENARIO", help="Scenario in which the satellite flies.")
+    ] = "triangle",
+    command: Annotated[
+        str,
+        typer.Option(
+            metavar="COMMAND",
+            help="Command that starts the node; {scenario} stands for the path of the scenario. Without it "
+            "somebody else starts the node.",
+        ),
+    ] = "",
+    timeout: Annotated[
+        float, typer.Option(min=1.0, help="Seconds within which the node has to be there, and ready.")
+    ] = 60.0,
+    changes: Changes = None,
+    json: Json = False,
+) -> None:
+    """Test the node of a satellite by the rules of the interface.
+
+    Plays the plant, the neighbours and the recorder to it, with lost, late and repeated messages and
+    changes of the formation.
+    """
+    from satform_tools.run import ros_packages, scenario_library
+
+    ros_packages.require()
+    from satform_tools.conformance import command as conformance_command
+
+    test = conformance_command.Test(node, scenario_library.load(scenario, changes or ()), command, timeout)
+    raise typer.Exit(conformance_command.conformance(test, as_json=json))
 
 
 def gallery(

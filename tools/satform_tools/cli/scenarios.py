@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands before and after a flight: list, check, show, schema, security, report."""
+"""The commands before and after a flight: list, check, show, schema, interface, security, report."""
 
 # ruff: noqa: PLC0415
 
@@ -23,6 +23,7 @@ def add_to(app: typer.Typer) -> None:
     app.command()(show)
     app.command()(schema)
     app.command()(new)
+    app.command()(interface)
     app.command()(security)
     app.command()(report)
 
@@ -101,6 +102,16 @@ def new(
     from satform_tools.templates import package
 
     package.describe(package.make(kind, name, out), name)
+
+
+def interface() -> None:
+    """Print the topics, QoS and messages of the interface, as a page of the documentation."""
+    from satform_tools.run import ros_packages
+
+    ros_packages.require()
+    from satform_tools.describe import interface_reference
+
+    output_streams.write(interface_reference.text())
 
 
 def security(

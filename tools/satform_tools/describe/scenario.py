@@ -17,7 +17,7 @@ from satform.consensus.byzantine_robustness import (
 )
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.evaluation.sampled_loops import sampled_loops
-from satform.flight.compile import compile_scenario, flight_plan, topic_plan
+from satform.flight.compile import compile_scenario, external_satellites, flight_plan, topic_plan
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import SteadyMotion
 from satform.scenario import Scenario
@@ -167,6 +167,7 @@ def _satellite(
     assert spec.controller is not None  # noqa: S101
     return {
         "name": spec.name,
+        "external": spec.external,
         "curve": spec.curve.model_dump(mode="json", exclude_none=True),
         "parameter": spec.path_parameter,
         "scale": spec.scale,
@@ -186,7 +187,8 @@ def _processes(scenario: Scenario) -> list[dict[str, Any]]:
     from satform_bringup.deployment.node_processes import processes  # noqa: PLC0415 - only `show` needs it
 
     listed = processes(compile_scenario(scenario), Path(SCENARIO_FILE), Path(BAG_FOLDER))
-    return [{"node": process.name, "executable": process.executable} for process in listed]
+    started = [{"node": process.name, "executable": process.executable} for process in listed]
+    return [*started, *({"node": name, "executable": "external"} for name in external_satellites(scenario))]
 
 
 def _topics(scenario: Scenario) -> list[dict[str, Any]]:

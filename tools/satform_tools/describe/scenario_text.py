@@ -90,6 +90,13 @@ def _print_satellites(satellites: list[dict[str, Any]]) -> None:
         gains.setdefault(_fields_text(entry["controller"]), []).append(entry["name"])
     truncated.lines([f"controller of {truncated.names(names)}: {texts}" for texts, names in gains.items()])
     console.line()
+    external = [entry["name"] for entry in satellites if entry["external"]]
+    if external:
+        console.line(
+            f"external: {truncated.names(external)}; over DDS a run waits for the node, which somebody else "
+            "starts"
+        )
+        console.line()
     print_feedback(satellites)
     print_start(satellites)
     print_lyapunov(satellites)

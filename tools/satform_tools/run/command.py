@@ -205,6 +205,7 @@ def _over_dds(
                 keystore=options.keystore,
                 environment=_tracing(folder) if options.profile else None,
                 namespace=options.namespace,
+                notice=console.note,
             )
     except RuntimeError as error:
         raise CommandError(str(error)) from None

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_MISSED
+from satform.common.name_list import listed
 from satform.evaluation.conclusion import excluded
+from satform.flight.compile import external_satellites
 from satform.flight.simulate import simulate
 from satform.membership.formation import Plan, SatelliteLost
 from satform.record.flight_record import FlightRecord
@@ -86,6 +88,12 @@ def replay(path: Path, *, as_json: bool) -> int:
         )
     if bag.record.steps < 1 and bag.record.early_end is None:
         raise CommandError(f"{path}: has no complete step; there is nothing to replay")
+    external = external_satellites(bag.scenario)
+    if external:
+        console.note(
+            f"{listed(external)} was flown by an external program; the replay flies the controller of the "
+            "scenario, and is equal only where both compute the same"
+        )
     found = compare(bag.scenario, bag.record, bag.events)
     if as_json:
         console.as_json(asdict(found))

@@ -33,7 +33,14 @@ from satform.bag.format import (
 from satform.bag.message_types import TopicMessages, decoded
 from satform.bag.records import ExpansionError, records
 from satform.bag.tables import Gaps, Table, read_table
-from satform.communication.topic_table import CLOCK, STATUS, TopicPlan, lengths_of, topic_name
+from satform.communication.topic_table import (
+    CLOCK,
+    OPTIONAL_OF_EXTERNAL,
+    STATUS,
+    TopicPlan,
+    lengths_of,
+    topic_name,
+)
 from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
@@ -297,7 +304,7 @@ def _record(
     def tables(kind: str, instead: str = "", wanted: Callable[[SatelliteSpec], Any] = bool) -> list[Table]:
         """Each satellite's table of one kind of message, or of another kind where it has none of these."""
         chosen = [kind if wanted(satellite) else instead for satellite in satellites]
-        return [
+        found = [
             read_table(
                 contents.of(topic_name(kind, names[index])),
                 index,
@@ -306,6 +313,13 @@ def _record(
                 lengths_of(kind, topics, index),
             )
             for index, kind in enumerate(chosen)
+        ]
+        # The node of an external satellite may do without a topic for observers.
+        return [
+            table.blank(gaps.states - 1)
+            if own.external and kind in OPTIONAL_OF_EXTERNAL and not len(table)
+            else table
+            for table, own, kind in zip(found, satellites, chosen, strict=True)
         ]
 
     state, tracking = tables("state"), tables("tracking")

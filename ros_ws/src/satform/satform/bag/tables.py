@@ -58,6 +58,13 @@ class Table:
     def __len__(self) -> int:
         return len(self.rows)
 
+    def blank(self, rows: int) -> "Table":
+        """As many rows in which no number is one."""
+        blank = np.zeros(max(rows, 0), dtype=self.rows.dtype)
+        blank["step"] = np.arange(len(blank))
+        _blank(blank, np.ones(len(blank), dtype=np.bool_))
+        return Table(self.source, blank)
+
     def column(self, name: str) -> NDArray[np.float64]:
         """The values of one field, shape (rows,).
 

@@ -8,7 +8,7 @@ root namespace; `relative` and `in_namespace` are for one in another.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from satform.consensus.arc_length import Announces
@@ -67,6 +67,12 @@ KINDS_OF_A_SATELLITE = (
 )
 """Kinds of all topics that are about one satellite; the recorder subscribes to each of them."""
 
+OPTIONAL = frozenset({"diagnostics", "parameter_changes"})
+"""Kinds of topics whose publishers nobody waits for."""
+
+OPTIONAL_OF_EXTERNAL = OPTIONAL | {"tracking", "estimate", "link_conditions"}
+"""Kinds of topics about an external satellite that its node need not have."""
+
 Rhythm = Literal["states", "steps", "occasional"]
 """When there is a message: at every state, also at that after the last step; at every step; at times."""
 
@@ -81,6 +87,7 @@ class Channel:
         publishers: names of the nodes that publish there.
         subscribers: names of the nodes that subscribe and have to be there, the recorder last.
         rhythm: when there is a message.
+        optional: whether a satellite need not have it: neither as its publisher nor as its subscriber.
     """
 
     topic: str
@@ -88,10 +95,16 @@ class Channel:
     publishers: tuple[str, ...]
     subscribers: tuple[str, ...]
     rhythm: Rhythm
+    optional: bool = False
 
     def subscribers_in(self, *, recorded: bool) -> tuple[str, ...]:
         """Names of the subscribers in a flight with or without a recorder."""
         return self.subscribers if recorded else tuple(name for name in self.subscribers if name != RECORDER)
+
+    def required_subscribers(self, *, recorded: bool) -> tuple[str, ...]:
+        """Names of the subscribers for which the plant waits: of an optional topic the recorder alone."""
+        names = self.subscribers_in(recorded=recorded)
+        return tuple(name for name in names if name == RECORDER) if self.optional else names
 
 
 def lengths_of(kind: str, plan: "TopicPlan", index: int) -> tuple[tuple[str, int], ...]:
@@ -158,6 +171,7 @@ class Equipment:
         navigates: whether it knows its motion by the readings of its sensors alone.
         estimated: numbers of the state of the whole formation, which it estimates; 0 for one that does not.
         exchanges: whether its neighbours use that estimate.
+        external: whether its node is somebody else's program.
     """
 
     name: str
@@ -173,6 +187,7 @@ class Equipment:
     navigates: bool = False
     estimated: int = 0
     exchanges: bool = False
+    external: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +245,9 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
         found.append(_channel("attitude_estimate", own, own, [], "steps"))
     if equipment.thruster:
         found.append(_channel("propulsion", own, PLANT, [], "steps"))
-    return [*found, _channel("parameter_changes", own, own, [], "occasional")]
+    found.append(_channel("parameter_changes", own, own, [], "occasional"))
+    optional = OPTIONAL_OF_EXTERNAL if equipment.external else OPTIONAL
+    return [replace(channel, optional=channel.kind in optional) for channel in found]
 
 
 def formation_channels(plan: TopicPlan) -> list[Channel]:
@@ -242,7 +259,7 @@ def formation_channels(plan: TopicPlan) -> list[Channel]:
         Channel(NODE_READY, "node_ready", everyone, (PLANT,), "occasional"),
         Channel(RECORDER_PROGRESS, "recorder_progress", (RECORDER,), (PLANT,), "occasional"),
         Channel(CLOCK, "clock", (PLANT,), (RECORDER,), "states"),
-        Channel(DIAGNOSTICS, "diagnostics", (PLANT, *everyone), (RECORDER,), "occasional"),
+        Channel(DIAGNOSTICS, "diagnostics", (PLANT, *everyone), (RECORDER,), "occasional", optional=True),
     ]
 
 

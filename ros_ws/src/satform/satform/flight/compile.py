@@ -62,6 +62,7 @@ class FormationPlan:
     Attributes:
         name: of the scenario.
         names: of the satellites, in order.
+        external: names of the satellites whose nodes somebody else starts.
         announces: what satellites exchange: their phase or their motion.
         timing: steps of the flight, and how long its parts wait.
     """
@@ -76,6 +77,7 @@ class FormationPlan:
         self._satellites: dict[int, FlightPlan] = {}
         self.name = scenario.name
         self.names = tuple(satellite.name for satellite in scenario.satellites)
+        self.external = external_satellites(scenario)
         self.announces: Announces = scenario.consensus.announces
         self.timing = timing_plan(scenario)
 
@@ -181,7 +183,13 @@ def timing_plan(scenario: Scenario) -> TimingPlan:
         command_timeout=scenario.command_timeout,
         node_timeout=scenario.node_timeout,
         checkpoint_steps=scenario.checkpoint_steps,
+        external_timeout=scenario.external_timeout if external_satellites(scenario) else 0.0,
     )
+
+
+def external_satellites(scenario: Scenario) -> tuple[str, ...]:
+    """Names of the satellites whose nodes somebody else starts."""
+    return tuple(satellite.name for satellite in scenario.satellites if satellite.external)
 
 
 def fault_schedule(scenario: Scenario) -> FaultSchedule:
@@ -219,6 +227,7 @@ def topic_plan(scenario: Scenario) -> TopicPlan:
             attitude_filter=spec.estimates_attitude,
             links=index in receivers,
             orbit=scenario.publish_orbits,
+            external=spec.external,
         )
         for index, spec in enumerate(specs)
     )

@@ -46,6 +46,8 @@ class TimingPlan:
         command_timeout: simulated time for which a command is held while no newer one arrives, s.
         node_timeout: wall-clock time after which a satellite that does not answer counts as lost, s.
         checkpoint_steps: steps between two checkpoints of a satellite; None when none are stored.
+        external_timeout: wall-clock time for which the start waits for external satellites, s; zero without
+            any.
     """
 
     step: float
@@ -54,6 +56,7 @@ class TimingPlan:
     command_timeout: float
     node_timeout: float
     checkpoint_steps: int | None
+    external_timeout: float = 0.0
 
     @property
     def duration(self) -> float:

@@ -54,7 +54,11 @@ def consistency_complaints(scenario: ScenarioDefinition, *, recorded: bool) -> l
         *_reconfiguration_complaints(scenario),
         *scenario.limits.complaints(scenario.orbit.altitude),
         *_station_complaints(scenario),
-        *host_complaints(scenario.hosts, [satellite.name for satellite in scenario.satellites]),
+        *host_complaints(
+            scenario.hosts,
+            [satellite.name for satellite in scenario.satellites],
+            [satellite.name for satellite in scenario.satellites if satellite.external],
+        ),
     ]
 
 

@@ -101,6 +101,8 @@ class ScenarioDefinition(Spec):
     node_timeout: Annotated[float, Field(ge=0.1, le=86_400.0)] = 10.0
     """Wall-clock time after which a satellite that sends no message counts as lost, s; the plant counts as
     lost after twice that time."""
+    external_timeout: Annotated[float, Field(ge=1.0, le=86_400.0)] = 120.0
+    """Wall-clock time for which a run waits at the start for the nodes of external satellites, s."""
     hosts: Annotated[tuple[HostSpec, ...], Field(max_length=1000)] = ()
     """Which machine runs which part, where the formation is flown on several."""
 

@@ -5,7 +5,7 @@
 import difflib
 import ipaddress
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Annotated
 
 from pydantic import Field, field_validator
@@ -23,7 +23,8 @@ class HostSpec(Spec):
     address: Annotated[str, Field(pattern=r"^[A-Za-z0-9]([A-Za-z0-9.-]{0,251}[A-Za-z0-9])?$")]
     """IPv4 address, or name in the DNS, at which all the others reach it."""
     runs: Annotated[tuple[str, ...], Field(min_length=1)]
-    """What it runs: `plant`, `recorder`, and satellites by name."""
+    """What it runs: `plant`, `recorder`, and satellites by name. An external satellite need not be
+    named; where it is, its node is started there by somebody else."""
 
     @field_validator("address")
     @classmethod
@@ -36,16 +37,19 @@ class HostSpec(Spec):
         return address
 
 
-def host_complaints(hosts: Sequence[HostSpec], satellites: Sequence[str]) -> list[Complaint]:
+def host_complaints(
+    hosts: Sequence[HostSpec], satellites: Sequence[str], external: Collection[str] = ()
+) -> list[Complaint]:
     """What is wrong with the distribution of a formation's parts.
 
     Args:
         hosts: of the scenario; empty when it has none.
         satellites: names of all satellites.
+        external: names of those whose nodes somebody else starts.
 
     Returns:
-        Path and sentence of each fault: every part is run by exactly one host, and no two hosts
-        share a name or an address.
+        Path and sentence of each fault: every part is run by exactly one host, an external satellite by one
+        at most, and no two hosts share a name or an address.
     """
     if not hosts:
         return []
@@ -55,7 +59,7 @@ def host_complaints(hosts: Sequence[HostSpec], satellites: Sequence[str]) -> lis
         *_duplicates(hosts, "address"),
         *_loopbacks(hosts),
         *_unknown_parts(hosts, parts),
-        *_miscounted_parts(hosts, parts),
+        *_miscounted_parts(hosts, parts, external),
     ]
 
 
@@ -98,10 +102,12 @@ def _unknown_parts(hosts: Sequence[HostSpec], parts: Sequence[str]) -> list[Comp
     return complaints
 
 
-def _miscounted_parts(hosts: Sequence[HostSpec], parts: Sequence[str]) -> list[Complaint]:
+def _miscounted_parts(
+    hosts: Sequence[HostSpec], parts: Sequence[str], external: Collection[str]
+) -> list[Complaint]:
     count = Counter(part for host in hosts for part in host.runs)
     complaints: list[Complaint] = []
-    homeless = [part for part in parts if not count[part]]
+    homeless = [part for part in parts if not count[part] and part not in external]
     if homeless:
         sentence = f"no host runs {', '.join(homeless)}; every part is run by exactly one host"
         complaints.append((("hosts",), sentence))

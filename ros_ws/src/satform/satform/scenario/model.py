@@ -100,7 +100,8 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
         without_channel = not any(link.channel is not None for link in links)
         omitted = {"sensors", "navigation"}
         without_sensors = {
-            index: {name: True for name in omitted if not getattr(satellite, name)}
+            index: {"external": True}
+            | {name: True for name in omitted if not getattr(satellite, name)}
             | ({} if satellite.estimates_attitude else {"attitude": {"filter"}})
             for index, satellite in enumerate(satellites)
         }
@@ -119,6 +120,7 @@ class Scenario(ScenarioDefinition, metaclass=_RefusedInSentences):
                         for index, absent in without_sensors.items()
                     },
                     "satellite_defaults": omitted,
+                    "external_timeout": True,
                     "stations": True,
                     "publish_orbits": True,
                     "publish_sensor_messages": True,

@@ -241,3 +241,6 @@ class SatelliteSpec(SatelliteFields):
     """Name of the satellite's node and topics: lower case letters, digits and underscores."""
     start: StartSpec | None = None
     """Where it starts; on its reference, off by `position_error` and `velocity_error`, when left out."""
+    external: bool = False
+    """Whether its node is started by somebody else, as an own program that follows the interface; a run waits
+    for it. In one process and in campaigns the controller of the scenario flies it."""

@@ -75,7 +75,8 @@ def processes(
         namespace: in which all nodes and their topics are; empty for the root.
 
     Returns:
-        Plant, the satellites in their order, the recorder if there is a bag, and the display if asked for.
+        Plant, the satellites in their order without the external ones, the recorder if there is a bag, and
+        the display if asked for.
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
     if rate > 0.0:
@@ -86,7 +87,7 @@ def processes(
         found.append(NodeProcess("plant", "plant_node", {**recorded, "recorder_needed": recorder_needed}))
     if checkpoints is not None:
         recorded["checkpoints"] = str(checkpoints)
-    names = [name for name in plan.names if _runs(host, name)]
+    names = [name for name in plan.names if name not in plan.external and _runs(host, name)]
     if group == 1:
         found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]
     else:

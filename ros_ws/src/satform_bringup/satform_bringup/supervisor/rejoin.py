@@ -10,6 +10,7 @@ from pathlib import Path
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.files.bounded_file import read_json
 from satform_bringup import LOG_FOLDER, PROCESSES_FILE
+from satform_bringup.deployment.external_nodes import ENVIRONMENT_FILE
 from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
 from satform_bringup.supervisor.supervisor import SHUTDOWN_TIMEOUT
@@ -44,11 +45,17 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int, dict[str, str]]:
         kept = read_json(file, _MOST_BYTES)
         nodes = {node["name"]: NodeProcess(**node) for node in kept["nodes"]}
         domain, environment = int(kept["domain"]), dict(kept["environment"])
+        external = list(kept.get("external", []))
     except OSError as error:
         sentence = f"{file}: cannot be read: {error.strerror}; name the folder of a run that is under way"
         raise RejoinError(sentence) from None
     except (ValueError, KeyError, TypeError):
         raise RejoinError(f"{file}: does not describe the processes of a run") from None
+    if name in external:
+        raise RejoinError(
+            f"{run}: {name} is external; start its program again, with the environment of "
+            f"{run / ENVIRONMENT_FILE}"
+        )
     if name not in nodes or nodes[name].executable not in ("satellite_node", "group_node"):
         satellites = [node.name for node in nodes.values() if node.executable.startswith(("sat", "group"))]
         raise RejoinError(f"{run}: has no satellite {name}; there are {', '.join(satellites)}")

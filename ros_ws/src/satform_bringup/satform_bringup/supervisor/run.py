@@ -13,7 +13,7 @@ from satform.scenario import Scenario, save_scenario
 from satform.scenario.deployment import HostSpec
 from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE
-from satform_bringup.deployment import local_discovery, preflight, security
+from satform_bringup.deployment import external_nodes, local_discovery, preflight, security
 from satform_bringup.deployment.multi_host_discovery import flight_domain, variables
 from satform_bringup.deployment.node_processes import processes
 from satform_bringup.supervisor.flight import Flight, Policy
@@ -38,6 +38,7 @@ def fly(
     keystore: Path | None = None,
     environment: Mapping[str, str] | None = None,
     namespace: str = "",
+    notice: Callable[[str], None] = lambda _sentence: None,
 ) -> Flight:
     """Fly a scenario as a plant, a process for each satellite and a recorder, in lockstep over DDS.
 
@@ -53,6 +54,7 @@ def fly(
         keystore: with the nodes' keys; None to fly unsecured.
         environment: more variables for the processes.
         namespace: of all nodes and topics, such as `/f1`; empty for the root.
+        notice: called with a sentence about the external satellites that the run waits for.
 
     Returns:
         How it went, also when a process was lost. No process is left behind in any case.
@@ -92,13 +94,18 @@ def fly(
     ):
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
-        flight_variables = _environment(scenario, out, len(nodes), host, keystore) | dict(environment or {})
+        count = len(nodes) + len(plan.external)
+        flight_variables = _environment(scenario, out, count, host, keystore) | dict(environment or {})
         save_scenario(scenario, scenario_file)
+        if plan.external:
+            external_nodes.write_environment(out, domain, flight_variables)
+            notice(external_nodes.awaited(plan, out, namespace))
         watch = Supervisor(plan, signals, progress, policy, out / LOG_FOLDER, domain, flight_variables)
         settings = {
             "domain": domain,
             "environment": flight_variables,
             "nodes": [asdict(node) for node in nodes],
+            "external": list(plan.external),
         }
         write_durably(out / PROCESSES_FILE, json.dumps(settings).encode())
         try:

@@ -233,7 +233,7 @@ def fly(node: Node, executor: StepExecutor, stop: StopRequest, _report: Supervis
     declare_start(node, "scenario")
     plan = plan_of(node)
     display = DisplayNode(node, executor, plan)
-    first = discovery_timeout(len(plan.names))
+    first = discovery_timeout(plan)
     display.begin(executor, stop, first)
 
     def flying() -> bool:

@@ -41,10 +41,10 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     )
     plan = plan_of(node)
     plant = PlantNode(node, executor, plan, settings, report)
-    if not executor.spin_until(
-        lambda: plant.all_ready() or stop.asked or plant.stop_asked, plant.start_timeout
-    ):
+    if not executor.spin_until(lambda: plant.all_ready() or plant.over or stop.asked, plant.start_timeout):
         return _abort(plant, *plant.not_ready())
+    if plant.aborted:
+        return _abort(plant, *plant.aborted)
     begin = time.perf_counter()
     plant.report.send("flying")
     node.get_logger().info(f"flying {_description(plan, settings.rate)}")

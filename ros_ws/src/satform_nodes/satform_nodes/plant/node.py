@@ -10,6 +10,8 @@ from satform_msgs.msg import FormationStatus
 
 from satform.common.name_list import listed
 from satform.communication.topic_table import (
+    INTERFACE_VERSION,
+    NODE_READY,
     PLANT,
     RECORDER,
     RECORDER_WINDOW,
@@ -34,11 +36,14 @@ from satform_nodes.runtime.lifecycle import start_timeout
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
-from satform_nodes.transport.missing_endpoints import in_words, shortcomings
+from satform_nodes.transport.missing_endpoints import changed_types, in_words, shortcomings
 from satform_nodes.transport.sim_time import Stamps
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""
+
+_TYPE_CHECK_PERIOD = 0.5
+"""Wall-clock time between two checks of the message types of external satellites before the flight, s."""
 
 _HEARTBEAT_PERIOD = 0.5
 """Wall-clock time between two statuses while no step is taken, s; a fraction of any timeout."""
@@ -90,7 +95,7 @@ class PlantNode:
         self._held_steps = held_steps(plan.timing.command_timeout, plan.timing.step)
         self.stop_asked = False
         self.names = self.membership.names
-        self.start_timeout = start_timeout(len(self.names))
+        self.start_timeout = start_timeout(plan)
         self._settings = settings
         self._awaited_since = 0.0
         self._paused = False
@@ -98,6 +103,7 @@ class PlantNode:
         self._pulse = 0
         self._next_heartbeat = 0.0
         self._next_progress = 0.0
+        self._next_type_check = 0.0
         self._progress = FlightProgress(self.rejections)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
 
@@ -111,6 +117,7 @@ class PlantNode:
             self.rejections,
             self._advance_if_complete,
             self._on_ready,
+            self._on_other_interface,
             self._stamps,
             clocked=self.clocked,
         )
@@ -126,6 +133,9 @@ class PlantNode:
         self._services = FormationServices(node, self)
         self.reconfiguration = ReconfigurationServer(node, self, executor)
         executor.add_periodic(self._run_periodic)
+        if plan.external:
+            # A program that knows no scenario reads names and graph from it before it can be ready.
+            self.publish_status(FormationStatus.WAITING, "")
 
     @property
     def finished(self) -> bool:
@@ -162,14 +172,29 @@ class PlantNode:
 
     def all_ready(self) -> bool:
         """Whether all nodes have published that they are ready, and their endpoints are discovered."""
-        return not self.membership.unready and self._endpoints.complete()
+        ready = not self.membership.unready and self._endpoints.complete()
+        now = time.monotonic()
+        if self.plan.external and self.aborted is None and (ready or now >= self._next_type_check):
+            self._next_type_check = now + _TYPE_CHECK_PERIOD
+            self._require_same_types()
+        return ready
+
+    def _require_same_types(self) -> None:
+        """End the start of the flight if an external satellite was built with other messages."""
+        found = changed_types(self.node, channels(self.plan.topics), self.plan.external)
+        if found:
+            self.aborted = (list(dict.fromkeys(each.node for each in found)), found[0].sentence)
 
     def not_ready(self) -> tuple[list[str], str]:
         """Nodes that keep the flight from beginning, each with the reason."""
         unready = self.membership.unready
-        found = shortcomings(self.node, channels(self.plan.topics), recorded=self.recorded)
+        found = shortcomings(
+            self.node, channels(self.plan.topics), recorded=self.recorded, external=self.plan.external
+        )
         who = list(dict.fromkeys(each.node for each in found)) or unready or [PLANT]
-        return who, f"not ready within {self.start_timeout:g} s: {in_words(found, unready or [PLANT])}"
+        reason = f"not ready within {self.start_timeout:g} s: {in_words(found, unready or [PLANT])}"
+        rejected = [key for key in self.rejections.sentences() if key.startswith(NODE_READY)]
+        return who, "; ".join([reason, *(f"rejected messages: {sentence}" for sentence in rejected)])
 
     @property
     def waits_for_rejoin(self) -> bool:
@@ -251,6 +276,12 @@ class PlantNode:
         if self.flying and name in self.names:
             self.membership.request_rejoin(self.names.index(name), checkpoint)
             self._publish_due_states()
+
+    def _on_other_interface(self, name: str, version: int) -> None:
+        """Before the flight: end it, since a node follows another version of the interface."""
+        if not self.flying and self.aborted is None:
+            rules = f"version {version} of the interface, and these nodes by version {INTERFACE_VERSION}"
+            self.aborted = ([name], f"{name} was written by {rules} (docs/interface.md)")
 
     # Steps
 

@@ -105,7 +105,7 @@ class PlantPublishers:
         """
         for channel in self._channels:
             endpoints.require_subscribers(
-                self._publishers[channel.topic], channel.subscribers_in(recorded=recorded)
+                self._publishers[channel.topic], channel.required_subscribers(recorded=recorded)
             )
 
     # At each step

@@ -63,6 +63,7 @@ class PlantSubscriptions:
         rejections: RejectionCounter,
         on_answer: Callable[[], None],
         on_offer: Callable[[str, int], None],
+        on_other_interface: Callable[[str, int], None],
         stamps: Stamps,
         *,
         clocked: bool,
@@ -77,6 +78,8 @@ class PlantSubscriptions:
             rejections: counts rejected messages.
             on_answer: called after each valid command.
             on_offer: called with the name of a node that is ready, and the step of its checkpoint.
+            on_other_interface: called with the name of a node that was written by another version of the
+                interface, and that version.
             stamps: of the scenario's steps.
             clocked: whether the flight goes by the wall clock.
         """
@@ -91,6 +94,7 @@ class PlantSubscriptions:
         self._rejections = rejections
         self._on_answer = on_answer
         self._on_offer = on_offer
+        self._on_other_interface = on_other_interface
         self._stamps = stamps
         self._clocked = clocked
         self._last_commands: dict[int, bytes] = {}
@@ -261,5 +265,9 @@ class PlantSubscriptions:
         stamp = ready.header.stamp
         if self._stamps.contradict(stamp.sec, stamp.nanosec, ready.step, exact=True):
             self._rejections.add(topic_table.NODE_READY, CONTRADICTION)
+            return
+        if ready.interface != topic_table.INTERFACE_VERSION:
+            self._rejections.add(topic_table.NODE_READY, f"{name} has another version of the interface")
+            self._on_other_interface(name, int(ready.interface))
             return
         self._on_offer(name, int(ready.checkpoint))

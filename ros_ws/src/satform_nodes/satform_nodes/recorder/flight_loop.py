@@ -40,7 +40,7 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
         )
     recorder = RecorderNode(node, executor, scenario, Path(folder), report, clocked)
     try:
-        first = discovery_timeout(len(scenario.satellites))
+        first = discovery_timeout(recorder.plan)
         _record(recorder, executor, stop, first, max(first, plant_timeout(scenario.node_timeout)))
     except OSError as error:
         step = max(0, recorder.recorded_step)

@@ -16,6 +16,7 @@ from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.communication import topic_table
 from satform.communication.topic_table import (
+    OPTIONAL,
     PLANT,
     RECORDER,
     Channel,
@@ -45,7 +46,6 @@ from satform_nodes.transport.message_validator import (
     MessageValidator,
     deserialize_or_reject,
 )
-from satform_nodes.transport.missing_endpoints import OPTIONAL
 from satform_nodes.transport.node_error import NodeError
 from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
 
@@ -68,6 +68,7 @@ class _SteppedTopic:
         kind: of topic.
         satellite: index of the publishing satellite; -1 for the plant.
         last: step of its last message.
+        optional: whether its publisher may do without it.
         latest: step of the newest message in the bag; -1 before the first.
         gaps: first and last step of each stretch without messages.
         validator: of its messages; None for the clock, whose messages have no header.
@@ -78,6 +79,7 @@ class _SteppedTopic:
     kind: str
     satellite: int
     last: int
+    optional: bool = False
     latest: int = -1
     gaps: list[tuple[int, int]] = field(default_factory=list)
     validator: MessageValidator | None = None
@@ -95,7 +97,7 @@ class RecorderNode:
         report: SupervisorPipe,
         clocked: bool,
     ) -> None:
-        plan = compile_scenario(scenario)
+        plan = self.plan = compile_scenario(scenario)
         self.node = node
         self.report = report
         self.folder = folder
@@ -168,7 +170,9 @@ class RecorderNode:
     def _expected(self) -> list[_SteppedTopic]:
         """Topics that have a message at every step at present; on the wall clock only those of the plant."""
         alive = self.view.formation.alive & (not self._clocked)
-        return [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
+        present = [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
+        # An optional one has a message at every step from the first on, or none at all.
+        return [channel for channel in present if channel.latest >= 0 or not channel.optional]
 
     @property
     def recorded_step(self) -> int:
@@ -235,7 +239,8 @@ class RecorderNode:
         satellite = self._names.index(publisher) if publisher in self._names else -1
         about = self._about.get(topic, 0)
         last = self._last_step - (followed.rhythm == "steps")
-        channel = _SteppedTopic(self._add_topic(topic, kind, qos.LOCKSTEP), topic, kind, satellite, last)
+        number = self._add_topic(topic, kind, qos.LOCKSTEP)
+        channel = _SteppedTopic(number, topic, kind, satellite, last, followed.optional)
         if kind != "clock":
             channel.validator = MessageValidator(
                 topic,
@@ -262,7 +267,8 @@ class RecorderNode:
         subscription = executor.subscribe(
             self.node, topic_types.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, authorised
         )
-        self._endpoints.require_publishers(subscription, authorised)
+        if publisher == PLANT or not followed.optional:
+            self._endpoints.require_publishers(subscription, authorised)
 
     def _authorise(self, topic: str, names: Collection[str]) -> AuthorisedPublishers:
         """The authorised publishers of a topic."""

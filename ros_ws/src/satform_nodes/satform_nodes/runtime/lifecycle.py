@@ -28,12 +28,13 @@ from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
 
 
-def start_timeout(satellites: int) -> float:
+def start_timeout(plan: FormationPlan) -> float:
     """Wall-clock time within which all nodes of a formation have to find each other, s.
 
-    Every node learns of every other one, so that large formations take longer.
+    Every node learns of every other one, so that large formations take longer. With external satellites it is
+    the time that the scenario gives them.
     """
-    return 60.0 + satellites
+    return plan.timing.external_timeout or 60.0 + len(plan.names)
 
 
 def plant_timeout(node_timeout: float) -> float:
@@ -48,9 +49,9 @@ def plant_timeout(node_timeout: float) -> float:
     return 2.0 * node_timeout
 
 
-def discovery_timeout(satellites: int) -> float:
+def discovery_timeout(plan: FormationPlan) -> float:
     """Wall-clock time that the other nodes wait at the start, longer than the plant does, s."""
-    return 1.5 * start_timeout(satellites)
+    return 1.5 * start_timeout(plan)
 
 
 _EXIT_CODES = 256

@@ -35,7 +35,7 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         NodeError: discovery or the plant has timed out.
     """
     names = listed([satellite.name for satellite in satellites])
-    longest = discovery_timeout(len(satellites[0].plan.names))
+    longest = discovery_timeout(satellites[0].plan)
 
     def over() -> bool:
         return stop.asked or all(satellite.view.ended for satellite in satellites)

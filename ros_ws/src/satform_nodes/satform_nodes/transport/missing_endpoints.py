@@ -3,7 +3,7 @@
 """Diagnosis of a start that times out: missing nodes, publishers and subscriptions, and incompatible QoS."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,11 +13,20 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from satform.common.name_list import listed
 from satform.communication.topic_table import RECORDER, Channel, relative
 from satform_nodes.transport import topic_types
-from satform_nodes.transport.message_definitions import type_name
+from satform_nodes.transport.message_definitions import type_hash, type_name
 from satform_nodes.transport.node_names import local_name
 
-OPTIONAL = ("diagnostics", "parameter_changes")
-"""Kinds of topics whose publishers are not waited for."""
+_NOT_LATCHED = ("diagnostics", "recorder_progress")
+"""Kinds of topics with occasional messages that late subscriptions need not receive."""
+
+_EXTERNAL = ", which is external: somebody else starts it"
+"""What is said of a missing node that is not started with the others."""
+
+_NO_HASH = "INVALID"
+"""Text of a type hash that a middleware does not carry."""
+
+_HASH_SHOWN = 15
+"""Characters of a type hash that tell two definitions apart for a reader."""
 
 _MOST_NAMED = 3
 """Number of shortcomings that an error message lists; the rest are counted."""
@@ -36,26 +45,33 @@ class Shortcoming:
     sentence: str
 
 
-def shortcomings(node: Node, channels: Sequence[Channel], *, recorded: bool) -> list[Shortcoming]:
+def shortcomings(
+    node: Node, channels: Sequence[Channel], *, recorded: bool, external: Collection[str] = ()
+) -> list[Shortcoming]:
     """Compare the publishers and subscribers that are there with those that the flight needs.
 
     Args:
         node: through which it is looked.
         channels: of the flight.
         recorded: whether a recorder takes part.
+        external: names of the satellites whose nodes somebody else starts.
 
     Returns:
         Nodes that are not there at all first; then each missing or unfit endpoint in the channels' order.
     """
     here = {name for name, space in node.get_node_names_and_namespaces() if space == node.get_namespace()}
-    needed = [channel for channel in channels if channel.kind not in OPTIONAL]
+    needed = [channel for channel in channels if not channel.optional]
     names = dict.fromkeys(
         name
         for channel in needed
         for name in (*channel.publishers, *channel.subscribers_in(recorded=recorded))
         if recorded or name != RECORDER
     )
-    absent = [Shortcoming(name, f"there is no node {name}") for name in names if name not in here]
+    absent = [
+        Shortcoming(name, f"there is no node {name}{_EXTERNAL if name in external else ''}")
+        for name in names
+        if name not in here
+    ]
     gone = {shortcoming.node for shortcoming in absent}
     found = [*absent]
     for channel in needed:
@@ -111,6 +127,8 @@ def _subscribers(node: Node, channel: Channel, names: Iterable[str]) -> list[Sho
             found.append(Shortcoming(name, f"{name} does not subscribe to {topic}"))
         elif _type(own[name]) != type_name(topic_types.TYPES[channel.kind]):
             found += _unfit(name, "subscribes to", topic, channel, own[name])
+        else:
+            found += _changed_type(name, "subscribes to", topic, channel, own[name])
     return found
 
 
@@ -119,13 +137,58 @@ def _unfit(name: str, verb: str, topic: str, channel: Channel, own: Any) -> list
     wanted = type_name(topic_types.TYPES[channel.kind])
     if _type(own) != wanted:
         return [Shortcoming(name, f"{name} {verb} {topic} as {_type(own)}, not as {wanted}")]
+    changed = _changed_type(name, verb, topic, channel, own)
+    if changed:
+        return changed
     profile = own.qos_profile
     if profile.reliability == ReliabilityPolicy.BEST_EFFORT:
         return [Shortcoming(name, f"{name} {verb} {topic} as best effort, and its readers want reliable")]
-    latched = channel.rhythm == "occasional" and channel.kind != "diagnostics"
+    latched = channel.rhythm == "occasional" and channel.kind not in _NOT_LATCHED
     if latched and profile.durability == DurabilityPolicy.VOLATILE:
         return [Shortcoming(name, f"{name} {verb} {topic} as volatile, and its readers want transient local")]
     return []
+
+
+def changed_types(node: Node, channels: Sequence[Channel], names: Collection[str]) -> list[Shortcoming]:
+    """Endpoints of some nodes whose message type has the right name and another definition.
+
+    Args:
+        node: through which it is looked.
+        channels: of the flight.
+        names: of the nodes that are looked at.
+
+    Returns:
+        What is found at present; an endpoint that is not discovered yet is not looked at.
+    """
+    found: list[Shortcoming] = []
+    for channel in channels:
+        topic = node.resolve_topic_name(relative(channel.topic))
+        for verb, wanted, endpoints in (
+            ("publishes", channel.publishers, node.get_publishers_info_by_topic),
+            ("subscribes to", channel.subscribers, node.get_subscriptions_info_by_topic),
+        ):
+            if not set(wanted).isdisjoint(names):
+                for endpoint in endpoints(topic):
+                    name = local_name(endpoint, node.get_namespace())
+                    if name in names and name in wanted:
+                        found += _changed_type(name, verb, topic, channel, endpoint)
+    return found
+
+
+def _changed_type(name: str, verb: str, topic: str, channel: Channel, own: Any) -> list[Shortcoming]:
+    """A message type of the same name that was built from another definition, by the hashes of both.
+
+    A middleware that does not carry the hash is not judged.
+    """
+    wanted = topic_types.TYPES[channel.kind]
+    found, here = str(own.topic_type_hash), type_hash(wanted)
+    if _type(own) != type_name(wanted) or found in (_NO_HASH, here):
+        return []
+    sentence = (
+        f"{name} {verb} {topic} with another definition of {type_name(wanted)} ({found[:_HASH_SHOWN]}..., "
+        f"here {here[:_HASH_SHOWN]}...); build it with the messages of this satform"
+    )
+    return [Shortcoming(name, sentence)]
 
 
 def _type(endpoint: Any) -> str:

@@ -1,0 +1,163 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The example in Python with one fault, given by name: each breaks one rule of docs/interface.md."""
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import rclpy
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "external_satellites" / "python"))
+
+from foreign_satellite import ForeignSatellite
+from phase_law import header
+from satform_msgs.msg import ArcLength, Command, NodeReady
+
+
+class NotMatched(ForeignSatellite):
+    """R2: ready before its endpoints are matched."""
+
+    def report_ready(self) -> None:
+        if not self.ready:
+            self.ready = True
+            self.node_ready.publish(NodeReady(header=header(0), node="/sat2", checkpoint=-1, interface=1))
+
+
+class Unready(ForeignSatellite):
+    """R1: is there, and never ready."""
+
+    def report_ready(self) -> None:
+        pass
+
+
+class OtherInterface(ForeignSatellite):
+    """V1: written by another version of the interface."""
+
+    def create_publisher(self, kind: Any, *arguments: Any, **options: Any) -> Any:
+        made = super().create_publisher(kind, *arguments, **options)
+        if kind is NodeReady:
+            publish = made.publish
+            made.publish = lambda message: (setattr(message, "interface", 99), publish(message))
+        return made
+
+
+class Impatient(ForeignSatellite):
+    """S2: does not wait for its in-neighbours."""
+
+    def act(self) -> None:
+        if self.state is not None and self.status.satellites:
+            for name in ("sat1", "sat3"):
+                self.phases.setdefault((self.state.step, name), (self.law.arc_length, self.law.rate))
+        super().act()
+
+
+class Changed(ForeignSatellite):
+    """A fault in one of the messages that it publishes."""
+
+    def publish(self, publisher: Any, message: Any, step: int) -> None:
+        super().publish(_Late(publisher, self.change), message, step)
+        self.last[-1] = (publisher, message)
+
+    def change(self, message: Any) -> None:
+        raise NotImplementedError
+
+
+class _Late:
+    """A publisher that has a message changed before it is sent."""
+
+    def __init__(self, publisher: Any, change: Any) -> None:
+        self._publisher, self._change = publisher, change
+
+    def publish(self, message: Any) -> None:
+        self._change(message)
+        self._publisher.publish(message)
+
+
+class WrongStamp(Changed):
+    """S4: the stamp of a command is that of the next step."""
+
+    def change(self, message: Any) -> None:
+        if isinstance(message, Command):
+            message.header = header(message.step + 1)
+
+
+class NotFinite(Changed):
+    """S5: an acceleration that is not a number."""
+
+    def change(self, message: Any) -> None:
+        if isinstance(message, Command):
+            message.acceleration.x = math.nan
+
+
+class OtherCopy(Changed):
+    """S6: the copy of the phase in the command is that of another."""
+
+    def change(self, message: Any) -> None:
+        if isinstance(message, Command):
+            message.announced_rate += 1.0
+
+
+class Inconstant(ForeignSatellite):
+    """S7: another command for a repeated state."""
+
+    def on_state(self, state: Any) -> None:
+        if self.step is not None and state.step < self.step:
+            other = Command(header=header(state.step), step=state.step)
+            self.command.publish(other)
+        super().on_state(state)
+
+
+class Mute(ForeignSatellite):
+    """S8: publishes nothing again."""
+
+    def on_status(self, status: Any) -> None:
+        self.last.clear()
+        super().on_status(status)
+
+
+class AnyVersion(ForeignSatellite):
+    """F1: answers a state whose formation it does not know."""
+
+    def on_state(self, state: Any) -> None:
+        state.formation_version = 0
+        super().on_state(state)
+
+
+class Faithful(ForeignSatellite):
+    """F2: waits for a neighbour that is lost."""
+
+    def on_status(self, status: Any) -> None:
+        for name in ("sat1", "sat3"):
+            status.alive[status.satellites.index(name)] = True
+        super().on_status(status)
+
+
+class Undying(ForeignSatellite):
+    """L1: goes on though it is lost."""
+
+    def on_status(self, status: Any) -> None:
+        status.alive[1] = True
+        super().on_status(status)
+
+
+class Endless(ForeignSatellite):
+    """X1: goes on after the end."""
+
+    def on_status(self, status: Any) -> None:
+        if status.phase != status.FINISHED:
+            super().on_status(status)
+
+
+class NoFirstPhase(ForeignSatellite):
+    """S1: its first phase is that of the second step."""
+
+    def publish(self, publisher: Any, message: Any, step: int) -> None:
+        if not (isinstance(message, ArcLength) and step == 0):
+            super().publish(publisher, message, step)
+
+
+if __name__ == "__main__":
+    rclpy.init()
+    rclpy.spin(globals()[sys.argv[1]]())

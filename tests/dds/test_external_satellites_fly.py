@@ -1,0 +1,160 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Satellites of somebody else fly with two of ours, with the same bits; what goes wrong is a sentence."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from ament_index_python.packages import get_package_prefix
+
+from flights import shortened
+from satform.flight.simulate import simulate
+
+pytestmark = pytest.mark.unmeasured
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "docs" / "external_satellites"
+FOREIGN = [sys.executable, str(EXAMPLES / "python" / "foreign_satellite.py")]
+FAULTY = [sys.executable, str(Path(__file__).with_name("faulty_satellite.py"))]
+EXTERNAL = ("--set", "satellites[sat2].external=true")
+DURATION = 50.0
+
+
+@pytest.fixture(scope="module")
+def in_c(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The example in C, built by CMake as its page says."""
+    build = tmp_path_factory.mktemp("build")
+    prefix = get_package_prefix("satform_msgs")
+    settings = [
+        f"-DCMAKE_PREFIX_PATH={prefix}",
+        f"-DCMAKE_PROJECT_INCLUDE={EXAMPLES / 'wheels.cmake'}",
+        "-DCMAKE_C_FLAGS=-Werror",
+    ]
+    commands = (
+        ["cmake", "-G", "Ninja", "-S", str(EXAMPLES / "c"), "-B", str(build), *settings],
+        ["cmake", "--build", str(build)],
+    )
+    for command in commands:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+    return [str(build / "foreign_satellite")]
+
+
+@pytest.fixture
+def start_program() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
+    """Starts a program with the environment that a run has written; ends it when the test is over."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(run: Path, command: list[str]) -> "subprocess.Popen[str]":
+        script = run / "environment.sh"
+        end = time.monotonic() + 60.0
+        while not script.exists():
+            assert time.monotonic() < end, f"{script} is not written"
+            time.sleep(0.02)  # polls: another process writes it
+        process = subprocess.Popen(
+            ["sh", "-c", f'. "{script}"; exec "$@"', "sh", *command],
+            env=dict(os.environ),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+def result(run: Path) -> dict[str, object]:
+    return dict(json.loads((run / "result.json").read_text()))
+
+
+@pytest.mark.parametrize("language", ["python", "c"])
+def test_flight_with_a_foreign_satellite_has_the_bits_of_the_flight_with_our_own(
+    language: str,
+    in_c: list[str],
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[..., "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    flight = start_run("triangle", "--set", f"timing.duration={DURATION}", *EXTERNAL)
+    program = start_program(tmp_path / "run", FOREIGN if language == "python" else in_c)
+    _, messages = flight.communicate(timeout=200)
+    assert "waiting up to 120 s for the node /sat2" in messages
+    assert flight.returncode == 0, messages
+    assert program.wait(20) == 0
+    assert result(tmp_path / "run")["state_hash"] == simulate(shortened("triangle", DURATION)).digest()
+
+
+def test_example_in_python_is_under_eighty_lines() -> None:
+    lines = (EXAMPLES / "python" / "foreign_satellite.py").read_text().splitlines()
+    assert len([line for line in lines if line.strip()]) < 80
+
+
+def test_satellite_that_does_not_come_ends_the_run(
+    start_run: Callable[..., "subprocess.Popen[str]"], tmp_path: Path
+) -> None:
+    flight = start_run("triangle", *EXTERNAL, "--set", "external_timeout=10.0")
+    output, _ = flight.communicate(timeout=120)
+    assert flight.returncode == 3
+    assert "there is no node sat2, which is external: somebody else starts it" in " ".join(output.split())
+
+
+def test_satellite_of_another_interface_is_refused_at_once(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[..., "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    flight = start_run("triangle", *EXTERNAL)
+    start_program(tmp_path / "run", [*FAULTY, "OtherInterface"])
+    output, _ = flight.communicate(timeout=110)
+    assert flight.returncode == 3
+    sentence = "sat2 was written by version 99 of the interface, and these nodes by version 1"
+    assert sentence in " ".join(output.split())
+
+
+def test_satellite_that_comes_twice_is_named(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[..., "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    flight = start_run("triangle", *EXTERNAL, "--set", "external_timeout=15.0", "--set", "timing.duration=10")
+    for _ in range(2):
+        # Neither reports that it is ready before both are there.
+        start_program(tmp_path / "run", [*FAULTY, "Unready"])
+    output, _ = flight.communicate(timeout=120)
+    assert flight.returncode == 3
+    assert "2 nodes are called sat2, and all of them publish /sat2/" in " ".join(output.split())
+
+
+def test_satellite_that_leaves_is_lost_and_rejoins_when_started_again(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[..., "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    flight = start_run("triangle", *EXTERNAL, "--set", "node_timeout=1.0", "--set", "timing.duration=2000")
+    program = start_program(tmp_path / "run", FOREIGN)
+    bag = tmp_path / "run" / "bag" / "bag_0.mcap"
+    end = time.monotonic() + 100.0
+    while not bag.exists() or bag.stat().st_size < 200_000:
+        assert time.monotonic() < end, "the flight does not begin"
+        time.sleep(0.05)  # polls: another process writes it
+    program.send_signal(signal.SIGKILL)
+    program.wait(10)
+    again = start_program(tmp_path / "run", FOREIGN)
+    output, _ = flight.communicate(timeout=250)
+    assert again.wait(20) == 0, output
+    events = " ".join(str(event) for event in result(tmp_path / "run")["events"])  # type: ignore[attr-defined]
+    assert "no answer within 1 s from sat2" in events
+    assert "sat2 rejoined at step" in events
+    assert flight.returncode == 0
