@@ -205,7 +205,7 @@ def test_every_figure_of_attitude_is_registered() -> None:
         for kind, spec in specs("satform.metrics").items()
         if spec.__module__ == "satform.evaluation.attitude"
     }
-    assert len(mine) == 8
+    assert len(mine) == 10
 
 
 def test_gains_of_the_attitude_change_in_flight_from_the_next_step_on() -> None:

@@ -281,8 +281,15 @@ def _attitude(record: FlightRecord, draw: Drawer) -> list[Chart | None]:
     if not record.pointing_error.size:
         return []
     degrees = np.rad2deg(record.pointing_error)
+    estimated = np.rad2deg(record.attitude_estimation_error)
     return [
         draw.each("pointing_error", "Pointing error", "boresight to target [deg]", degrees),
+        draw.each(
+            "attitude_estimation_error",
+            "Attitude estimation error",
+            "estimated to true attitude [deg]",
+            estimated,
+        ),
         draw.each("attitude_error", "Attitude error", "length of the MRP [1]", record.attitude_error),
         draw.each("panel_to_sun", "Panels to the sun", "|cos| of the angle [1]", record.panel_to_sun),
         draw.each(
