@@ -364,7 +364,7 @@ def test_a_flight_in_process_that_was_stopped_keeps_what_was_flown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     @contextmanager
-    def stopping(_scenario: Any) -> Iterator[Any]:
+    def stopping(_scenario: Any, **_options: Any) -> Iterator[Any]:
         yield lambda done, _total: os.kill(os.getpid(), number) if done == 7 else None
 
     monkeypatch.setattr("satform_tools.run.progress.displayed", stopping)
