@@ -118,6 +118,12 @@ def test_cameras_on_two_satellites_leave_one_scale_for_all() -> None:
     )
 
 
+def test_with_the_motion_of_one_known_the_scale_of_all_is_left() -> None:
+    bearings = [Bearing(0, 1, DEGREE), Bearing(0, 2, DEGREE), Bearing(1, 2, DEGREE)]
+    found = seen(free(RATE, 3), *bearings, Position(0, None, METRE))
+    assert found.words == ("the size of the whole formation, with all distances in the same ratio",)
+
+
 def test_absolute_positions_of_two_observers_give_the_scale() -> None:
     bearings = [Bearing(0, 2, DEGREE), Bearing(1, 2, DEGREE)]
     positions = [Position(0, None, METRE), Position(1, None, METRE)]

@@ -18,6 +18,7 @@ from satform_tools.check.filters import filter_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
 from satform_tools.check.link_directions import link_direction_warnings
+from satform_tools.check.observability import observability_warnings
 from satform_tools.check.pointing import pointing_warnings
 from satform_tools.check.predictive_plans import predictive_plan_warnings
 from satform_tools.check.sampling import sampling_warnings
@@ -39,6 +40,7 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     thrust_warnings,
     predictive_plan_warnings,
     filter_warnings,
+    observability_warnings,
     pointing_warnings,
     link_direction_warnings,
     visibility_warnings,

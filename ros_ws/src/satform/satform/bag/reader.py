@@ -375,6 +375,7 @@ def _record(
         navigation=_navigation(readings, estimates, topics, (steps, scenario.timing.step)),
         chief_source=None,
         link_source=None,
+        central_source=None,
     )
     if not any(satellite.attitude for satellite in satellites):
         return record

@@ -189,23 +189,25 @@ def _named(flight: PlannedFlight, members: Sequence[int], pairs: Sequence[Pair])
     everyone = list(range(count))
     if everyone not in groups:
         yield from _blocks(_members(count, everyone), _together(names, everyone))
-    for group in groups:
-        arms = _members(count, group)[:, None] * (own - own[group].mean(axis=0))
-        yield from _turned_and_scaled(arms, names, group)
     for pair in pairs:
         seen, by = pair if pair[1] not in members else pair[::-1]
         if seen in members:
             ray = np.zeros((count, 6))
             ray[members.index(seen)] = start[seen] - start[by]
             yield from _one(f"the distance of {flight.names[seen]} from {flight.names[by]}", ray)
+    for group in groups:
+        yield from _turned_and_scaled(own, names, group)
 
 
-def _turned_and_scaled(arms: Array, names: Sequence[str], group: Sequence[int]) -> Iterator[Named]:
-    """Size and orientation of a group, whose motions from its middle are given, zero for the others."""
+def _turned_and_scaled(start: Array, names: Sequence[str], group: Sequence[int]) -> Iterator[Named]:
+    """Size and orientation of a group, about its middle and about a satellite whose motion is known."""
     whose = _together(names, group)
-    if len(group) > 2:
-        yield from _one(f"the size of {whose}, with all distances in the same ratio", arms)
-    if len(group) > 1:
+    if len(group) < 2:
+        return
+    for middle in (start[group].mean(axis=0), *start[group]):
+        arms = _members(len(names), group)[:, None] * (start - middle)
+        if len(group) > 2:
+            yield from _one(f"the size of {whose}, with all distances in the same ratio", arms)
         for axis, name in enumerate(_AXES):
             turned = np.cross(np.eye(3)[axis], arms.reshape(-1, 2, 3))
             yield from _one(f"rotation of {whose} about the {name} axis", turned)

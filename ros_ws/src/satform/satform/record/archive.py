@@ -78,6 +78,7 @@ def load_record(path: Path) -> FlightRecord:
             navigation=_navigation(archive),
             chief_source=None,
             link_source=None,
+            central_source=None,
         )
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RecordError(f"{path}: is not the record of a run: {error}") from None

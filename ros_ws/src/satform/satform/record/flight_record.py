@@ -125,6 +125,7 @@ class FlightRecord(DerivedQuantities):
         chief_source: computes the chief's motion up to a number of steps, or gives None where it is not
             known; None where the record has no scenario. It is used when an inertial quantity is asked for.
         link_source: computes what the links of the flight did; likewise.
+        central_source: computes what a filter with the readings of all satellites estimates; likewise.
     """
 
     satellites: tuple[str, ...]
@@ -172,6 +173,7 @@ class FlightRecord(DerivedQuantities):
     navigation: NavigationHistory | None = None
     chief_source: Callable[[int], ChiefMotion | None] | None = None
     link_source: Callable[["FlightRecord"], LinkHistory] | None = None
+    central_source: Callable[["FlightRecord"], Array | None] | None = None
 
     def __getitem__(self, satellite: str) -> SatelliteRecord:
         """The flight of one satellite.
@@ -204,6 +206,14 @@ class FlightRecord(DerivedQuantities):
     def links(self) -> LinkHistory | None:
         """What the links between satellites did; None where the record has no scenario."""
         return None if self.link_source is None else self.link_source(self)
+
+    @cached_property
+    def central_estimate(self) -> Array | None:
+        """Position (m) and velocity (m/s) of all satellites by a filter that has the readings of all, LVLH.
+
+        Shape (K, N, 6). None where the record has no scenario, or no satellite estimates the whole formation.
+        """
+        return None if self.central_source is None else self.central_source(self)
 
     @property
     def inertial_position(self) -> Array:
