@@ -45,7 +45,7 @@ def test_every_requirement_of_the_wheel_has_the_version_that_is_pinned() -> None
 def test_wheels_are_installed_without_network_and_compiler_and_fly_with_the_same_bits(
     tmp_path: Path, bare_environment: dict[str, str]
 ) -> None:
-    isolated = ["unshare", "--net", "--map-root-user"]
+    isolated = [str(shutil.which("unshare")), "--net", "--map-root-user"]
     if subprocess.run(
         [*isolated, "ip", "link", "set", "lo", "up"], capture_output=True, check=False
     ).returncode:
@@ -57,7 +57,7 @@ def test_wheels_are_installed_without_network_and_compiler_and_fly_with_the_same
     for name in ("sh", "ip", "env", "uname", "uv"):
         (programs / name).symlink_to(str(shutil.which(name)))
     done = subprocess.run(
-        [*isolated, shutil.which("sh"), "-c", INSTALLS_AND_FLIES],
+        [*isolated, str(shutil.which("sh")), "-c", INSTALLS_AND_FLIES],
         env={"HOME": bare_environment["HOME"], "PATH": f"{tmp_path / 'venv' / 'bin'}:{programs}"},
         cwd=tmp_path,
         capture_output=True,
