@@ -90,7 +90,7 @@ FLIGHTS = {
         {"links": {"default": {"loss": 0.3, "delay": 1.0}}},
     ),
     "lost and rejoined": ("covariance_intersection", {"faults": LOST, "checkpoint_period": 3.0}),
-    "not exchanged": ("none", {}),
+    "not exchanged, with standard messages": ("none", {"publish_sensor_messages": True}),
 }
 
 

@@ -30,6 +30,12 @@ RING = "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}"
 """Each of the three hears the next one and is not heard back."""
 
 
+NAVIGATION = (
+    "satellite_defaults.navigation={kind: extended, acceleration_density: 1.0e-6, "
+    "initial_position_error: 1.0, initial_velocity_error: 0.1}"
+)
+
+
 def by_topic(scenario: Scenario) -> dict[str, Channel]:
     return {channel.topic: channel for channel in channels(topic_plan(scenario))}
 
@@ -77,7 +83,13 @@ def test_the_recorder_hears_all_but_what_is_for_the_plant_to_begin(name: str) ->
 def test_the_kinds_of_a_satellites_topics_are_all_that_shipped_scenarios_have() -> None:
     with_thruster = shipped("triangle", "satellite_defaults.thruster={dry_mass: 12.0}")
     with_orbits = shipped("truth_j2", "publish_orbits=true")
-    scenarios = [with_thruster, with_orbits, *(shipped(path.stem) for path in SCENARIOS.glob("*.yaml"))]
+    by_sensors = shipped("triangle", "satellite_defaults.sensors=[{kind: gnss}]", NAVIGATION)
+    scenarios = [
+        with_thruster,
+        with_orbits,
+        by_sensors,
+        *(shipped(path.stem) for path in SCENARIOS.glob("*.yaml")),
+    ]
     found = {
         channel.kind
         for scenario in scenarios

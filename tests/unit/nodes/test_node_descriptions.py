@@ -119,12 +119,20 @@ def declares(text: str, name: str) -> bool:
     return bool(re.search(rf'(declare_start|_positive)\(\s*node,\s*"{name}"', text))
 
 
+OF_SENSORS = {
+    "range": "/<satellite>/<ranging>_<target>",
+    "imu": "/<satellite>/gyro",
+    "orientation": "/<satellite>/star_tracker",
+}
+"""Names of topics that are called by their sensors, by the kinds of their messages."""
+
+
 def made_topics() -> dict[str, str]:
     """Each topic's name with its type, from the one place where they are."""
     others = [
         value for name, value in vars(topic_table).items() if name.isupper() and str(value).startswith("/")
     ]
-    name_of = {name.rpartition("/")[2]: name for name in others}
+    name_of = {name.rpartition("/")[2]: name for name in others} | OF_SENSORS
     return {
         name_of.get(kind, topic_name(kind, "<satellite>")): made.__name__
         for kind, made in topic_types.TYPES.items()

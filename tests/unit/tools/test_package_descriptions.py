@@ -39,6 +39,7 @@ DEPENDENCIES = {
             "satform_bringup",
             "satform_msgs",
             "satform_nodes",
+            "sensor_msgs",
             "std_msgs",
             "std_srvs",
             "tf2_msgs",

@@ -43,6 +43,10 @@ message definitions:
 """
 
 
+_FLAGS = [field.name for field in fields(Equipment) if field.name not in ("name", "sensor_topics")]
+"""What a satellite may have; standard messages of sensors, for which no node waits, are not on the page."""
+
+
 def text() -> str:
     """The page.
 
@@ -54,7 +58,7 @@ def text() -> str:
 
 def _table() -> list[Channel]:
     """Every topic of a satellite with all equipment and a neighbour, and those of the formation."""
-    whole = {field.name: True for field in fields(Equipment) if field.name != "name"}
+    whole: dict[str, Any] = dict.fromkeys(_FLAGS, True)
     satellites = (Equipment(name=_OWN, **whole), Equipment(name=_NEIGHBOUR))
     graph = Graph.of_edges(2, [0, 1], [1, 0])
     tables = [channels(TopicPlan(satellites, announces, graph)) for announces in get_args(Announces)]
@@ -71,11 +75,11 @@ def _conditions() -> dict[str, str]:
     """On what of a satellite a kind of topic depends; nothing for a kind that every satellite has."""
     graph = Graph.of_edges(1, [], [])
 
-    def kinds(**equipment: bool) -> set[str]:
+    def kinds(**equipment: Any) -> set[str]:
         plan = TopicPlan((Equipment(name=_OWN, **equipment),), "arc_length", graph)
         return {channel.kind for channel in channels(plan)}
 
-    flags = [field.name for field in fields(Equipment) if field.name not in ("name", "external")]
+    flags = [name for name in _FLAGS if name != "external"]
     found = {kind: flag for flag in flags for kind in kinds(**{flag: True}) - kinds()}
     return {
         **found,

@@ -22,6 +22,7 @@ from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import SteadyMotion
 from satform.scenario import Scenario
 from satform.scenario.loader import SCENARIO_FILE
+from satform.scenario.navigation_checks import sensor_channels
 from satform_bringup import BAG_FOLDER
 from satform_tools.check import warnings
 from satform_tools.check.consensus import margin
@@ -180,7 +181,28 @@ def _satellite(
         "sliding": start_of(plan, disturbance),
         "lyapunov": lyapunov_of(scenario, index, plan, desired_at_start(plan)),
         "attitude": attitude_of(scenario, index, plan),
+        "readings": _readings(scenario, index),
+        "navigation": None if spec.navigation is None else spec.navigation.model_dump(mode="json"),
     }
+
+
+def _readings(scenario: Scenario, index: int) -> list[dict[str, Any]]:
+    """The channels of a satellite's sensors in the order of its readings, with the columns of each."""
+    found: list[dict[str, Any]] = []
+    first, step = 0, scenario.timing.step
+    for channel in sensor_channels(scenario, index):
+        timing = channel.timing
+        found.append(
+            {
+                "channel": channel.name,
+                "first": first,
+                "numbers": channel.width,
+                "period": timing.period * step,
+                "latency": timing.latency * step,
+            }
+        )
+        first += channel.width
+    return found
 
 
 def _processes(scenario: Scenario) -> list[dict[str, Any]]:

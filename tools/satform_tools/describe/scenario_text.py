@@ -101,6 +101,34 @@ def _print_satellites(satellites: list[dict[str, Any]]) -> None:
     print_start(satellites)
     print_lyapunov(satellites)
     print_attitudes(satellites)
+    _print_readings(satellites)
+
+
+def _print_readings(satellites: list[dict[str, Any]]) -> None:
+    """Print the sensors' channels with the indices of their numbers in `measurements`, and the filters."""
+    headings = ("satellite", "channel", "values", "period [s]", "latency [s]")
+    rows = [
+        (
+            entry["name"],
+            own["channel"],
+            f"{own['first']}"
+            if own["numbers"] == 1
+            else f"{own['first']}-{own['first'] + own['numbers'] - 1}",
+            f"{own['period']:g}",
+            f"{own['latency']:g}",
+        )
+        for entry in satellites
+        for own in entry["readings"]
+    ]
+    if not rows:
+        return
+    truncated.table(Table(headings, rows, frozenset({3, 4})))
+    filters: dict[str, list[str]] = {}
+    for entry in satellites:
+        if entry["navigation"] is not None:
+            filters.setdefault(_fields_text(entry["navigation"]), []).append(entry["name"])
+    truncated.lines([f"navigation of {truncated.names(names)}: {text}" for text, names in filters.items()])
+    console.line()
 
 
 def _print_graph(data: dict[str, Any]) -> None:

@@ -154,6 +154,23 @@ def in_namespace(topic: str, namespace: str) -> str:
 
 
 @dataclass(frozen=True)
+class SensorTopic:
+    """A topic with the readings of one channel as messages of sensor_msgs.
+
+    Attributes:
+        name: last part of the topic's name.
+        kind: of its messages: range, imu or orientation.
+        first: index of the channel's first number among the readings of the satellite.
+        numbers: of the channel.
+    """
+
+    name: str
+    kind: str
+    first: int
+    numbers: int
+
+
+@dataclass(frozen=True)
 class Equipment:
     """What a satellite has that takes topics of its own, or fields of others.
 
@@ -172,6 +189,7 @@ class Equipment:
         estimated: numbers of the state of the whole formation, which it estimates; 0 for one that does not.
         exchanges: whether its neighbours use that estimate.
         external: whether its node is somebody else's program.
+        sensor_topics: with its readings as messages of sensor_msgs.
     """
 
     name: str
@@ -188,6 +206,7 @@ class Equipment:
     estimated: int = 0
     exchanges: bool = False
     external: bool = False
+    sensor_topics: tuple[SensorTopic, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,17 +244,8 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
     if equipment.estimated:
         neighbours = receiving if equipment.exchanges else []
         found.append(_channel("navigation_estimate", own, own, neighbours, "states"))
-    if equipment.readings:
-        found.append(_channel("measurements", own, PLANT, [own], "states"))
-    if equipment.sensor:
-        found.append(_channel("truth", own, PLANT, [], "states"))
-    if equipment.orbit:
-        found.append(_channel("orbit_state", own, PLANT, [], "states"))
-    if equipment.attitude:
-        found.append(_channel("attitude", own, PLANT, [own], "states"))
-    if equipment.links:
-        found.append(_channel("link_conditions", own, PLANT, [own], "states"))
     found += [
+        *_optional_channels_of_plant(equipment),
         _channel("command", own, own, [PLANT], "steps"),
         _channel("tracking", own, own, [], "steps"),
     ]
@@ -248,6 +258,25 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
     found.append(_channel("parameter_changes", own, own, [], "occasional"))
     optional = OPTIONAL_OF_EXTERNAL if equipment.external else OPTIONAL
     return [replace(channel, optional=channel.kind in optional) for channel in found]
+
+
+def _optional_channels_of_plant(equipment: Equipment) -> list[Channel]:
+    """What the plant publishes at each state about a satellite with some equipment."""
+    own = equipment.name
+    kinds: list[tuple[object, str, list[str]]] = [
+        (equipment.readings, "measurements", [own]),
+        (equipment.sensor, "truth", []),
+        (equipment.orbit, "orbit_state", []),
+        (equipment.attitude, "attitude", [own]),
+        (equipment.links, "link_conditions", [own]),
+    ]
+    return [
+        *(_channel(kind, own, PLANT, subscribers, "states") for has, kind, subscribers in kinds if has),
+        *(
+            Channel(topic_name(topic.name, own), topic.kind, (PLANT,), (), "states")
+            for topic in equipment.sensor_topics
+        ),
+    ]
 
 
 def formation_channels(plan: TopicPlan) -> list[Channel]:

@@ -7,6 +7,7 @@ In-process flights, nodes and launcher start from the same plans.
 
 import json
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -20,7 +21,7 @@ from satform.attitude.wheels import Wheels
 from satform.communication.messages import WIDTH
 from satform.communication.physical_links import LinkMedium
 from satform.communication.receiver import LinkPlan
-from satform.communication.topic_table import Equipment, TopicPlan
+from satform.communication.topic_table import Equipment, SensorTopic, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.specs import OF_SATELLITES
@@ -220,6 +221,7 @@ def topic_plan(scenario: Scenario) -> TopicPlan:
             filter=spec.estimates_motion,
             readings=sum(channel.width for channel in sensor_channels(scenario, index)),
             navigates=spec.navigation is not None,
+            sensor_topics=_sensor_topics(scenario, index) if scenario.publish_sensor_messages else (),
             estimated=_estimated_size(scenario, spec),
             exchanges=spec.navigation is not None and spec.navigation.exchange != "none",
             plans=spec.controller is not None and spec.controller.makes_plans,
@@ -274,6 +276,31 @@ def _sun_states(scenario: Scenario, specs: Sequence[SatelliteSpec]) -> SunStates
     if epoch is None or not any(sensor.needs_sun for spec in specs for sensor in spec.sensors):
         return None
     return SunStates(epoch, unperturbed_chief(scenario))
+
+
+_STANDARD_MESSAGES = {
+    "laser_ranging": "range",
+    "radio_ranging": "range",
+    "gyro": "imu",
+    "star_tracker": "orientation",
+}
+"""Kinds of sensors that sensor_msgs has a message for, and the kinds of their topics."""
+
+
+def _sensor_topics(scenario: Scenario, index: int) -> tuple[SensorTopic, ...]:
+    """Topics with a satellite's readings as messages of sensor_msgs, with a number where names are equal."""
+    found: list[SensorTopic] = []
+    names: Counter[str] = Counter()
+    first = 0
+    for channel in sensor_channels(scenario, index):
+        kind, _, target = channel.name.partition(" ")
+        name = f"{kind}_{target}" if target else kind
+        names[name] += 1
+        if kind in _STANDARD_MESSAGES:
+            number = f"_{names[name]}" if names[name] > 1 else ""
+            found.append(SensorTopic(name + number, _STANDARD_MESSAGES[kind], first, channel.width))
+        first += channel.width
+    return tuple(found)
 
 
 def _estimated_size(scenario: Scenario, spec: SatelliteSpec) -> int:

@@ -26,6 +26,7 @@ from satform.flight.plant import Plant
 from satform.membership.formation import Formation
 from satform.membership.membership_manager import Change
 from satform.record.early_end import EarlyEnd
+from satform_nodes.plant.sensor_messages import SensorMessages
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
@@ -94,6 +95,7 @@ class PlantPublishers:
         self._truth_publishers = of_satellites("truth")
         self._orbit_publishers = of_satellites("orbit_state")
         self._orbits = plan.orbit_states
+        self._sensor_messages = SensorMessages(plan.topics, publishers, self._stamps)
         self._propulsion_publishers = list(of_satellites("propulsion").values())
 
     def require_subscribers(self, endpoints: MatchedEndpoints, *, recorded: bool) -> None:
@@ -185,6 +187,7 @@ class PlantPublishers:
             data = form.pack(seconds, nanoseconds, step, len(readings), *readings.tolist())
             self._last_messages[index].append(data)
             self._reading_publishers[index].publish(data)
+        self._sensor_messages.publish(self._plant.readings(), step)
 
     def retransmit_states(self, satellites: Iterable[int]) -> None:
         """Retransmit the messages of this step to some satellites."""

@@ -3,7 +3,7 @@
 """Message type of every topic. QoS: `qos`; names, publishers and subscribers: `satform`'s `topic_table`."""
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, QuaternionStamped
 from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import (
@@ -24,6 +24,7 @@ from satform_msgs.msg import (
     RelativeState,
     Tracking,
 )
+from sensor_msgs.msg import Imu, Range
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -47,6 +48,9 @@ TYPES = {
     "estimate": Estimate,
     "attitude_estimate": AttitudeEstimate,
     "parameter_changes": ParameterChange,
+    "range": Range,
+    "imu": Imu,
+    "orientation": QuaternionStamped,
     "diagnostics": DiagnosticArray,
     "pose": PoseStamped,
     "path": Path,
