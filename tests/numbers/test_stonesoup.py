@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 
 from range_measurement import PROCESS, TRANSITION, Array, Ranges, flight, prior
+from satform.navigation.estimate import GaussianEstimate
 from satform.navigation.gaussian_filters import (
     GaussianFilter,
     cubature_filter,
     extended_filter,
     unscented_filter,
 )
+from satform.navigation.information_fusion import NeighbourEstimate, fused
 
 PACKAGES = Path(__file__).parents[2] / ".venv" / "stonesoup"
 pytestmark = [
@@ -120,3 +122,25 @@ def test_a_filter_has_the_estimates_of_stone_soup(kind: str, own: GaussianFilter
     assert np.max(np.abs(means - expected_means) / deviations) < 1e-6
     scale = deviations[:, :, None] * deviations[:, None, :]
     assert np.max(np.abs(covariances - expected_covariances) / scale) < 1e-6
+
+
+@pytest.mark.usefixtures("_stone_soup")
+def test_exchanged_estimates_are_fused_as_by_stone_soup() -> None:
+    from stonesoup.mixturereducer.gaussianmixture import CovarianceIntersection
+    from stonesoup.types.state import GaussianState
+
+    random = np.random.default_rng(3)
+    roots = random.normal(size=(3, 6, 6))
+    # Of moderate condition, as Stone Soup takes pseudo-inverses.
+    covariances = roots @ np.swapaxes(roots, -1, -2) + np.eye(6)
+    own, *others = (
+        GaussianEstimate(mean, covariance)
+        for mean, covariance in zip(random.normal(size=(3, 6)), covariances, strict=True)
+    )
+    weights = np.array([0.5, 0.3, 0.2])
+    received = [NeighbourEstimate(number, other) for number, other in enumerate(others, 1)]
+    found = fused("information_consensus", own, received, weights)
+    states = [GaussianState(each.mean[:, None], each.covariance) for each in (own, *others)]
+    expected = CovarianceIntersection.merge_components(*states, weights=weights)
+    assert np.allclose(found.mean, np.asarray(expected.state_vector, dtype=float)[:, 0], rtol=1e-10)
+    assert np.allclose(found.covariance, np.asarray(expected.covar, dtype=float), rtol=1e-10)
