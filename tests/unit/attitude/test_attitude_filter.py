@@ -306,6 +306,17 @@ def test_after_a_gap_the_next_reading_gives_the_attitude_and_the_bias_is_still_k
     assert math.sqrt(memory.now.covariance[3, 3]) < 0.1 * TURN_ON
 
 
+def test_a_filter_that_begins_again_in_flight_takes_the_attitude_from_the_first_reading() -> None:
+    truth = Truth(7, [tracker()])
+    own = filter_of(truth)
+    for _ in range(25):
+        truth.advance()
+        values = truth.values()
+    memory = own.first(values, begins_again=True)
+    assert memory.now.rejected == 0.0
+    assert np.abs(truth.error(memory.now)[:3]).max() < 500.0 * ARCSEC
+
+
 def test_a_first_estimate_that_is_far_off_converges_in_one_reading() -> None:
     truth = Truth(6, [tracker()])
     own = filter_of(truth, initial_attitude_error=1.0)

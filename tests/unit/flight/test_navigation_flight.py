@@ -126,6 +126,23 @@ def test_late_readings_are_worked_in_at_the_step_at_which_they_were_taken() -> N
         np.testing.assert_allclose(own_estimate(record)[step], means[-1], rtol=1e-8, atol=1e-9)
 
 
+def test_innovations_of_late_readings_are_those_of_the_textbook_kalman_filter() -> None:
+    scenario = alone([{**GNSS, "latency": 2.0, "period": 1.0}])
+    record = simulate(scenario)
+    late, variance = 4, np.repeat([4.0, 0.0025], 3)
+    prior = compile_scenario(scenario).satellite(0).navigation.prior
+    readings = record.navigation.readings[late:-1, 0]
+    for taken in (2, 8, 34):
+        before = readings[: taken + 1].copy()
+        before[taken] = np.nan
+        means, covariances = linear_filter(prior, before, record.applied_acceleration[:, 0], variance)
+        off = readings[taken] - means[-1]
+        expected = off @ np.linalg.solve(covariances[-1] + np.diag(variance), off)
+        # It stays until the next reading arrives.
+        found = record.innovation[taken + late : taken + late + 2, 0]
+        np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
 def test_readings_are_the_true_geometry_with_their_drawn_errors() -> None:
     scenario = three()
     record = simulate(scenario)
@@ -177,6 +194,16 @@ def test_without_readings_the_covariance_grows_over_a_gap_and_shrinks_afterwards
     assert spread[16] > spread[9]
     others = record.navigation.mean[:, [0, 2]]
     assert np.isfinite(others).all()
+
+
+def test_a_satellite_that_remembers_nothing_begins_again_with_an_honest_covariance() -> None:
+    scenario = three(duration=10.0, navigation={"exchange": "none"})
+    events = {10: [SatelliteLost(1, "a test")], 16: [SatelliteRejoined(1, None)]}
+    record = simulate(scenario, events=events)
+    true = np.concatenate((record.position, record.velocity), -1)[:-1, 1]
+    error = (own_estimate(record, 1) - true)[16:, :3]
+    spread = np.sqrt(record.estimate_covariance[16:, 1, :3, :3].trace(axis1=-2, axis2=-1))
+    assert (np.linalg.norm(error, axis=-1) < 4.0 * spread).all()
 
 
 def test_a_restored_satellite_flies_on_with_the_same_bits() -> None:

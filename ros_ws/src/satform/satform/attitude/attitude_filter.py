@@ -139,14 +139,20 @@ class AttitudeFilter:
         """Steps for which what was taken in may still change."""
         return max(self.gyro_period - 1, *self.tracker_latencies)
 
-    def first(self, values: Array) -> AttitudeMemory:
+    def first(self, values: Array, *, begins_again: bool = False) -> AttitudeMemory:
         """The memory at the first step.
 
         Args:
             values: all readings of the satellite that arrive at it, shape (..., W).
+            begins_again: whether the step is a later one of the flight, of a satellite that remembers
+                nothing: the attitude that it knows is that at step 0, so nothing is known of its error.
         """
-        rate = self._gyro(values)
-        return self._from(self.start, values, np.where(np.isnan(rate), self.start.bias, rate))
+        rate, start = self._gyro(values), self.start
+        if begins_again:
+            covariance = start.covariance.copy()
+            covariance[..., :3, :3] = UNKNOWN_ATTITUDE * _UNIT
+            start = replace(start, covariance=covariance)
+        return self._from(start, values, np.where(np.isnan(rate), start.bias, rate))
 
     def _from(self, start: AttitudeEstimate, values: Array, rate: Array) -> AttitudeMemory:
         readings = self._placed((), values)

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from satform.evaluation.formation_navigation import estimates_formation
 from satform.numeric.elementwise import Array
 from satform.record.flight_record import FlightRecord
 from satform.scenario.parts import SatelliteSpec, Timing
@@ -25,13 +26,9 @@ class _OfFormationEstimates(OverWindow):
     ) -> list[str]:
         own = super().complaints_about_satellites(satellites, announces)
         meant = self.satellites or tuple(satellites)
-        bare = sorted(name for name in meant if not _estimates_formation(satellites[name]))
+        bare = sorted(name for name in meant if not estimates_formation(satellites[name]))
         have = "has" if len(bare) == 1 else "have"
         return [*own, f"{', '.join(bare)} {have} no navigation that estimates the formation"] if bare else own
-
-
-def _estimates_formation(satellite: SatelliteSpec) -> bool:
-    return satellite.navigation is not None and satellite.navigation.estimates == "formation"
 
 
 class RelativePositionError(_OfFormationEstimates):

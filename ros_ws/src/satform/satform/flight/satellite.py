@@ -484,7 +484,7 @@ def _navigated(
 ) -> NavigationMemory:
     """The navigation at this step; after a gap it is carried over it with what was applied in it."""
     if state.navigation is None or applied is None:
-        return navigation.observe(navigation.start(), sensed, None)
+        return navigation.observe(navigation.start(state.step), sensed, None)
     memory = state.navigation
     if state.missed:
         assert state.acceleration is not None  # noqa: S101 - it has acted
@@ -501,7 +501,7 @@ def _turned(
         return None
     earlier = wheel_momentum
     if state.attitude is None:
-        memory = own.first(readings)
+        memory = own.first(readings, begins_again=state.step > 0)
     else:
         memory = state.attitude.memory
         if state.missed:

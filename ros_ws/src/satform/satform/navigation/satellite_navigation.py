@@ -64,7 +64,8 @@ class NavigationMemory:
         step: number of that step; -1 before the first.
         now: number of the step of the estimate.
         readings: taken at the last L + 1 steps up to now, as far as they have arrived, shape (L + 1, W).
-        acceleration: own, over the period before each of these steps, m/s^2, shape (L + 1, 3).
+        acceleration: own, over the period before each of these steps, not a number where it is not known,
+            m/s^2, shape (L + 1, 3).
         mean: estimated now, shape (D,).
         covariance_of_all: of the error of the mean, shape (D, D).
         own: index of the satellite itself among those in the state.
@@ -135,18 +136,28 @@ class SatelliteNavigation:
         """Numbers of the estimate in a message to neighbours; 0 where none is exchanged."""
         return 0 if self.exchange is None else message_width(len(self.prior.mean))
 
-    def start(self) -> NavigationMemory:
-        """The memory before step 0."""
+    def start(self, step: int = 0) -> NavigationMemory:
+        """The memory before the first step, of the flight or of a satellite that begins again from its plan.
+
+        What is known is the motion at step 0, carried on to the step before without known accelerations.
+
+        Args:
+            step: number of that first step.
+        """
         rows, none = self.latency + 1, np.zeros(())
         width = sum(channel.width for channel in self.channels)
+        present = self.filter.start(self.prior, self._draws(0))
+        for number, over in enumerate(self._unknown(1, step - 1), start=1):
+            present = self._predicted(present, number, over)
+        estimate = self.filter.estimate(present)
         return NavigationMemory(
-            filter=self.filter.start(self.prior, self._draws(0)),
-            step=-1,
-            now=-1,
+            filter=present,
+            step=step - 1,
+            now=step - 1,
             readings=np.full((rows, width), np.nan),
-            acceleration=np.zeros((rows, 3)),
-            mean=self.prior.mean,
-            covariance_of_all=self.prior.covariance,
+            acceleration=np.full((rows, 3), np.nan),
+            mean=estimate.mean,
+            covariance_of_all=estimate.covariance,
             own=self.own,
             innovation=none,
             rejected=none,
@@ -160,12 +171,13 @@ class SatelliteNavigation:
         Args:
             memory: of the step before.
             inputs: what arrives in this step.
-            applied: own acceleration since the step before, m/s^2, shape (3,); None at the first step.
+            applied: own acceleration since the step before, m/s^2, shape (3,); None where it is not known, as
+                at the first step.
         """
         now = memory.now + 1
         readings = np.concatenate((memory.readings[1:], np.full((1, memory.readings.shape[1]), np.nan)))
         self._sort_in(readings, inputs.readings)
-        last = np.zeros(3) if applied is None else applied
+        last = np.full(3, np.nan) if applied is None else applied
         acceleration = np.concatenate((memory.acceleration[1:], last[None]))
         present, anchor, anchor_step = memory.filter, memory.filter, memory.step
         squared, numbers, steps = np.zeros(()), 0, range(now - self.latency, now + 1)
@@ -176,7 +188,9 @@ class SatelliteNavigation:
                 over = self._joint_step(step, acceleration[row], inputs.estimates)
                 present = self._predicted(present, step, over)
                 present = self._with_neighbours(present, (step, over), inputs)
-            present, squared, numbers = self._updated(present, step, readings[row])
+            present, squared_here, numbers_here = self._updated(present, step, readings[row])
+            if numbers_here:
+                squared, numbers = squared_here, numbers_here
             if row == 0:
                 anchor, anchor_step = present, step
         estimate = self.filter.estimate(present)
@@ -274,7 +288,7 @@ class SatelliteNavigation:
             if sender in self.members and int(message[1]) == step - 1:
                 row = self.members.index(sender)
                 applied[row], known[row] = message[-3:], True
-        applied[self.own], known[self.own] = acceleration, True
+        applied[self.own], known[self.own] = acceleration, bool(np.isfinite(acceleration).all())
         return self.model.over(step - 1, applied, known)
 
     def _predicted(self, present: Any, step: int, over: JointStep) -> Any:
