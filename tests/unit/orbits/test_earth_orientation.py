@@ -23,6 +23,7 @@ from satform.orbits.time_scales import brahe_epoch
 from satform.scenario import ScenarioError, load_scenario, parse_scenario, save_scenario
 from satform_tools import check
 from satform_tools.check import files as check_files
+from satform_tools.report.formats import CheckFormat
 from satform_tools.run import command as run_command
 
 EPOCH = datetime(2024, 1, 1, tzinfo=UTC)
@@ -173,7 +174,7 @@ def test_a_file_that_is_missing_or_something_else_is_named_with_line_and_field(
     assert (problem.line, problem.field) == (LINE_OF_THE_FILE, "dynamics.gravity.orientation_file")
     assert says.format(folder=tmp_path) in problem.sentence
     assert str(tmp_path / "tmp") not in problem.sentence
-    assert check_files.check([str(file)], as_json=False) == 2
+    assert check_files.check([str(file)], CheckFormat.TEXT) == 2
     assert "eop.txt" in capsys.readouterr().err.replace("\n", "")
 
 
