@@ -13,8 +13,11 @@ import numpy as np
 from satform.numeric.elementwise import Array
 
 
-class NotPositiveDefiniteError(ValueError):
-    """A matrix that has to be positive definite is not, or has a number that is not finite."""
+class NotPositiveDefiniteError(ArithmeticError):
+    """A matrix that has to be positive definite is not, or has a number that is not finite.
+
+    A satellite that meets one in flight has no command, and the flight ends early.
+    """
 
 
 def cholesky(matrix: Array) -> Array:
