@@ -39,6 +39,8 @@ SHORT_DURATIONS = {
     "noisy_navigation_dispersed": 60.0,
     "lossy_links_sweep": 1000.0,
     "gain_sweep": 40.0,
+    "range_only_cubature": 225.0,
+    "range_only_cubature_particle": 225.0,
 }
 """Durations of shipped campaigns for tests that fly some of their cases, s."""
 

@@ -130,3 +130,15 @@ def test_gains_are_stable_in_flight_where_they_are_in_theory(number: int) -> Non
     # So close to one a loop takes longer than the flight.
     assert abs(radius - 1.0) > 0.01
     assert all(verdict.met for verdict in evaluate(scenario, simulate(scenario))) is (radius < 1.0)
+
+
+def test_both_filters_of_ranges_alone_fly_with_the_same_readings() -> None:
+    campaigns = [LOADED[name] for name in ("range_only_cubature", "range_only_cubature_particle")]
+    for number in (0, 150):
+        first, second = (
+            simulate(case_scenario(each, number).with_({"timing.duration": 90.0})) for each in campaigns
+        )
+        assert first.navigation is not None
+        assert second.navigation is not None
+        assert np.array_equal(first.navigation.readings, second.navigation.readings, equal_nan=True)
+        assert not np.array_equal(first.navigation.mean, second.navigation.mean)
