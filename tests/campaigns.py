@@ -44,6 +44,9 @@ SHORT_DURATIONS = {
 }
 """Durations of shipped campaigns for tests that fly some of their cases, s."""
 
+FLOWN_ALONE = {"range_only_cubature", "range_only_cubature_particle"}
+"""Shipped campaigns whose cases are not stacked, because satellites with navigation are not."""
+
 
 def shortened_campaign(name: str, folder: Path, series: Sequence[str] = ()) -> Path:
     """File of a shipped campaign with a short duration.

@@ -51,3 +51,14 @@ def test_one_camera_leaves_the_distance_of_each_target() -> None:
     (sentence,) = observability_warnings(shipped("bearing_only_one_observer"))
     for name in ("sat2", "sat3", "sat4"):
         assert f"the distance of {name} from sat1" in sentence
+
+
+def test_a_reference_is_known_and_needs_no_readings() -> None:
+    # A range to it does not show what is across the plane in which both move.
+    (sentence,) = observability_warnings(shipped("range_only_large_error"))
+    assert "do not show a combined motion of seeker;" in sentence
+    gnss = {"satellites[seeker].sensors": [{"kind": "gnss"}]}
+    assert observability_warnings(shipped("range_only_large_error").with_(gnss)) == []
+    unknown = {**gnss, "satellites[seeker].navigation.references": []}
+    (sentence,) = observability_warnings(shipped("range_only_large_error").with_(unknown))
+    assert "do not show position and velocity of known;" in sentence

@@ -35,9 +35,10 @@ def observability_warnings(scenario: Scenario) -> list[str]:
         index: [sight(scenario, flight, channel, [*steps, last]) for channel in own.channels if channel.model]
         for index, own in navigations.items()
     }
+    asked = {index: _not_known(scenario, index, own.members) for index, own in navigations.items()}
     found: dict[str, str] = {}
     for when, graph in _graphs(scenario):
-        for sentence in _of_graph(flight, navigations, sights, graph):
+        for sentence in _of_graph(flight, navigations, asked, sights, graph):
             found.setdefault(sentence, when)
     return [f"navigation: {when}{sentence}" for sentence, when in found.items()]
 
@@ -115,9 +116,17 @@ def _graphs(scenario: Scenario) -> Iterator[tuple[str, Graph]]:
             yield (f"from {begin * scenario.timing.step:g} s on: " if begin else ""), graph
 
 
+def _not_known(scenario: Scenario, index: int, members: Sequence[int]) -> tuple[int, ...]:
+    """The satellites of a navigation whose motion at the start it does not know: all but its references."""
+    own = scenario.satellite(index).navigation
+    references = own.references if own is not None else ()
+    return tuple(member for member in members if scenario.satellites[member].name not in references)
+
+
 def _of_graph(
     flight: PlannedFlight,
     navigations: Mapping[int, SatelliteNavigation],
+    asked: Mapping[int, tuple[int, ...]],
     sights: Mapping[int, Sequence[Sight]],
     graph: Graph,
 ) -> Iterator[str]:
@@ -126,8 +135,10 @@ def _of_graph(
     groups: dict[tuple[tuple[int, ...], tuple[int, ...]], list[str]] = {}
     for index, navigation in navigations.items():
         from_whom = {index} if navigation.exchange is None else reach[index] & sights.keys()
-        groups.setdefault((tuple(sorted(from_whom)), navigation.members), []).append(flight.names[index])
+        groups.setdefault((tuple(sorted(from_whom)), asked[index]), []).append(flight.names[index])
     for (known, members), names in groups.items():
+        if not members:
+            continue
         found = observability(flight, [own for index in known for own in sights[index]], members)
         if found.words:
             yield (
