@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Clohessy-Wiltshire motion against matrix exponentials, numerical integration and known orbits."""
 
+import math
+from decimal import Decimal, localcontext
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -31,11 +34,24 @@ def textbook_matrices(mean_motion):
 
 
 def exponential(mean_motion, duration):
-    """Transition and held-input matrix from the exponential of the extended system."""
+    """Transition and held-input matrix from the exponential of the extended system.
+
+    By its series, scaled and squared, in decimal numbers of 60 digits: in double precision the digits that
+    are lost at long durations depend on the processor.
+    """
     a, b = textbook_matrices(mean_motion)
     extended = np.zeros((9, 9))
     extended[:6, :6], extended[:6, 6:] = a, b
-    result = expm(extended * duration)
+    with localcontext(prec=60):
+        exact = np.vectorize(Decimal, otypes=[object])(extended) * Decimal(duration)
+        halvings = max(0, math.ceil(math.log2(abs(duration))))
+        term = result = np.vectorize(Decimal, otypes=[object])(np.eye(9))
+        for number in range(1, 40):
+            term = term @ exact / (number * Decimal(2) ** halvings)
+            result = result + term
+        for _ in range(halvings):
+            result = result @ result
+    result = result.astype(float)
     return result[:6, :6], result[:6, 6:]
 
 
