@@ -138,7 +138,7 @@ class Undying(ForeignSatellite):
     """L1: goes on though it is lost."""
 
     def on_status(self, status: Any) -> None:
-        status.alive[1] = True
+        status.alive[1] = status.alive[1] or self.step is not None
         super().on_status(status)
 
 

@@ -11,10 +11,12 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
 
 from flights import shortened
+from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 
 pytestmark = pytest.mark.unmeasured
@@ -94,6 +96,31 @@ def test_flight_with_a_foreign_satellite_has_the_bits_of_the_flight_with_our_own
     assert flight.returncode == 0, messages
     assert program.wait(20) == 0
     assert result(tmp_path / "run")["state_hash"] == simulate(shortened("triangle", DURATION)).digest()
+
+
+def test_satellite_with_another_law_flies_any_satellite(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[..., "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    options = ("--set", "satellites[sat3].external=true", "--set", "timing.duration=50")
+    flight = start_run("triangle", *options)
+    program = start_program(
+        tmp_path / "run", [sys.executable, str(EXAMPLES / "hold" / "hold_position.py"), "sat3"]
+    )
+    _, messages = flight.communicate(timeout=200)
+    assert (flight.returncode, program.wait(20)) == (0, 0), messages
+    record = read_bag(tmp_path / "run" / "bag").record
+    # Across the orbital plane the law is a critically damped oscillator that begins in its anchor:
+    # z = v t exp(-t / 100 s), but for the orbit's own 1.1e-6 1/s^2 and the disturbance.
+    time_since = np.arange(101) * 0.5
+    speed = record.velocity[0, 2, 2]
+    moved = record.position[:, 2, 2] - record.position[0, 2, 2]
+    pulled = 0.5 * (1.1e-6 * 1.1e5 + 0.01) * time_since**2
+    assert (
+        np.abs(moved - speed * time_since * np.exp(-0.01 * time_since)) <= pulled + 0.1 * np.abs(moved)
+    ).all()
+    assert np.isnan(record.reference_position[:, 2]).all()
 
 
 def test_example_in_python_is_under_eighty_lines() -> None:

@@ -145,6 +145,11 @@ class TestedFormation:
         wanted = (self.name, self._namespace or "/")
         return wanted in self._nodes[PLANT].get_node_names_and_namespaces()
 
+    @property
+    def readiness_matched(self) -> bool:
+        """Whether a publisher of `NodeReady` has been discovered."""
+        return bool(self._nodes[PLANT].count_publishers(relative(topic_table.NODE_READY)))
+
     def shortcomings(self) -> list[Shortcoming]:
         """What the satellite's node lacks, or has of another type or QoS."""
         table = [
