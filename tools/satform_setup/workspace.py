@@ -250,7 +250,7 @@ def _colcon(job: Job, names: list[str]) -> None:
     command = [str(layout.python), str(layout.venv / "bin" / "colcon"), "--log-base", "log", "build"]
     command += ["--packages-select", *names, "--event-handlers", "console_cohesion+"]
     command += build_arguments(layout, job.ros)
-    usual = "10 to 40 s" if "satform_msgs" in names else "a few seconds"
+    usual = "one to four minutes" if "satform_msgs" in names else "a few seconds"
     # Of this build alone: over a year of changes the log would grow without end.
     layout.log.write_bytes(b"")
     progress = Progress(f"building {', '.join(names)} ({usual})")
