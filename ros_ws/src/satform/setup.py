@@ -146,7 +146,6 @@ setup(
             "response_time = satform.evaluation.response:ResponseTime",
             "relative_navigation_error = satform.evaluation.formation_navigation:RelativeNavigationError",
             "rejoin_time = satform.evaluation.presence:RejoinTime",
-            "relative_position_error = satform.evaluation.navigation:RelativePositionError",
             "relative_range_error = satform.evaluation.navigation:RelativeRangeError",
             "ripple = satform.evaluation.response:Ripple",
             "settling_time = satform.evaluation.tracking:SettlingTime",

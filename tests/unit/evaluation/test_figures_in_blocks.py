@@ -61,12 +61,15 @@ def test_every_kind_has_a_formula_and_a_reducer_but_those_of_loops_and_of_links(
     others = {
         kind: spec.computed_from for kind, spec in specs("satform.metrics").items() if kind not in KINDS
     }
-    # The figures of links are those of test_link_figures.py.
+    # The figures of links are those of test_link_figures.py, those of navigation of two modules of their own.
     assert others == {
         "spectral_radius": ComputedFrom.LOOPS,
         "delivered_connectivity": ComputedFrom.RECORD,
         "delivered_fraction": ComputedFrom.RECORD,
         "link_margin": ComputedFrom.RECORD,
+        "relative_navigation_error": ComputedFrom.RECORD,
+        "relative_range_error": ComputedFrom.RECORD,
+        "central_error_ratio": ComputedFrom.RECORD,
     }
 
 

@@ -36,21 +36,16 @@ def flown() -> FlightRecord:
     return replace(record, position=position, navigation=history)
 
 
-def test_relative_errors_are_those_of_differences() -> None:
+def test_errors_over_range_are_in_percent_of_each_distance() -> None:
     record = flown()
-    # From the first, 5 m in the second and nothing in the third; from the second 5 m in both.
-    assert figure("relative_position_error", record, satellites=["sat1"]) == pytest.approx(math.sqrt(25 / 2))
-    assert figure("relative_position_error", record, satellites=["sat2"]) == pytest.approx(5.0)
-    assert figure("relative_position_error", record) == pytest.approx(math.sqrt((12.5 + 25.0 + 12.5) / 3))
-    third = {"satellites": ["sat1", "sat2"], "targets": ["sat3"]}
-    assert figure("relative_position_error", record, statistic="maximum", **third) == pytest.approx(5.0)
-
-
-def test_errors_over_range_are_in_percent() -> None:
-    record = flown()
+    # From the second, 5 m over 100 m and 200 m; from the third over 200 m, and nothing in the first.
     near, far = {"satellites": ["sat2"], "targets": ["sat1"]}, {"satellites": ["sat2"], "targets": ["sat3"]}
     assert figure("relative_range_error", record, **near) == pytest.approx(5.0)
     assert figure("relative_range_error", record, **far) == pytest.approx(2.5)
+    both = math.sqrt((5.0**2 + 2.5**2) / 2)
+    assert figure("relative_range_error", record, satellites=["sat2"]) == pytest.approx(both)
+    assert figure("relative_range_error", record, satellites=["sat3"]) == pytest.approx(2.5 / math.sqrt(2))
+    assert figure("relative_range_error", record, statistic="maximum") == pytest.approx(5.0)
 
 
 def test_the_ratio_to_a_central_filter_is_that_of_rms_errors_of_all_positions() -> None:
@@ -63,7 +58,7 @@ def test_the_ratio_to_a_central_filter_is_that_of_rms_errors_of_all_positions() 
 
 def test_without_estimates_there_are_no_figures() -> None:
     record = simulate(shortened("triangle", 1.0))
-    for kind in ("relative_position_error", "relative_range_error", "central_error_ratio"):
+    for kind in ("relative_range_error", "central_error_ratio"):
         assert math.isnan(figure(kind, record))
     assert record.central_estimate is None
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Unobservable directions of formations where they are known in closed form."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -94,6 +94,19 @@ def test_ranges_about_an_orbit_show_the_attitude_of_the_formation() -> None:
     # The Clohessy-Wiltshire equations are not the same in turned axes.
     pairs = [(first, second) for first in range(4) for second in range(first)]
     assert seen(free(RATE, 4), *(Range(*pair, MILLIMETRE) for pair in pairs)).words == (WHOLE,)
+
+
+def test_ranges_that_do_not_change_leave_the_phase_of_a_triangle() -> None:
+    # General circular orbit of 1 km: the triangle turns like a rigid body.
+    flight, phases = free(RATE, 3), 2.0 * np.pi * np.arange(3) / 3.0
+    sine, cosine = 1e3 * np.sin(phases), 1e3 * np.cos(phases)
+    position = np.stack((0.5 * sine, cosine, np.sqrt(0.75) * sine), axis=-1)
+    velocity = RATE * np.stack((0.5 * cosine, -sine, np.sqrt(0.75) * cosine), axis=-1)
+    start = np.concatenate((position, velocity), axis=-1)
+    turning = replace(flight, states=np.einsum("kab,nb->kna", flight.transitions, start))
+    ranges = [Range(first, second, MILLIMETRE) for first, second in ((0, 1), (0, 2), (1, 2))]
+    found = seen(turning, *ranges, Position(0, None, METRE))
+    assert "the phase of the whole formation on its relative orbits" in found.words
 
 
 def test_bearings_of_free_motion_leave_the_scale() -> None:

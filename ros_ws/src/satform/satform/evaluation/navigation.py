@@ -31,17 +31,17 @@ class _OfFormationEstimates(OverWindow):
         return [*own, f"{', '.join(bare)} {have} no navigation that estimates the formation"] if bare else own
 
 
-class RelativePositionError(_OfFormationEstimates):
-    """Error of the estimated position of other satellites relative to the own one, in m.
+class RelativeRangeError(_OfFormationEstimates):
+    """Error of the estimated relative position of other satellites, in percent of their true distance.
 
     A satellite estimates it as the difference of two positions of its estimate of the whole formation.
     """
 
-    unit = "m"
-    figure_name = "{0.statistic} relative position error"
-    kind: Literal["relative_position_error"] = "relative_position_error"
+    unit = "%"
+    figure_name = "{0.statistic} relative position error over range"
+    kind: Literal["relative_range_error"] = "relative_range_error"
     statistic: Literal["maximum", "rms"] = "rms"
-    """Largest over the stretch, or root of the mean square."""
+    """Largest over the stretch, or root of the mean square, over all targets."""
     targets: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     """The other satellites that are meant; all when left out."""
 
@@ -66,32 +66,16 @@ class RelativePositionError(_OfFormationEstimates):
         error = np.linalg.norm((estimated - true)[:, :, columns], axis=-1)
         distance = np.where(others, np.linalg.norm(true[:, :, columns], axis=-1), 1.0)
         # The own position relative to itself is no figure.
-        squares = np.where(others, np.square(self.compared(error, distance)), 0.0)
+        squares = np.where(others, np.square(100.0 * error / distance), 0.0)
         if self.statistic == "maximum":
             return math.sqrt(_largest_of_known(self.window(squares.max(axis=-1), record)))
         # A satellite that is its own only target is none of those that are meant.
         number = np.maximum(1, others.sum(axis=-1))
         return math.sqrt(_mean_of_known(self.window(squares.sum(axis=-1) / number, record)))
 
-    def compared(self, error: Array, distance: Array) -> Array:
-        """The figure of each pair and step from the length of the error and the true distance, m."""
-        return error
-
     def of_what(self) -> str:
         to = "" if self.targets is None else f" to {', '.join(self.targets)}"
         return to + super().of_what()
-
-
-class RelativeRangeError(RelativePositionError):
-    """Error of the estimated relative position of other satellites, in percent of their true distance."""
-
-    unit = "%"
-    figure_name = "{0.statistic} relative position error over range"
-    kind: Literal["relative_range_error"] = "relative_range_error"  # type: ignore[assignment]
-
-    def compared(self, error: Array, distance: Array) -> Array:
-        """In percent of the distance."""
-        return 100.0 * error / distance
 
 
 class CentralErrorRatio(_OfFormationEstimates):

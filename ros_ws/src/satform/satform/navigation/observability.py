@@ -208,9 +208,20 @@ def _turned_and_scaled(start: Array, names: Sequence[str], group: Sequence[int])
         arms = _members(len(names), group)[:, None] * (start - middle)
         if len(group) > 2:
             yield from _one(f"the size of {whose}, with all distances in the same ratio", arms)
+        yield from _one(f"the phase of {whose} on its relative orbits", _moved_on(arms))
         for axis, name in enumerate(_AXES):
             turned = np.cross(np.eye(3)[axis], arms.reshape(-1, 2, 3))
             yield from _one(f"rotation of {whose} about the {name} axis", turned)
+
+
+def _moved_on(arms: Array) -> Array:
+    """Derivative of free motion about a circular chief by the chief's angle, shape (M, 6), all in m.
+
+    Ranges cannot tell a later time where they do not change, as of satellites on one general circular orbit.
+    """
+    x, z = arms[:, 0], arms[:, 2]
+    along, radial = arms[:, 4], arms[:, 3]
+    return np.column_stack((arms[:, 3:], 3.0 * x + 2.0 * along, -2.0 * radial, -z))
 
 
 def _groups(count: int, pairs: Sequence[Pair]) -> list[list[int]]:
