@@ -60,6 +60,9 @@ def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> 
     # Distances that hardly change leave the phase of a triangle, which its scenario says.
     if name == "laser_ranging_triangle":
         meant += ("navigation: sat1, sat2, sat3: on the planned motion",)
+    # Ranges to one satellite on a free orbit leave a direction, which no filter can know better.
+    if name.startswith("range_only"):
+        meant += ("navigation: seeker: on the planned motion",)
     said = [warning for warning in warnings(shipped(name)) if not any(words in warning for words in meant)]
     assert not said
 
