@@ -21,6 +21,11 @@ from satform_tools.run.replay import compare
 
 UNSTABLE = "satellite_defaults.controller.reaching_gain=5.0"
 
+LOST_COVARIANCE = (
+    "satellite_defaults.navigation.initial_position_error=1e12",
+    "satellites.1.sensors.1.position_noise=1e-9",
+)
+
 
 def assert_ends_as_in_one_process(scenario: Scenario, bag: Bag) -> None:
     once = simulate(scenario)
@@ -44,6 +49,16 @@ def test_a_diverging_flight_ends_at_the_step_of_the_flight_in_one_process(
     assert flight.steps == bag.record.steps
     assert_ends_as_in_one_process(scenario, bag)
     assert replay_command.replay(tmp_path / "run", as_json=True) == EXIT_ENDED_EARLY
+
+
+def test_a_lost_covariance_ends_the_flight_with_the_sentence_of_the_flight_in_one_process(
+    tmp_path: Path,
+) -> None:
+    scenario = shortened("gnss_differential_pair", 100.0, *LOST_COVARIANCE)
+    flight, bag = flown(scenario, tmp_path / "run")
+    assert flight.early_end is not None
+    assert flight.early_end.quantity == "estimated position"
+    assert_ends_as_in_one_process(scenario, bag)
 
 
 def test_on_the_wall_clock_a_diverging_flight_ends_with_the_same_code(

@@ -182,6 +182,23 @@ def test_a_camera_has_no_reading_along_the_orbit_normal():
         assert sees(CAMERA, scene([0.0, 700.0 * math.sin(direction), 700.0 * math.cos(direction)])) == seen
 
 
+@pytest.mark.parametrize("elevation", [0.0, 60.0, 85.0])
+def test_the_noise_of_a_camera_is_the_same_in_all_directions_across_the_line_of_sight(elevation):
+    noise, angle = 1e-4, math.radians(elevation)
+    own = channel(CAMERA.model_copy(update={"angle_noise": noise}))
+    toward = np.array([0.6 * math.cos(angle), 0.8 * math.cos(angle), math.sin(angle)])
+    normals = np.random.default_rng(3).standard_normal((4000, 2))
+    readings = np.array([own.reading(scene(900.0 * toward), 0, draw) for draw in normals])
+    azimuth, found = readings.T
+    seen = np.stack(
+        (np.cos(azimuth) * np.cos(found), np.sin(azimuth) * np.cos(found), np.sin(found)), axis=-1
+    )
+    along = np.array([-0.8, 0.6, 0.0])
+    for axis in (along, np.cross(toward, along)):
+        np.testing.assert_allclose((seen @ axis).std(), noise, rtol=0.05)
+    np.testing.assert_allclose(readings.var(axis=0), own.model.variance_at(readings[0]), rtol=0.1)
+
+
 def test_gnss_measures_the_own_motion_and_differential_gnss_the_difference():
     truth = scene([10.0, 20.0, 30.0])
     truth = replace(truth, velocity=np.array([[0.1, 0.2, 0.3], [1.0, 2.0, 4.0]]))

@@ -56,6 +56,29 @@ def test_the_ratio_to_a_central_filter_is_that_of_rms_errors_of_all_positions() 
     assert figure("central_error_ratio", known) == pytest.approx(math.sqrt(25.0 / 3.0) / 2.0)
 
 
+def test_steps_of_a_lost_satellite_count_for_neither_filter() -> None:
+    record = flown()
+    assert record.navigation is not None
+    mean = record.navigation.mean.copy()
+    # The second satellite is lost after the first step, in which the central filter is wrong by 1 m.
+    mean[1:, 1] = np.nan
+    reference, acceleration = record.reference_position.copy(), record.acceleration.copy()
+    reference[1:, 1], acceleration[1:, 1] = np.nan, 0.0
+    error = np.array([1.0, 2.0, 2.0, 2.0])
+    central = record.position[: record.steps] + error[:, None, None] * np.array([0.0, 0.0, 1.0])
+    lost = replace(
+        record,
+        reference_position=reference,
+        acceleration=acceleration,
+        navigation=replace(record.navigation, mean=mean),
+        central_source=lambda _: np.concatenate((central, np.zeros_like(central)), axis=-1),
+    )
+    # 3 satellites know 1 m, and 2 of them 3 times 2 m; each own error is 5 m in one of three positions.
+    expected = math.sqrt(25.0 / 3.0) / math.sqrt((3 * 1.0 + 6 * 4.0) / 9)
+    assert figure("central_error_ratio", lost) == pytest.approx(expected)
+    assert figure("central_error_ratio", lost, satellites=["sat2"]) == pytest.approx(math.sqrt(25.0 / 3.0))
+
+
 def test_without_estimates_there_are_no_figures() -> None:
     record = simulate(shortened("triangle", 1.0))
     for kind in ("relative_range_error", "central_error_ratio"):

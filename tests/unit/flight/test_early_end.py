@@ -108,6 +108,22 @@ def test_a_satellite_that_falls_ends_the_flight_when_it_hits_the_ground() -> Non
     assert higher.early_end.step < end.step
 
 
+def test_a_filter_without_a_covariance_is_named_and_no_control_law() -> None:
+    """Variances of 1e24 m^2 and 1e-18 m^2 in one matrix leave no digit of the smaller one."""
+    record = simulate(
+        shortened(
+            "gnss_differential_pair",
+            100.0,
+            "satellite_defaults.navigation.initial_position_error=1e12",
+            "satellites.1.sensors.1.position_noise=1e-9",
+        )
+    )
+    end = record.early_end
+    assert end is not None
+    assert (end.satellite in ("chief", "deputy"), end.quantity) == (True, "estimated position")
+    assert "a filter that diverges or whose covariance is lost" in end.sentence
+
+
 def test_a_satellite_in_the_middle_of_the_earth_does_not_fly_at_all() -> None:
     at_the_centre = "satellites.0.position_error=[-7136635, 0, 0]"
     record = simulate(

@@ -82,7 +82,8 @@ class CentralErrorRatio(_OfFormationEstimates):
     """Rms error of estimated positions, divided by that of a filter with the readings of all satellites.
 
     Counted are the positions of all satellites relative to the chief, as each satellite estimates them. The
-    central filter runs over the recorded readings. It is of the same kind, and knows all accelerations.
+    central filter runs over the recorded readings. It is of the same kind, and knows all accelerations. Its
+    errors are counted in the same steps, once for each satellite that has an estimate.
     """
 
     figure_name = "ratio of the rms position error to that of a central filter"
@@ -93,10 +94,11 @@ class CentralErrorRatio(_OfFormationEstimates):
         if record.navigation is None or central is None:
             return math.nan
         true = record.position[: record.steps]
-        own = self.window(_mean_square(_estimated(record) - true[:, None]), record)
-        errors = _mean_square(central[..., :3] - true)
-        of_central = self.window(np.broadcast_to(errors[:, None], true.shape[:2]), record)
-        return math.sqrt(_mean_of_known(own) / _mean_of_known(of_central))
+        own = _mean_square(_estimated(record) - true[:, None])
+        # A satellite that is lost has no estimate: such a step counts for neither of the two.
+        central_too = np.where(np.isfinite(own), _mean_square(central[..., :3] - true)[:, None], np.nan)
+        of_own, of_central = self.window(own, record), self.window(central_too, record)
+        return math.sqrt(_mean_of_known(of_own) / _mean_of_known(of_central))
 
 
 def _estimated(record: FlightRecord) -> Array:

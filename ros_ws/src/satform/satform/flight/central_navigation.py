@@ -41,12 +41,15 @@ def central_estimate(plan: FormationPlan, record: FlightRecord) -> Array | None:
     numbers = SeededNormals(first.seed, FILTER_STREAM, [count], max(1, first.filter.draws))
     present = first.filter.start(first.prior, numbers.at(0)[0])
     found = np.empty((record.steps, count, SIZE))
+    # What a lost satellite measures reaches nobody.
+    readings = record.navigation.readings.copy()
+    readings[: record.steps][record.absent] = np.nan
     for step in range(record.steps):
         draws = numbers.at(step)[0]
         if step > 0:
             over = first.model.over(step - 1, record.applied_acceleration[step - 1], [True] * count)
             present = first.filter.predict(present, over.transition, over.increment, over.process, draws)
-        for function, measured in _measurements(navigations, record.navigation.readings, step):
+        for function, measured in _measurements(navigations, readings, step):
             present, _ = first.filter.update(present, measured, function, draws)
         found[step] = first.filter.estimate(present).mean.reshape(count, SIZE)
     return found
@@ -70,6 +73,6 @@ def _measurements(
                 targets.append(index if channel.model.target is None else channel.model.target)
                 numbers.append(reading)
         if models:
-            measurement = JointMeasurement(tuple(models), index, tuple(targets))
+            measurement = JointMeasurement.of(models, index, targets, numbers)
             found.append((measurement, np.concatenate(numbers)))
     return found

@@ -20,6 +20,7 @@ import numpy as np
 
 from satform.flight.plans import LimitPlan
 from satform.numeric.elementwise import Array
+from satform.numeric.positive_definite import NotPositiveDefiniteError
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.record.early_end import EarlyEnd
 from satform.scenario.limits import LimitsSpec
@@ -57,6 +58,10 @@ class Quantity:
 _UNSTABLE = "a control loop that is unstable at these gains and this control period"
 _DRIFT = "motion that no command held back: an error at the start, or a loop without enough authority"
 _FILTER = "a filter that diverges, or measurements that are no longer those of the model"
+_NO_ESTIMATE = (
+    "a filter that diverges or whose covariance is lost, which a larger acceleration density or a larger "
+    "noise of its sensors prevents"
+)
 _CURVE = "geometry that is singular at this phase of the curve, or a scale too small to be computed with"
 _PHASE = "a consensus on the phase that is unstable at these gains and this control period"
 _LAW = "a control law that divides by zero or overflows here"
@@ -65,7 +70,7 @@ _TURNING = "pointing that is singular at the start, or attitude dynamics that ov
 _GROUND = "an orbit that leads below the limit"
 
 QUANTITIES: tuple[Quantity, ...] = (
-    Quantity("estimated position", "m", "distance", _FILTER, _FILTER),
+    Quantity("estimated position", "m", "distance", _NO_ESTIMATE, _FILTER),
     Quantity("estimated velocity", "m/s", "speed", _FILTER, _FILTER),
     Quantity("reference position", "m", "distance", _CURVE, _PHASE),
     Quantity("reference velocity", "m/s", "speed", _CURVE, _PHASE),
@@ -159,10 +164,24 @@ class Violation:
     value: float
 
 
-NO_COMMAND = Violation(
-    1 + [quantity.name for quantity in QUANTITIES].index("commanded acceleration"), math.nan
-)
+def _not_computed(name: str) -> Violation:
+    return Violation(1 + [quantity.name for quantity in QUANTITIES].index(name), math.nan)
+
+
+NO_COMMAND = _not_computed("commanded acceleration")
 """Of a satellite whose computation raised an ArithmeticError, as Python's own division by zero does."""
+
+NO_ESTIMATE = _not_computed("estimated position")
+"""Of a satellite whose filter has lost its covariance."""
+
+
+def violation_of(error: ArithmeticError) -> Violation:
+    """What a satellite could not compute in a step.
+
+    Args:
+        error: that its computation raised.
+    """
+    return NO_ESTIMATE if isinstance(error, NotPositiveDefiniteError) else NO_COMMAND
 
 
 class LimitCheck:

@@ -15,7 +15,7 @@ from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.flight.flight_log import FlightGroup, FlightLog
-from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
+from satform.flight.limits import LimitCheck, Violation, violation_of
 from satform.flight.online_parameters import OnlineParameters
 from satform.flight.plant import Plant
 from satform.flight.satellite import Satellite
@@ -136,8 +136,8 @@ class _Flight:
             sensed = self._sensed(group, received)
             try:
                 decision = group.satellite.act(own, received, measured_step, turned, applied, sensed)
-            except ArithmeticError:
-                violations[int(np.min(group.members))] = NO_COMMAND
+            except ArithmeticError as error:
+                violations[int(np.min(group.members))] = violation_of(error)
                 continue
             found = self._limits.of_decision(decision, encode(group.satellite.announce()))
             if found:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.equipment.sensors.protocol import MeasurementModel
+from satform.equipment.sensors.protocol import MeasurementModel, assumed_variance
 from satform.navigation.kalman_filter import ProcessModel
 from satform.numeric.elementwise import Array
 
@@ -71,21 +71,38 @@ class JointMeasurement:
         models: of the channels.
         own: index of the observer among the satellites of the joint state.
         targets: index of the target of each channel; that of the observer for a channel without target.
+        variance: of each number, shape (m,).
     """
 
     models: tuple[MeasurementModel, ...]
     own: int
     targets: tuple[int, ...]
+    variance: Array
+
+    @classmethod
+    def of(
+        cls,
+        models: Sequence[MeasurementModel],
+        own: int,
+        targets: Sequence[int],
+        readings: Sequence[Array],
+    ) -> "JointMeasurement":
+        """The function of some readings.
+
+        Args:
+            models: of their channels.
+            own: index of the observer among the satellites of the joint state.
+            targets: index of the target of each channel; likewise.
+            readings: of each channel, on which its noise may depend.
+        """
+        pairs = zip(models, readings, strict=True)
+        variance = np.concatenate([assumed_variance(model, reading) for model, reading in pairs])
+        return cls(tuple(models), own, tuple(targets), variance)
 
     @property
     def width(self) -> int:
         """Numbers of all readings."""
         return sum(model.width for model in self.models)
-
-    @property
-    def variance(self) -> Array:
-        """Of each number, shape (m,)."""
-        return np.concatenate([model.variance for model in self.models])
 
     def predicted(self, state: Array) -> Array:
         """The readings without errors, shape (..., D) to (..., m)."""

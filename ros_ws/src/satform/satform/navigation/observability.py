@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.consensus.graph import Graph
-from satform.equipment.sensors.protocol import MeasurementModel
+from satform.equipment.sensors.protocol import MeasurementModel, VaryingVariance
 from satform.numeric.elementwise import Array
 
 _VANISHING = 1e-9
@@ -141,7 +141,10 @@ def _rows(flight: PlannedFlight, sight: Sight) -> Array:
     own = flight.states[times, model.observer]
     other = own if model.target is None else flight.states[times, model.target]
     by_own, by_other = model.jacobian(own, other)
-    whitening = np.sqrt(sight.readings[times])[:, None, None] / np.sqrt(model.variance)[:, None]
+    variance = model.variance
+    if isinstance(model, VaryingVariance):
+        variance = model.variance_at(model.predicted(own, other))
+    whitening = np.sqrt(sight.readings[times])[:, None, None] / np.sqrt(variance)[..., :, None]
     scale = np.repeat([1.0, flight.rate], 3)
     rows = np.zeros((*by_own.shape[:2], count, 6))
     rows[:, :, model.observer] = whitening * (by_own @ flight.transitions[times]) * scale

@@ -306,7 +306,7 @@ class SatelliteNavigation:
             numbers.append(readings[columns])
         if not models:
             return present, np.zeros(()), 0
-        function = JointMeasurement(tuple(models), self.own, tuple(targets))
+        function = JointMeasurement.of(models, self.own, targets, numbers)
         measured = np.concatenate(numbers)
         present, squared = self.filter.update(present, measured, function, self._draws(step))
         return present, squared, len(measured)

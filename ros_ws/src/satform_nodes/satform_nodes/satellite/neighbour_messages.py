@@ -3,6 +3,7 @@
 """Messages of a satellite's in-neighbours, by step or the newest ones, with the link models applied."""
 
 from collections import deque
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,7 @@ class NeighbourMessages:
         self._no_estimate: Message = (0.0,) * message_width(plan.topics.satellites[index].estimated)
         self._estimates: dict[int, dict[int, Message]] = {}
         self._newest: dict[int, deque[tuple[int, Message]]] = {}
+        self._newest_estimates: dict[int, deque[tuple[int, Message]]] = {}
         self.reset()
 
     def reset(self) -> None:
@@ -95,12 +97,20 @@ class NeighbourMessages:
 
     def add_estimate(self, neighbour: int, fields: tuple[Any, ...]) -> None:
         """Store the estimate of a neighbour that goes with its message for a step."""
-        made, numbers = self._stamps.step(fields[0], fields[1]), fields[3:]
-        size = int(numbers[0])
-        message = (float(made), *numbers[1 : 1 + size], *numbers[2 + size :])
-        self._estimates.setdefault(fields[2], {})[neighbour] = message
+        self._estimates.setdefault(fields[2], {})[neighbour] = self._estimate(fields)
         if len(self._estimates) > _STORED_STEPS:
             del self._estimates[min(self._estimates)]
+
+    def add_newest_estimate(self, neighbour: int, fields: tuple[Any, ...]) -> None:
+        """On the wall clock: store the newest estimates of a neighbour."""
+        own = self._newest_estimates.setdefault(neighbour, deque(maxlen=3))
+        own.append((fields[2], self._estimate(fields)))
+
+    def _estimate(self, fields: tuple[Any, ...]) -> Message:
+        """Step and numbers of an estimate, from all fields of its message."""
+        made, numbers = self._stamps.step(fields[0], fields[1]), fields[3:]
+        size = int(numbers[0])
+        return (float(made), *numbers[1 : 1 + size], *numbers[2 + size :])
 
     def lacks_estimate(self, step: int, senders: list[int]) -> bool:
         """Whether the estimate of one of these senders is missing for a step."""
@@ -190,11 +200,23 @@ class NeighbourMessages:
         """The messages for a step with the estimates that go with them."""
         if not self._exchanges:
             return received
-        arrived = self._estimates.get(step, {})
+        arrived = self._estimates.get(step, {}) | self._new_estimates(step, received)
         return {
             neighbour: (*message, *arrived.get(neighbour, self._no_estimate))
             for neighbour, message in received.items()
         }
+
+    def _new_estimates(self, step: int, senders: Iterable[int]) -> dict[int, Message]:
+        """On the wall clock: of each sender the newest estimate for this step or an earlier one.
+
+        It is used once: there is nothing new in it afterwards.
+        """
+        found: dict[int, Message] = {}
+        for neighbour in senders:
+            waiting = self._newest_estimates.get(neighbour, deque())
+            while waiting and waiting[0][0] <= step:
+                found[neighbour] = waiting.popleft()[1]
+        return found
 
     def forget(self, step: int) -> None:
         """Discard the messages for a step that has been taken, and for the one before."""

@@ -5,7 +5,6 @@
 import os
 import signal
 import time
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -20,7 +19,7 @@ from satform.communication.messages import encode
 from satform.communication.topic_table import RECORDER, satellite_channels, subscribed_by
 from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
-from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
+from satform.flight.limits import NO_COMMAND, LimitCheck, Violation, violation_of
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.formation import is_lost_at, rejoins_after
 from satform.membership.reconfiguration import Target
@@ -346,7 +345,12 @@ class SatelliteNode:
             self._batch.add_attitude(self._row, numbers)
 
     def _on_estimate(self, neighbour: int, validator: MessageValidator, data: bytes, _name: str) -> None:
-        last = self.step + 1 if self.flying and not self.clocked else _ANY_STEP
+        if self.clocked:
+            fields = validator.validate(data, 0, _ANY_STEP)
+            if fields is not None:
+                self.neighbour_messages.add_newest_estimate(neighbour, fields)
+            return
+        last = self.step + 1 if self.flying else _ANY_STEP
         fields = validator.validate(data, self.step if self.flying else 0, last)
         if fields is None:
             return
@@ -396,8 +400,8 @@ class SatelliteNode:
         self._use_target()
         given = self._messages.inputs(step, state, messages, senders)
         decision: Decision | None = None
-        violation: Violation | None = NO_COMMAND
-        with suppress(ArithmeticError):
+        violation: Violation | None = None
+        try:
             decision = self.satellite.act(
                 given.motion,
                 given.received,
@@ -407,6 +411,8 @@ class SatelliteNode:
                 given.sensed,
             )
             violation = self._limits.of_decision(decision, encode(self.satellite.announce())).get(0)
+        except ArithmeticError as error:
+            violation = violation_of(error)
         self.busy_seconds += time.thread_time() - begin
         seconds, nanoseconds = self._stamps.at(step)
         self._messages.forget_plant()

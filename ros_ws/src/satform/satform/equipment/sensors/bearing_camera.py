@@ -36,7 +36,8 @@ class BearingModel:
         name: for people.
         observer: index of the satellite that carries the camera.
         target: index of the other satellite.
-        variance: of azimuth and elevation, rad^2, shape (2,).
+        variance: of the direction across the line of sight, towards larger azimuth and towards larger
+            elevation, rad^2, shape (2,).
     """
 
     name: str
@@ -68,6 +69,14 @@ class BearingModel:
         by_other[..., 1, 2] = across / squared
         return -by_other, by_other
 
+    def variance_at(self, reading: Array) -> Array:
+        """Of azimuth and elevation: off the orbit plane, an angle across the line is a larger azimuth.
+
+        Args:
+            reading: azimuth and elevation, rad, shape (..., 2).
+        """
+        return np.asarray(self.variance * np.square(_stretch(reading)))
+
     def residual(self, measured: Array, predicted: Array) -> Array:
         """As of every model: the azimuth's in [-pi, pi]."""
         difference = measured - predicted
@@ -79,6 +88,24 @@ def _components(own: Array, other: Array) -> tuple[Array, Array, Array, Array]:
     between = other[..., :3] - own[..., :3]
     x, y, z = between[..., 0], between[..., 1], between[..., 2]
     return x, y, z, np.sqrt(x * x + y * y)
+
+
+def _stretch(angles: Array) -> Array:
+    """Angles of azimuth and elevation to angles across the line of sight, shape (..., 2)."""
+    elevation = np.clip(angles[..., 1], -_LARGEST_ELEVATION, _LARGEST_ELEVATION)
+    return joined(1.0 / np.cos(elevation), np.ones_like(elevation))
+
+
+@dataclass(frozen=True)
+class CameraChannel(NoisyChannel):
+    """A channel whose white noise is the same in all directions across the line of sight."""
+
+    def reading(self, scene: Scene, step: int, normals: Array) -> Array:
+        """As of every channel."""
+        truth = self.observed(scene) if self.timing.is_due(step) else None
+        if truth is None:
+            return np.full(self.width, np.nan)
+        return np.asarray(truth + self.bias + _stretch(truth) * self.noise * normals)
 
 
 @dataclass(frozen=True)
@@ -109,7 +136,8 @@ class BearingCameraSpec(DirectedSensorSpec):
 
     kind: Literal["bearing_camera"] = "bearing_camera"
     angle_noise: Annotated[float, Field(gt=0.0, le=1.0), OR_DEGREES] = 1e-4
-    """Standard deviation of the white noise on each of the two angles, rad or text such as `0.01 deg`."""
+    """Standard deviation of the white noise on the direction, along each of two axes across the line of
+    sight, rad or text such as `0.01 deg`; on the azimuth it is larger by 1/cos(elevation)."""
     azimuth_bias: Angle = 0.0
     """Constant error of the azimuth, rad or text."""
     elevation_bias: Angle = 0.0
@@ -137,5 +165,5 @@ class BearingCameraSpec(DirectedSensorSpec):
         for target in self.target_indices(names, observer):
             model = BearingModel(f"{self.kind} {names[target]}", observer, target, noise * noise)
             truth = _Seen(self.sight(observer, target), contrast, model)
-            found.append(NoisyChannel(model, timing, truth, noise, bias))
+            found.append(CameraChannel(model, timing, truth, noise, bias))
         return found

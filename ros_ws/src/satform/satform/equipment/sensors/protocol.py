@@ -7,7 +7,7 @@ one vector, in the order of the scenario: sensors in order, targets of a sensor 
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from satform.equipment.sensors.timing import SensorTiming
 from satform.numeric.elementwise import Array
@@ -76,6 +76,24 @@ class MeasurementModel(Protocol):
 
     def residual(self, measured: Array, predicted: Array) -> Array:
         """Measured less predicted, angles wrapped into [-pi, pi], shape (..., m)."""
+
+
+@runtime_checkable
+class VaryingVariance(Protocol):
+    """A measurement model whose noise depends on the reading."""
+
+    def variance_at(self, reading: Array) -> Array:
+        """Variance of each number of a reading, shape (..., m); `variance` is that of the least noise."""
+
+
+def assumed_variance(model: MeasurementModel, reading: Array) -> Array:
+    """Variance of each number of a reading, as a filter assumes it, shape (m,) or (..., m).
+
+    Args:
+        model: of the channel.
+        reading: of it, shape (..., m).
+    """
+    return model.variance_at(reading) if isinstance(model, VaryingVariance) else model.variance
 
 
 class SensorChannel(Protocol):
