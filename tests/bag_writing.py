@@ -13,6 +13,7 @@ from rosgraph_msgs.msg import Clock
 from satform_msgs.msg import FormationStatus
 
 from satform.communication import topic_table
+from satform.communication.sim_time import NANOSECONDS, Stamps
 from satform.communication.topic_table import topic_name
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
@@ -21,7 +22,6 @@ from satform_nodes.bag.writer import BagWriter
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.message_definitions import described
-from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
 
 VERSIONS = {"satform": "0.1.0", "numpy": "2.4"}
 PROFILES = [offered(qos.LOCKSTEP)]

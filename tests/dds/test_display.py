@@ -21,6 +21,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from flights import shortened
 from satform.bag.reader import read_bag
 from satform.communication import topic_table
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import topic_name
 from satform.flight.simulate import simulate
 from satform.record.flight_record import FlightRecord
@@ -29,7 +30,6 @@ from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor.flight import Flight
 from satform_bringup.supervisor.run import fly
 from satform_nodes.transport import qos, topic_types
-from satform_nodes.transport.sim_time import Stamps
 
 KILOMETRES = 1e-3
 """Length in the markers of one metre, unless the display is told otherwise."""

@@ -62,9 +62,9 @@ def test_a_satellite_that_says_what_is_not_a_number_is_refused_by_reason(tmp_pat
     from satform_msgs.msg import Command
 
     from satform.communication import topic_table
+    from satform.communication.message_validator import MessageValidator, RejectionCounter
+    from satform.communication.sim_time import Stamps
     from satform_nodes.transport.cdr_codec import layout
-    from satform_nodes.transport.message_validator import MessageValidator, RejectionCounter
-    from satform_nodes.transport.sim_time import Stamps
 
     form, rejections = layout(Command, topic_table.FRAME), RejectionCounter()
     validator = MessageValidator("/sat1/command", form, rejections, Stamps(0.5, 500_000_000))

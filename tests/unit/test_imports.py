@@ -36,6 +36,7 @@ ROOMS = (
     "record",
     "scenario",
     "flight",
+    "protocol",
     "evaluation",
     "campaign",
     "display",

@@ -164,9 +164,9 @@ def test_foxglove_draws_topics_that_exist_and_shows_each_panel_once() -> None:
 
 
 def test_rviz_shows_every_group_of_markers() -> None:
+    from satform.communication.sim_time import Stamps
     from satform.display.scene import Scene
     from satform_nodes.display.markers import MarkerMessages
-    from satform_nodes.transport.sim_time import Stamps
 
     scene = Scene(scene_plan(shipped(NAME)), 200, 10)
     for step in (0, 1):

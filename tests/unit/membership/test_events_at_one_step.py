@@ -24,10 +24,10 @@ from satform.membership.formation import (
     SatelliteRejoined,
     TopologyChanged,
 )
+from satform.protocol.formation_view import FormationView
 from satform.record.flight_record import FlightRecord
 from satform.record.quantities import QUANTITIES
 from satform.scenario import Scenario
-from satform_nodes.runtime.formation_view import FormationView
 
 BEFORE, STEP = 10, 20
 """Steps at which the other satellite is lost, and at which the pairs happen."""

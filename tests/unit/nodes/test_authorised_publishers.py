@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
+from satform.communication.message_validator import RejectionCounter
 from satform_nodes.transport import authorised_publishers
 from satform_nodes.transport.authorised_publishers import UNDECIDED, AuthorisedPublishers
-from satform_nodes.transport.message_validator import RejectionCounter, deserialize_or_reject
+from satform_nodes.transport.deserialization import deserialize_or_reject
 
 TOPIC = "/sat1/command"
 

@@ -27,13 +27,13 @@ from flights import shortened
 from satform.bag.errors import BagError
 from satform.bag.reader import read_bag
 from satform.communication import topic_table
+from satform.communication.sim_time import NANOSECONDS
 from satform.consensus.graph import Graph
 from satform.flight.simulate import simulate
 from satform.membership.formation import Plan, SatelliteLost, TopologyChanged
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_nodes.bag.writer import BagWriter
-from satform_nodes.transport.sim_time import NANOSECONDS
 from satform_tools.run.replay import compare
 
 STEPS = 400

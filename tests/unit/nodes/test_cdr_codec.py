@@ -28,8 +28,8 @@ from satform_msgs.msg import (
     Tracking,
 )
 
+from satform.communication.sim_time import Stamps
 from satform_nodes.transport.cdr_codec import Layout, layout
-from satform_nodes.transport.sim_time import Stamps
 
 FRAME = "lvlh"
 VARIABLE = (

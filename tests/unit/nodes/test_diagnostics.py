@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
+from satform.communication.message_validator import RejectionCounter
 from satform_nodes.runtime.diagnostics import (
     DIAGNOSTICS,
     PERIOD,
@@ -21,7 +22,6 @@ from satform_nodes.runtime.diagnostics import (
     status,
     with_failures,
 )
-from satform_nodes.transport.message_validator import RejectionCounter
 
 
 class Clock:

@@ -16,8 +16,8 @@ from flights import shortened
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.communication.topic_table import RECORDER, Channel, channels
 from satform.flight.compile import topic_plan
+from satform.protocol.formation_view import STOPPED
 from satform_bringup.deployment.domain_lock import own_domain
-from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import exit_code_of
 from satform_nodes.transport import message_definitions, missing_endpoints, qos, topic_types
 from satform_nodes.transport.missing_endpoints import Shortcoming, changed_types, in_words, shortcomings

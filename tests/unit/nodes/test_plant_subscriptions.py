@@ -12,6 +12,8 @@ from satform_msgs.msg import Command, NodeReady
 
 from flights import shortened
 from satform.communication import topic_table
+from satform.communication.message_validator import RejectionCounter
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import PLANT, channels, subscribed_by, topic_name
 from satform.flight.compile import topic_plan
 from satform.membership.membership_manager import MembershipManager
@@ -20,8 +22,6 @@ from satform_nodes.plant import subscriptions as plant_subscriptions
 from satform_nodes.plant.subscriptions import PlantSubscriptions
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
-from satform_nodes.transport.message_validator import RejectionCounter
-from satform_nodes.transport.sim_time import Stamps
 from satform_tools.bench.scaling import ring
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import Equipment, SensorTopic, TopicPlan
 from satform.consensus.graph import NoneSpec
 from satform_nodes.plant.sensor_messages import SensorMessages
-from satform_nodes.transport.sim_time import Stamps
 
 
 class Sent:

@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 
 from flights import shipped
 from satform.flight.compile import compile_scenario
-from satform_nodes.runtime.formation_view import FormationView
+from satform.protocol.formation_view import FormationView
 from satform_nodes.runtime.service_guard import guarded
 
 

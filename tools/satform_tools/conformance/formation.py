@@ -15,6 +15,7 @@ from rclpy.node import Node
 from satform_msgs.msg import Command, FormationStatus, NodeReady
 
 from satform.communication import topic_table
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import (
     PLANT,
     RECORDER,
@@ -31,7 +32,6 @@ from satform.membership.membership_manager import Change
 from satform_nodes.plant.publishers import PlantPublishers
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.missing_endpoints import Shortcoming, shortcomings
-from satform_nodes.transport.sim_time import Stamps
 
 _LOOK = 0.02
 """Wall-clock time between two looks at whether something has happened, s."""

@@ -17,7 +17,7 @@ from satform.membership.formation import (
     SatelliteRejoined,
     TopologyChanged,
 )
-from satform.membership.reconfiguration import Target, TargetsChanged, target_of
+from satform.membership.reconfiguration import Target, TargetsChanged, targets_in_force
 
 FormationStatus: TypeAlias = Any
 """A message satform_msgs/msg/FormationStatus, of rclpy or decoded from a bag."""
@@ -109,27 +109,6 @@ def happened(
         adjusted = ParameterChanged(names.index(name), change.name, tuple(change.value.tolist()))
         plan.setdefault(int(change.step), []).append(adjusted)
     return plan
-
-
-def targets_in_force(status: FormationStatus, names: Sequence[str]) -> dict[int, Target]:
-    """The targets that a status carries, by the indices of the satellites.
-
-    Args:
-        status: of the plant; one of an earlier version has no targets.
-        names: of the satellites.
-
-    Raises:
-        ValueError: they are no targets of these satellites.
-    """
-    carried = getattr(status, "targets", ())
-    indices = {name: index for index, name in enumerate(names)} if carried else {}
-    found = {}
-    for own in carried:
-        if own.satellite not in indices:
-            raise ValueError(f"there is no satellite {own.satellite}")
-        target = Target(target_of(own.target), int(own.since), frozenset(own.fields))
-        found[indices[own.satellite]] = target
-    return found
 
 
 def _unplanned_targets(

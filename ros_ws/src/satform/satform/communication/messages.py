@@ -33,6 +33,13 @@ NeighbourStates: TypeAlias = NeighbourPhases | NeighbourMotion
 WIDTH: dict[Announces, int] = {"arc_length": 2, "motion": 6}
 """How many numbers an announcement has beside its time."""
 
+AROUND_NUMBERS: dict[Announces, tuple[tuple[int, ...], tuple[float, ...]]] = {
+    "arc_length": ((), ()),
+    "motion": ((0,), (0.0, 0.0, 0.0)),
+}
+"""Fields of a neighbour message before its numbers (the formation version) and after them (the applied
+acceleration), by its kind; only the plant fills these in."""
+
 
 def encode(message: NeighbourMessage) -> Array:
     """The numbers of an announcement beside its time, shape (..., width)."""

@@ -7,7 +7,7 @@ targets of one or more satellites at one step.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Annotated, Any
@@ -189,3 +189,24 @@ def target_of(text: str) -> TargetSpec:
         ValueError: it is no target.
     """
     return TargetSpec.model_validate(json.loads(text))
+
+
+def targets_in_force(status: Any, names: Sequence[str]) -> dict[int, Target]:
+    """The targets that a status carries, by the indices of the satellites.
+
+    Args:
+        status: a message FormationStatus of the plant; one of an earlier version has no targets.
+        names: of the satellites.
+
+    Raises:
+        ValueError: they are no targets of these satellites.
+    """
+    carried = getattr(status, "targets", ())
+    indices = {name: index for index, name in enumerate(names)} if carried else {}
+    found = {}
+    for own in carried:
+        if own.satellite not in indices:
+            raise ValueError(f"there is no satellite {own.satellite}")
+        target = Target(target_of(own.target), int(own.since), frozenset(own.fields))
+        found[indices[own.satellite]] = target
+    return found

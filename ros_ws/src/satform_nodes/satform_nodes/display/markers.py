@@ -18,10 +18,10 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from satform.communication import topic_table
+from satform.communication.sim_time import Stamps
 from satform.display.scene import LinkView, Picture, Pose, SatelliteView
 from satform.display.shapes import Colour
 from satform.numeric.elementwise import Array
-from satform_nodes.transport.sim_time import Stamps
 
 MARKER_FRAMES = {1.0: topic_table.FRAME, 1e-3: f"{topic_table.FRAME}_km"}
 """Frames of the markers by the length in them of one metre."""

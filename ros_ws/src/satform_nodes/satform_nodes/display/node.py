@@ -21,6 +21,7 @@ from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.communication import topic_table
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import relative, topic_name
 from satform.display.scene import Scene
 from satform.flight.compile import FormationPlan
@@ -34,7 +35,6 @@ from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
-from satform_nodes.transport.sim_time import Stamps
 
 _PATH_EVERY = 10
 """Frames between two publications of the paths, which are long."""

@@ -18,10 +18,10 @@ from satform_msgs.msg import FormationStatus
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
 from satform.common.name_list import listed
 from satform.flight.compile import FormationPlan
+from satform.protocol.formation_view import STOPPED
 from satform.record.early_end import EarlyEnd
 from satform_nodes.plant.node import PlantNode, PlantSettings
 from satform_nodes.runtime.formation_node import FormationNode
-from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.lifecycle import plan_of, run
 from satform_nodes.runtime.parameters import declare_rate, declare_start
 from satform_nodes.runtime.realtime_loop import processor_seconds, run_realtime

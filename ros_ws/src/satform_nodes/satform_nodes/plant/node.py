@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from satform_msgs.msg import FormationStatus
 
 from satform.common.name_list import listed
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import (
     INTERFACE_VERSION,
     NODE_READY,
@@ -37,7 +38,6 @@ from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.missing_endpoints import changed_types, in_words, shortcomings
-from satform_nodes.transport.sim_time import Stamps
 
 _PROGRESS_PERIOD = 0.1
 """Wall-clock time between two reports of progress, s."""

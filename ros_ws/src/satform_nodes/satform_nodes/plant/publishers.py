@@ -20,6 +20,7 @@ from satform_msgs.msg import (
 from satform_msgs.msg import EarlyEnd as EarlyEndMessage
 
 from satform.communication import topic_table
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import Channel, relative, topic_name
 from satform.flight.compile import FormationPlan
 from satform.flight.plant import Plant
@@ -33,7 +34,6 @@ from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_forms import form_of
 from satform_nodes.transport.node_names import local_name
-from satform_nodes.transport.sim_time import Stamps
 
 _STATE = layout(RelativeState, topic_table.FRAME)
 _ATTITUDE = layout(Attitude, topic_table.FRAME)

@@ -9,10 +9,10 @@ import numpy as np
 from geometry_msgs.msg import QuaternionStamped
 from sensor_msgs.msg import Imu, Range
 
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import SensorTopic, TopicPlan, topic_name
 from satform.numeric.elementwise import Array
 from satform.numeric.modified_rodrigues import quaternion
-from satform_nodes.transport.sim_time import Stamps
 
 
 class SensorMessages:

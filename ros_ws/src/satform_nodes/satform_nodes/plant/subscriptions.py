@@ -13,6 +13,12 @@ from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, NodeReady, RecorderProgress
 
 from satform.communication import topic_table
+from satform.communication.message_validator import (
+    CONTRADICTION,
+    MessageValidator,
+    RejectionCounter,
+)
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import RECORDER, Channel, topic_name
 from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.membership_manager import Change, MembershipManager
@@ -20,16 +26,10 @@ from satform_nodes.runtime.realtime_loop import CommandMonitor
 from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
-from satform_nodes.transport.message_validator import (
-    CONTRADICTION,
-    MessageValidator,
-    RejectionCounter,
-    deserialize_or_reject,
-)
-from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topic_table.FRAME)
 _UNBOUNDED = (len(_COMMAND.fields) - 1, len(_COMMAND.fields))

@@ -15,6 +15,12 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.communication import topic_table
+from satform.communication.message_validator import (
+    CONTRADICTION,
+    EARLIER_STAMPS,
+    MessageValidator,
+)
+from satform.communication.sim_time import NANOSECONDS, Stamps
 from satform.communication.topic_table import (
     OPTIONAL,
     PLANT,
@@ -26,28 +32,22 @@ from satform.communication.topic_table import (
     subscribed_by,
 )
 from satform.flight.compile import compile_scenario
+from satform.protocol.formation_view import FormationView
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health
 from satform_nodes.runtime.formation_node import FormationNode
-from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_definitions import described
 from satform_nodes.transport.message_forms import form_of, unbounded_fields
-from satform_nodes.transport.message_validator import (
-    CONTRADICTION,
-    EARLIER_STAMPS,
-    MessageValidator,
-    deserialize_or_reject,
-)
 from satform_nodes.transport.node_error import NodeError
-from satform_nodes.transport.sim_time import NANOSECONDS, Stamps
 
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 

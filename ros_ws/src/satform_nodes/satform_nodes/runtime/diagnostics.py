@@ -12,8 +12,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from satform.communication import topic_table
+from satform.communication.message_validator import RejectionCounter
 from satform_nodes.transport import qos
-from satform_nodes.transport.message_validator import RejectionCounter
 
 DIAGNOSTICS = topic_table.DIAGNOSTICS
 """Topic of the diagnostics (REP 107)."""

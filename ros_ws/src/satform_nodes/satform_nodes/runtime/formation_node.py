@@ -12,10 +12,10 @@ from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallba
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from satform.communication.message_validator import RejectionCounter
 from satform_nodes import LEAN
 from satform_nodes.runtime.parameter_values import Forms, as_declared
 from satform_nodes.runtime.service_guard import error_sentence, guarded
-from satform_nodes.transport.message_validator import RejectionCounter
 
 SIM_TIME = "use_sim_time"
 """Parameter that every ROS node has: whether the node's clock follows `/clock`."""

@@ -17,9 +17,9 @@ from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
 from satform.flight.compile import FormationPlan, compile_scenario
+from satform.protocol.formation_view import STOPPED
 from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes.runtime.formation_node import NO_SIM_TIME, SIM_TIME, FormationNode
-from satform_nodes.runtime.formation_view import STOPPED
 from satform_nodes.runtime.parameters import ParameterError, declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE

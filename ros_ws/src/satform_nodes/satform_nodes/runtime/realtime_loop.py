@@ -196,28 +196,3 @@ def processor_seconds() -> float:
     """Processor time that this process has used so far, s."""
     used = resource.getrusage(resource.RUSAGE_SELF)
     return used.ru_utime + used.ru_stime
-
-
-@dataclass
-class MessageAges:
-    """Ages of the neighbours' messages when they were used.
-
-    Attributes:
-        count: of messages.
-        total: of their ages, simulated time, s.
-        largest: of their ages, s.
-    """
-
-    count: int = 0
-    total: float = 0.0
-    largest: float = 0.0
-
-    def note(self, age: float) -> None:
-        """Count one message."""
-        self.count += 1
-        self.total += age
-        self.largest = max(self.largest, age)
-
-    def data(self) -> dict[str, float]:
-        """Mean and largest age, simulated time, s."""
-        return {"age_mean": self.total / self.count if self.count else 0.0, "age_largest": self.largest}

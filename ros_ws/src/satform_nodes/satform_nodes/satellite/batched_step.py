@@ -16,20 +16,20 @@ from satform_msgs.msg import Command, Tracking
 
 from satform.attitude.guidance import Attitude
 from satform.communication import topic_table
-from satform.communication.messages import WIDTH, encode
+from satform.communication.messages import AROUND_NUMBERS, WIDTH, encode
 from satform.communication.receiver import ReceiverModel
+from satform.communication.sim_time import Stamps
 from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.formation import has_individual_events
-from satform_nodes.satellite.neighbour_messages import Message
+from satform.protocol.neighbour_messages import Message
 from satform_nodes.satellite.node import SatelliteNode
-from satform_nodes.satellite.publishers import AROUND_NUMBERS, numbers_of, violation_command
+from satform_nodes.satellite.publishers import numbers_of, violation_command
 from satform_nodes.transport import topic_types
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
-from satform_nodes.transport.sim_time import Stamps
 
 _STATES, _ATTITUDES, _NEIGHBOURS = range(3)
 """Kinds of messages that a step needs."""

@@ -15,7 +15,9 @@ from satform_msgs.msg import FormationStatus
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
 from satform.common.name_list import listed
 from satform.communication import topic_table
+from satform.communication.message_validator import MessageValidator
 from satform.communication.messages import encode
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import RECORDER, satellite_channels, subscribed_by
 from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
@@ -23,23 +25,22 @@ from satform.flight.limits import NO_COMMAND, LimitCheck, Violation, violation_o
 from satform.flight.satellite import Decision, Satellite
 from satform.membership.formation import is_lost_at, rejoins_after
 from satform.membership.reconfiguration import Target
+from satform.protocol.formation_view import FormationView
+from satform.protocol.neighbour_messages import Message, NeighbourMessages
+from satform.protocol.step_messages import StepMessages
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level, with_failures
 from satform_nodes.runtime.formation_node import FormationNode
-from satform_nodes.runtime.formation_view import FormationView
 from satform_nodes.runtime.realtime_loop import processor_seconds
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_nodes.satellite.duplicate_check import DuplicateCheck
-from satform_nodes.satellite.neighbour_messages import Message, NeighbourMessages
 from satform_nodes.satellite.parameters import SatelliteParameters, SatelliteSettings
 from satform_nodes.satellite.publishers import SatellitePublishers
 from satform_nodes.satellite.step_batch import StepBatch
-from satform_nodes.satellite.step_messages import StepMessages
 from satform_nodes.satellite.subscriptions import MessageHandlers, SatelliteSubscriptions
+from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
-from satform_nodes.transport.message_validator import MessageValidator, deserialize_or_reject
 from satform_nodes.transport.node_error import NodeError
-from satform_nodes.transport.sim_time import Stamps
 
 _ANY_STEP = 2**63
 """A step beyond every flight."""

@@ -10,7 +10,8 @@ import numpy as np
 from satform_msgs.msg import AttitudeEstimate, Command, Estimate, NodeReady, ParameterChange, Tracking
 
 from satform.communication import topic_table
-from satform.communication.messages import NeighbourMessage, encode
+from satform.communication.messages import AROUND_NUMBERS, NeighbourMessage, encode
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import (
     PLANT,
     RECORDER,
@@ -19,7 +20,6 @@ from satform.communication.topic_table import (
     relative,
     satellite_channels,
 )
-from satform.consensus.arc_length import Announces
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Decision
@@ -33,7 +33,6 @@ from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_forms import form_of
 from satform_nodes.transport.node_names import local_name
-from satform_nodes.transport.sim_time import Stamps
 
 _COMMAND = layout(Command, topic_table.FRAME)
 _TRACKING = layout(Tracking, topic_table.FRAME)
@@ -59,13 +58,6 @@ _WITHIN = (0, 0.0)
 
 _ACKNOWLEDGEMENT_TIMEOUT = 2.0
 """Timeout of the acknowledgements of the last messages, s."""
-
-AROUND_NUMBERS: dict[Announces, tuple[tuple[int, ...], tuple[float, ...]]] = {
-    "arc_length": ((), ()),
-    "motion": ((0,), (0.0, 0.0, 0.0)),
-}
-"""Fields of a neighbour message before its numbers (the formation version) and after them (the applied
-acceleration), by its kind; only the plant fills these in."""
 
 StampedMessage = tuple[tuple[int, int], list[float]]
 """Stamp and numbers of a neighbour message."""

@@ -10,6 +10,8 @@ from typing import Any
 from satform_msgs.msg import FormationStatus
 
 from satform.communication import topic_table
+from satform.communication.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import PLANT, satellite_channels, subscribed_by, topic_name
 from satform.flight.compile import FormationPlan
 from satform_nodes.runtime.formation_node import FormationNode
@@ -18,8 +20,6 @@ from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_forms import form_of, unbounded_fields
-from satform_nodes.transport.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
-from satform_nodes.transport.sim_time import Stamps
 
 
 @dataclass(frozen=True)

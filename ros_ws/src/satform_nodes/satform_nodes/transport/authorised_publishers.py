@@ -15,8 +15,8 @@ from typing import Any
 
 from rclpy.node import Node
 
+from satform.communication.message_validator import RejectionCounter
 from satform.communication.topic_table import relative
-from satform_nodes.transport.message_validator import RejectionCounter
 from satform_nodes.transport.node_names import UNKNOWN_NODE, local_name
 
 UNDECIDED = ""

@@ -7,20 +7,19 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from satform_msgs.msg import Command
 
-from satform.communication.messages import WIDTH
+from satform.communication.messages import AROUND_NUMBERS, WIDTH
 from satform.communication.neighbour_buffer import Received
 from satform.communication.physical_links import LinkConditions
 from satform.communication.receiver import ReceiverModel
+from satform.communication.sim_time import Stamps
 from satform.consensus.arc_length import Announces
 from satform.flight.compile import FormationPlan
 from satform.navigation.satellite_navigation import NavigationInput, message_width
 from satform.numeric.elementwise import Array
-from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.runtime.realtime_loop import MessageAges
-from satform_nodes.satellite.publishers import AROUND_NUMBERS
-from satform_nodes.transport.sim_time import Stamps
+from satform.protocol.formation_view import FormationView
+from satform.protocol.message_ages import MessageAges
+from satform.protocol.status import FinalCommand
 
 Message = tuple[float, ...]
 """Message of a neighbour: its time, then its numbers."""
@@ -226,7 +225,7 @@ class NeighbourMessages:
         self.by_step.pop(step - 1, None)
 
 
-def final_command(command: Command, announces: Announces, stamps: Stamps) -> Message:
+def final_command(command: FinalCommand, announces: Announces, stamps: Stamps) -> Message:
     """Time and numbers of the neighbour message that a lost satellite's final command contains."""
     time = stamps.time(command.announced_at.sec, command.announced_at.nanosec)
     if announces == "arc_length":

@@ -8,7 +8,7 @@ from satform_msgs.msg import FormationStatus, SatelliteTarget
 from flights import shortened
 from satform.flight.compile import compile_scenario
 from satform.membership.reconfiguration import Target, TargetSpec, target_of
-from satform_nodes.runtime.formation_view import FormationView
+from satform.protocol.formation_view import FormationView
 
 NAMES = ["sat1", "sat2", "sat3"]
 

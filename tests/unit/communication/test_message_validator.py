@@ -9,11 +9,11 @@ from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState
 
 from flights import shortened
 from satform.communication import topic_table
+from satform.communication.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
+from satform.communication.sim_time import Stamps
 from satform.flight.compile import compile_scenario
-from satform_nodes.runtime.formation_view import FormationView
+from satform.protocol.formation_view import FormationView
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
-from satform_nodes.transport.sim_time import Stamps
 
 STEP = 500_000_000
 """Length of a step, ns."""

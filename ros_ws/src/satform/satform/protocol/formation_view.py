@@ -5,19 +5,18 @@
 from collections.abc import Sequence
 
 import numpy as np
-from satform_msgs.msg import Command, FormationStatus
 
-from satform.bag.absence_log import targets_in_force
+from satform.communication.sim_time import Stamps
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.formation import Formation
-from satform.membership.reconfiguration import Target
-from satform_nodes.transport.sim_time import Stamps
+from satform.membership.reconfiguration import Target, targets_in_force
+from satform.protocol.status import FinalCommand, FormationPhase, FormationStatus
 
 STOPPED = "asked to stop"
 """Reason of a flight that was stopped by a signal or a service."""
 
-OVER = (FormationStatus.FINISHED, FormationStatus.ABORTED)
+OVER = (FormationPhase.FINISHED, FormationPhase.ABORTED)
 """Phases after which nothing follows."""
 
 
@@ -38,7 +37,7 @@ class FormationView:
         self.ended: FormationStatus | None = None
         self.paused = False
         self.received_statuses = 0
-        self.final_commands: dict[int, Command] = {}
+        self.final_commands: dict[int, FinalCommand] = {}
         self.returns: dict[int, tuple[int, int]] = {}
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._names = list(plan.names)
@@ -56,7 +55,7 @@ class FormationView:
         self.received_statuses += 1
         if status.phase in OVER:
             self.ended = status
-        self.paused = status.phase == FormationStatus.PAUSED
+        self.paused = status.phase == FormationPhase.PAUSED
         if not newer:
             return True
         if not np.array_equal(graph.adjacency, self.formation.graph.adjacency):
@@ -101,7 +100,7 @@ class FormationView:
         except ValueError:
             return None
 
-    def _lose(self, name: str, command: Command, step: int) -> None:
+    def _lose(self, name: str, command: FinalCommand, step: int) -> None:
         if name in self._names:
             index = self._names.index(name)
             # Without a command in the step before it has published nothing for this one.

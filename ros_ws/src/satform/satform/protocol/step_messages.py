@@ -10,11 +10,11 @@ import numpy as np
 
 from satform.attitude.guidance import Attitude
 from satform.communication.neighbour_buffer import Received
+from satform.communication.sim_time import Stamps
 from satform.control.protocol import Motion
 from satform.navigation.satellite_navigation import NavigationInput
 from satform.numeric.elementwise import Array
-from satform_nodes.satellite.neighbour_messages import Message, NeighbourMessages
-from satform_nodes.transport.sim_time import Stamps
+from satform.protocol.neighbour_messages import Message, NeighbourMessages
 
 
 @dataclass(frozen=True)

@@ -2,18 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Validation of received messages: form and size, step, stamp, finite numbers, range.
 
-Whether the publisher is authorised is decided before, in `authorised_publishers`. A rejected message has no
-effect but to be counted, by topic and reason.
+Whether the publisher is authorised is decided before, by `satform.protocol.writers`. A rejected
+message has no effect but to be counted, by topic and reason.
 """
 
 from collections import Counter
 from math import isfinite
 from typing import Any
 
-from rclpy.serialization import deserialize_message
-
-from satform_nodes.transport.cdr_codec import Layout
-from satform_nodes.transport.sim_time import Stamps
+from satform.communication.cdr_layout import Layout
+from satform.communication.sim_time import Stamps
 
 LARGEST = 1e15
 """Magnitude above which no number of a formation lies, in SI units."""
@@ -132,12 +130,3 @@ class MessageValidator:
 
     def _reject(self, reason: str) -> None:
         self._rejections.add(self._topic, reason)
-
-
-def deserialize_or_reject(data: bytes, kind: Any, topic: str, rejections: RejectionCounter) -> Any:
-    """Deserialise a message of varying size; None, and counted as rejected, if that fails."""
-    try:
-        return deserialize_message(data, kind)
-    except (RuntimeError, ValueError, MemoryError):
-        rejections.add(topic, "another form")
-        return None
