@@ -11,7 +11,7 @@ from flights import satellite_of, shortened
 from satform.communication.neighbour_buffer import Received
 from satform.consensus.arc_length import NeighbourPhases
 from satform.consensus.graph import CompleteSpec
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.membership.formation import Plan, TopologyChanged

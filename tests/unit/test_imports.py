@@ -61,6 +61,7 @@ TAKE_A_SCENARIO = {
     "satform.flight.chief_motion",
     "satform.flight.scenario_record",
     "satform.flight.compile",
+    "satform.flight.compile_satellite",
     "satform.flight.orbit_states",
     "satform.flight.truth",
     "satform.flight.simulate",

@@ -13,7 +13,8 @@ from satform.communication.neighbour_buffer import Received
 from satform.communication.topic_table import satellite_channels
 from satform.consensus.graph import CompleteSpec
 from satform.flight.checkpoint import restore, save
-from satform.flight.compile import flight_plan, topic_plan
+from satform.flight.compile import topic_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.navigation.satellite_navigation import NavigationInput

@@ -18,11 +18,11 @@ from scipy.stats import chi2
 from satform.attitude.attitude_filter import (
     AttitudeEstimate,
     AttitudeFilter,
-    AttitudeFilterSpec,
     AttitudeMemory,
     error_transition,
     small_rotation,
 )
+from satform.attitude.attitude_filter_spec import AttitudeFilterSpec
 from satform.equipment.sensors.gyro import GyroSpec
 from satform.equipment.sensors.protocol import SensorChannel
 from satform.equipment.sensors.star_tracker import StarTrackerSpec

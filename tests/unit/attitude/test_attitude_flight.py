@@ -20,7 +20,8 @@ from satform.control.protocol import Motion
 from satform.dynamics.linear import multiply
 from satform.evaluation.attitude import AttitudeSettling, PointingError, WheelMomentum, WheelSaturation
 from satform.evaluation.evaluate import judge
-from satform.flight.compile import flight_plan, plant_plan
+from satform.flight.compile import plant_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.plant import Plant
 from satform.flight.simulate import simulate
 from satform.numeric import stacking

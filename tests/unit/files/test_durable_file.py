@@ -17,7 +17,7 @@ from flights import shipped, shortened
 from satform.common.exit_codes import EXIT_LOST
 from satform.files import durable_file
 from satform.files.durable_file import write_durably
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.satellite import Satellite
 from satform.record.archive import RECORD, load_record, save_record
 from satform.scenario import Scenario

@@ -29,7 +29,7 @@ from satform.bag.records import LEAST_EXPANDED
 from satform.files.bounded_file import read_bounded, read_json
 from satform.files.numpy_archive import ArchiveError, read_archive
 from satform.flight.checkpoint import restore
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.satellite import Satellite
 from satform.flight.simulate import simulate
 from satform.record.archive import RecordError, load_record

@@ -19,7 +19,8 @@ from satform.control.protocol import Motion
 from satform.evaluation.evaluate import judge
 from satform.flight.compile import limit_plan
 from satform.flight.limits import QUANTITIES, LimitCheck, Violation
-from satform.flight.satellite import Decision, Satellite
+from satform.flight.satellite import Satellite
+from satform.flight.satellite_step import Decision
 from satform.flight.simulate import simulate
 from satform.orbits.path_reference import Reference
 from satform.record.archive import RECORD, load_record

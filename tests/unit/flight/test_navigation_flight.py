@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from formations import formation
@@ -21,6 +22,7 @@ from satform.navigation.satellite_navigation import NavigationInput
 from satform.numeric.seeded_numbers import SeededNormals
 from satform.record.archive import load_record, save_record
 from satform.scenario import Scenario
+from satform.scenario.navigation_checks import navigation_of
 
 STEP, RATE = 0.5, 2.0 * np.pi / 6000.0
 DENSITY = 1e-8
@@ -55,6 +57,19 @@ def three(duration: float = 8.0, navigation: dict[str, Any] | None = None, **oth
     shared = {"exchange": "covariance_intersection", "neighbour_acceleration_density": 1.0}
     whole = {**FILTER, **shared, **(navigation or {})}
     return formation([{**own, "navigation": whole} for own in satellites], duration, **other)
+
+
+@pytest.mark.parametrize(("estimates", "asked"), [("own", {1}), ("formation", {0, 1, 2})])
+def test_a_navigation_asks_only_for_the_starts_that_it_estimates(estimates: str, asked: set[int]) -> None:
+    own = {"sensors": [GNSS], "navigation": {**FILTER, "estimates": estimates}}
+    scenario, found = formation([own] * 3, 1.0), set()
+
+    def start(member: int) -> NDArray[np.float64]:
+        found.add(member)
+        return np.zeros(6)
+
+    assert navigation_of(scenario, 1, start) is not None
+    assert found == asked
 
 
 def linear_filter(

@@ -10,7 +10,7 @@ import pytest
 from flights import shortened
 from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import Motion
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.satellite import Satellite
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_nodes.transport.node_error import NodeError

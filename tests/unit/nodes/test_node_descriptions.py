@@ -13,7 +13,8 @@ from std_srvs.srv import Trigger
 from flights import shipped
 from satform.communication import topic_table
 from satform.communication.topic_table import channels, topic_name
-from satform.flight.compile import parameter_plan, topic_plan
+from satform.flight.compile import topic_plan
+from satform.flight.compile_satellite import parameter_plan
 from satform.flight.online_parameters import OnlineParameters
 from satform_nodes.plant import services
 from satform_nodes.programs import MODULES

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from satform.control.protocol import FlightSetting
-from satform.flight.compile import flight_setting
+from satform.flight.compile_satellite import flight_setting
 from satform.orbits.chief import ChiefOrbitSpec, true_anomaly
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.kepler import eccentric_anomaly, mean_from_eccentric

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from orbit_texts import ELEMENTS, OMM, TLE, kepler, oem
 from satform.dynamics.protocol import DynamicsSetting
 from satform.flight.chief_motion import chief_motion
-from satform.flight.compile import flight_setting, motion_at_start
+from satform.flight.compile_satellite import flight_setting, motion_at_start
 from satform.flight.simulate import simulate
 from satform.scenario import Scenario, ScenarioError, load_scenario, save_scenario
 from satform.scenario.environment import environment_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flights import shipped
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.scenario import Scenario
 from satform_tools.check.filters import filter_warnings, unmodelled_acceleration
 

@@ -12,7 +12,7 @@ import pytest
 
 from flights import SCENARIOS, shipped
 from satform.common.spec import Spec
-from satform.flight.compile import parameter_plan
+from satform.flight.compile_satellite import parameter_plan
 from satform.flight.online_parameters import OnlineParameters
 from satform_nodes.runtime.parameters import declare_spec
 from satform_tools.cli import main as cli

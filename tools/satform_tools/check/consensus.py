@@ -6,7 +6,7 @@ from satform.consensus.arc_length import ArcLengthGainsSpec
 from satform.consensus.byzantine_robustness import agreement_guarantee
 from satform.consensus.resilient import ResilientArcLengthConsensusSpec
 from satform.consensus.stability import Gains, delay_margin
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.membership.formation import topology_changes
 from satform.scenario import Scenario
 

@@ -13,7 +13,7 @@ from satform.dynamics.cw_error import free_motion
 from satform.dynamics.linear import multiply
 from satform.dynamics.protocol import Dynamics
 from satform.dynamics.relative_motion_models import ModelName
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.navigation.estimator import Estimator
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario

@@ -16,7 +16,7 @@ from satform.dynamics.j2_element_model import LOWEST_INCLINATION, J2ElementModel
 from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.orbits.chief import KeplerianChief
 from satform.scenario import Scenario
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from satform.consensus.graph import Graph
 from satform.equipment.sensors.protocol import Scene, SensorChannel
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.plans import FlightPlan
 from satform.membership.formation import topology_changes
 from satform.navigation.observability import PlannedFlight, Sight, observability, sources

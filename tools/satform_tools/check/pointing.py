@@ -10,7 +10,7 @@ import numpy as np
 from satform.attitude.ground_pointing import SHORTEST_SIGHT, AttitudeReference, GroundPointing
 from satform.attitude.satellite_pointing import SatellitePointingSpec, inertial_line
 from satform.attitude.yaw_steering import SUN_CONE
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.plans import FlightPlan
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Path, Reference

@@ -9,7 +9,7 @@ import numpy as np
 from satform.control.fuel_optimal_plan import FuelPlan
 from satform.control.model_predictive import ModelPredictive, ModelPredictiveSpec
 from satform.control.protocol import ControlStep
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.plans import FlightPlan
 from satform.scenario import Scenario
 

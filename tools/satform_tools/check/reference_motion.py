@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Extremes of the steady motion of each satellite along its path."""
 
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.orbits.path_reference import SteadyMotion, steady_motion
 from satform.scenario import Scenario
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from satform.consensus.graph import Graph
 from satform.control.artificial_potential import ArtificialPotentialSpec
-from satform.flight.compile import flight_plan, limit_plan, motion_at_start, plant_plan
+from satform.flight.compile import limit_plan, plant_plan
+from satform.flight.compile_satellite import flight_plan, motion_at_start
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
 from satform.numeric.elementwise import Array

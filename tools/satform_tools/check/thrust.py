@@ -11,7 +11,7 @@ from satform.control.integral_action import IntegralSpec
 from satform.control.observer import ObserverSpec
 from satform.control.protocol import ControllerSpec
 from satform.equipment.thruster import ThrusterSpec
-from satform.flight.compile import flight_setting
+from satform.flight.compile_satellite import flight_setting
 from satform.flight.simulate import simulate
 from satform.numeric.elementwise import Array
 from satform.planning.impulsive_guidance import TimedBurnsSpec

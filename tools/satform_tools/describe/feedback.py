@@ -14,7 +14,7 @@ from satform.control.feedback_gains import feedback, sampled_poles
 from satform.control.periodic_lqr import PeriodicLqr
 from satform.control.protocol import ControlStep
 from satform.control.sliding_mode import SlidingMode, reaching_time
-from satform.flight.compile import flight_setting
+from satform.flight.compile_satellite import flight_setting
 from satform.flight.plans import FlightPlan
 from satform.navigation.estimator import Estimator, estimation_transition
 from satform.numeric.elementwise import Array

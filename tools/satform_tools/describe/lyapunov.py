@@ -13,7 +13,7 @@ from satform.control.lqr import Lqr, LqrSpec
 from satform.control.mean_element_control import MeanElementControl
 from satform.control.protocol import ControlStep, RelativeNeighbour
 from satform.control.sliding_mode import SlidingMode
-from satform.flight.compile import flight_plan, flight_setting
+from satform.flight.compile_satellite import flight_plan, flight_setting
 from satform.flight.plans import FlightPlan
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Reference

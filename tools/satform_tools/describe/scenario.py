@@ -17,7 +17,8 @@ from satform.consensus.byzantine_robustness import (
 )
 from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.evaluation.sampled_loops import sampled_loops
-from satform.flight.compile import compile_scenario, external_satellites, flight_plan, topic_plan
+from satform.flight.compile import compile_scenario, external_satellites, topic_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import SteadyMotion
 from satform.scenario import Scenario

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.numeric.elementwise import Array
 from satform.plot.style import Unit, drawable
 from satform_tools.report.event_log import graph_states

@@ -10,7 +10,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
-from satform.attitude.attitude_filter import AttitudeFilterSpec, AttitudeMemory
+from satform.attitude.attitude_filter import AttitudeMemory
+from satform.attitude.attitude_filter_spec import AttitudeFilterSpec
 from satform.attitude.ground_pointing import (
     AttitudeReference,
     CircularOrbit,

@@ -12,10 +12,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
-from numpy.typing import NDArray
 
 from satform.attitude.pointing_accuracy import attitude_figures
 from satform.bag.absence_log import Absences, FormationStatus, happened
@@ -31,26 +29,34 @@ from satform.bag.format import (
     WALL_CLOCK,
 )
 from satform.bag.message_types import TopicMessages, decoded
+from satform.bag.record_arrays import (
+    attitude_estimates,
+    attitudes,
+    motion_estimates,
+    navigation,
+    phases,
+    propulsion,
+    unsolved_plans,
+    vectors,
+)
 from satform.bag.records import ExpansionError, records
 from satform.bag.tables import Gaps, Table, read_table
 from satform.communication.topic_table import (
     CLOCK,
     OPTIONAL_OF_EXTERNAL,
     STATUS,
-    TopicPlan,
     lengths_of,
     topic_name,
 )
-from satform.consensus.arc_length import Announces
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
-from satform.flight.compile import orientations, topic_plan
+from satform.flight.compile import topic_plan
+from satform.flight.compile_satellite import orientations
 from satform.flight.scenario_record import with_chief
 from satform.membership.formation import Plan
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
-from satform.record.navigation_history import NavigationHistory
-from satform.record.quantities import ATTITUDE_VECTORS, WHEEL_COUNTERS, without
+from satform.record.quantities import without
 from satform.scenario import Scenario, ScenarioError, parse_scenario
 from satform.scenario.parts import SatelliteSpec
 
@@ -352,27 +358,27 @@ def _record(
     record = FlightRecord(
         satellites=names,
         step=scenario.timing.step,
-        position=_vectors(truth, "position", steps + 1),
-        velocity=_vectors(truth, "velocity", steps + 1),
-        measured_position=_vectors(state, "position", steps + 1),
-        measured_velocity=_vectors(state, "velocity", steps + 1),
-        acceleration=_vectors(command, "acceleration", steps),
-        applied_acceleration=_vectors(state, "applied_acceleration", steps + 1)[1:],
-        **_phases(announced, scenario.consensus.announces, steps + 1),
-        reference_position=_vectors(tracking, "reference_position", steps),
-        reference_velocity=_vectors(tracking, "reference_velocity", steps),
-        reference_acceleration=_vectors(tracking, "reference_acceleration", steps),
-        sliding_variable=_vectors(tracking, "sliding_variable", steps),
-        estimated_position_error=_vectors(tracking, "position_error", steps),
-        estimated_velocity_error=_vectors(tracking, "velocity_error", steps),
-        **_propulsion(applied, satellites, steps),
-        **_attitudes(attitude, command, satellites, steps),
-        **_estimates(estimate, satellites, steps),
-        **_plans(tracking, satellites, steps),
-        **_attitude_estimates(turned, satellites, steps),
+        position=vectors(truth, "position", steps + 1),
+        velocity=vectors(truth, "velocity", steps + 1),
+        measured_position=vectors(state, "position", steps + 1),
+        measured_velocity=vectors(state, "velocity", steps + 1),
+        acceleration=vectors(command, "acceleration", steps),
+        applied_acceleration=vectors(state, "applied_acceleration", steps + 1)[1:],
+        **phases(announced, scenario.consensus.announces, steps + 1),
+        reference_position=vectors(tracking, "reference_position", steps),
+        reference_velocity=vectors(tracking, "reference_velocity", steps),
+        reference_acceleration=vectors(tracking, "reference_acceleration", steps),
+        sliding_variable=vectors(tracking, "sliding_variable", steps),
+        estimated_position_error=vectors(tracking, "position_error", steps),
+        estimated_velocity_error=vectors(tracking, "velocity_error", steps),
+        **propulsion(applied, satellites, steps),
+        **attitudes(attitude, command, satellites, steps),
+        **motion_estimates(estimate, satellites, steps),
+        **unsolved_plans(tracking, satellites, steps),
+        **attitude_estimates(turned, satellites, steps),
         **without("pointing", len(names), None),
         early_end=early_end,
-        navigation=_navigation(readings, estimates, topics, (steps, scenario.timing.step)),
+        navigation=navigation(readings, estimates, topics, (steps, scenario.timing.step)),
         chief_source=None,
         link_source=None,
         central_source=None,
@@ -382,134 +388,3 @@ def _record(
     known = record.quantities()
     figures: dict[str, Any] = attitude_figures(orientations(scenario), scenario.timing.step, known)
     return replace(record, **figures)
-
-
-def _phases(tables: list[Table], announces: Announces, rows: int) -> dict[str, NDArray[np.float64]]:
-    """Arc lengths and their rates as announced; zero where satellites announce something else."""
-    if announces != "arc_length":
-        return {name: np.zeros((rows, len(tables))) for name in ("arc_length", "rate")}
-    return {name: _series(tables, (name,), rows)[..., 0] for name in ("arc_length", "rate")}
-
-
-def _series(tables: list[Table], fields: tuple[str, ...], rows: int) -> NDArray[np.float64]:
-    """Fields of every satellite's messages, shape (rows, N, fields)."""
-    columns = [np.stack([table.column(field)[:rows] for field in fields], axis=-1) for table in tables]
-    return np.stack(columns, axis=1)
-
-
-def _vectors(tables: list[Table], field: str, rows: int) -> NDArray[np.float64]:
-    return _series(tables, tuple(f"{field}.{axis}" for axis in "xyz"), rows)
-
-
-def _propulsion(
-    tables: list[Table], satellites: list[SatelliteSpec], steps: int
-) -> dict[str, NDArray[np.float64]]:
-    """What the thrusters counted at each state; at the first one the tanks are as the scenario fills them."""
-    found = without("thruster", len(satellites), steps)
-    for column, (table, satellite) in enumerate(zip(tables, satellites, strict=True)):
-        if satellite.thruster is None:
-            continue
-        for name, values in found.items():
-            values[0, column] = satellite.thruster.propellant if name == "propellant" else 0.0
-            values[1:, column] = table.column(name)[:steps]
-    return found
-
-
-def _attitudes(
-    tables: list[Table], commands: list[Table], satellites: list[SatelliteSpec], steps: int
-) -> dict[str, NDArray[np.float64]]:
-    """Measured attitudes and commanded torques of the satellites that have an attitude."""
-    turning = [column for column, satellite in enumerate(satellites) if satellite.attitude is not None]
-    found = without("attitude", len(satellites), steps if turning else None)
-    for column in turning:
-        for name in ATTITUDE_VECTORS:
-            found[name][:, column] = _vectors([tables[column]], name, steps + 1)[:, 0]
-        for name in WHEEL_COUNTERS:
-            found[name][:, column] = tables[column].column(name)[: steps + 1]
-        found["wheel_torque"][:, column] = _vectors([commands[column]], "wheel_torque", steps)[:, 0]
-    return found
-
-
-def _navigation(
-    readings: list[Table], estimates: dict[int, Table], topics: TopicPlan, time: tuple[int, float]
-) -> NavigationHistory | None:
-    """Readings of sensors, and what satellites estimated of the whole formation; None without sensors."""
-    steps, step = time
-    widths = [own.readings for own in topics.satellites]
-    if not any(widths):
-        return None
-    found = NavigationHistory.empty(steps, len(widths), max(widths))
-    for column, (table, width) in enumerate(zip(readings, widths, strict=True)):
-        for number in range(width):
-            found.readings[:, column, number] = table.column(f"values[{number}]")[: steps + 1]
-    for column, table in estimates.items():
-        # The estimate of a step goes with the message for the next one; one that rejoins sends an old one.
-        made = table.column("header.stamp.sec") + 1e-9 * table.column("header.stamp.nanosec")
-        current = np.rint(made[1 : steps + 1] / step) == np.arange(steps)
-        for number in range(topics.satellites[column].estimated):
-            mean = table.column(f"mean[{number}]")[1 : steps + 1]
-            found.mean[:, column, number] = np.where(current, mean, np.nan)
-    return found
-
-
-def _plans(
-    tables: list[Table], satellites: list[SatelliteSpec], steps: int
-) -> dict[str, NDArray[np.float64]]:
-    """Plans that were not finished; not a number for satellites without plans and while they are absent."""
-    planning = [
-        column
-        for column, satellite in enumerate(satellites)
-        if satellite.controller is not None and satellite.controller.makes_plans
-    ]
-    found = without("plans", len(satellites), steps if planning else None)
-    for column in planning:
-        absent = np.isnan(_vectors([tables[column]], "sliding_variable", steps)[:, 0, 0])
-        unsolved = tables[column].column("unsolved_plans")[:steps]
-        found["unsolved_plans"][:, column] = np.where(absent, np.nan, unsolved)
-    return found
-
-
-def _attitude_estimates(
-    tables: list[Table], satellites: list[SatelliteSpec], steps: int
-) -> dict[str, NDArray[np.float64]]:
-    """Estimated attitudes; not a number for satellites without a filter of it and while they are absent."""
-    estimating = [column for column, satellite in enumerate(satellites) if satellite.estimates_attitude]
-    found = without("attitude_filter", len(satellites), steps if estimating else None)
-    for column in estimating:
-        table = tables[column]
-        for name, vector in (
-            ("estimated_mrp", "mrp"),
-            ("estimated_angular_velocity", "angular_velocity"),
-            ("estimated_gyro_bias", "gyro_bias"),
-        ):
-            found[name][:, column] = _vectors([table], vector, steps)[:, 0]
-        covariance = _covariance(table, steps)
-        found["attitude_covariance"][:, column] = covariance
-        found["attitude_innovation"][:, column] = table.column("innovation")[:steps]
-        found["rejected_attitudes"][:, column] = np.where(
-            np.isnan(covariance[:, 0, 0]), np.nan, table.column("rejected")[:steps]
-        )
-    return found
-
-
-def _covariance(table: Table, steps: int) -> NDArray[np.float64]:
-    """Covariance of a filter, shape (steps, 6, 6)."""
-    elements = [table.column(f"covariance[{index}]")[:steps] for index in range(36)]
-    return np.stack(elements, axis=-1).reshape(-1, 6, 6)
-
-
-def _estimates(
-    tables: list[Table], satellites: list[SatelliteSpec], steps: int
-) -> dict[str, NDArray[np.float64]]:
-    """What the filters estimated; not a number for satellites without one and while they are absent."""
-    filtering = [column for column, satellite in enumerate(satellites) if satellite.estimates_motion]
-    found = without("filter", len(satellites), steps if filtering else None)
-    for column in filtering:
-        table = tables[column]
-        covariance = _covariance(table, steps)
-        found["estimate_covariance"][:, column] = covariance
-        found["innovation"][:, column] = table.column("innovation")[:steps]
-        found["rejected_measurements"][:, column] = np.where(
-            np.isnan(covariance[:, 0, 0]), np.nan, table.column("rejected")[:steps]
-        )
-    return found

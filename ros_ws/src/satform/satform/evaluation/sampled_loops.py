@@ -13,7 +13,7 @@ from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph
 from satform.consensus.stability import Gains, sampled_modes
 from satform.control.protocol import FlightSetting
 from satform.control.sampled_stability import LoopKind, SampledLoop, closed_loop, spectral_radius
-from satform.flight.compile import flight_setting
+from satform.flight.compile_satellite import flight_setting
 from satform.membership.formation import topology_changes
 from satform.navigation.estimator import estimation_transition
 from satform.numeric.elementwise import Array

@@ -1,8 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""From a scenario to the plans of a flight's parts: the one place where a scenario is taken apart.
+"""From a scenario to the plans of a flight's parts; `compile_satellite` has those of one satellite.
 
-In-process flights, nodes and launcher start from the same plans.
+A scenario is taken apart in these two modules only. In-process flights, nodes and launcher start from
+the same plans.
 """
 
 import json
@@ -14,8 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from satform.attitude.ground_pointing import CircularOrbit
-from satform.attitude.guidance import Orientation, Target, orientation
+from satform.attitude.guidance import Orientation
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.attitude.wheels import Wheels
 from satform.communication.messages import WIDTH
@@ -23,9 +23,8 @@ from satform.communication.physical_links import LinkMedium
 from satform.communication.receiver import LinkPlan
 from satform.communication.topic_table import Equipment, SensorTopic, TopicPlan
 from satform.consensus.arc_length import Announces
-from satform.control.protocol import FlightSetting, Motion
 from satform.dynamics.specs import OF_SATELLITES
-from satform.flight.chief_motion import turning_axes
+from satform.flight.compile_satellite import attitude_orbit, departure, flight_plan, parameter_plan
 from satform.flight.orbit_states import OrbitStates, epoch_of, orbit_states, unperturbed_chief
 from satform.flight.plans import (
     AttitudePlan,
@@ -41,17 +40,13 @@ from satform.flight.sun_states import SunStates
 from satform.flight.truth import truth_model
 from satform.membership.faults import FaultSchedule
 from satform.membership.formation import MembershipPlan
-from satform.navigation.estimator import Estimator
 from satform.navigation.joint_state import SIZE
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve, FixedPoint
 from satform.orbits.curve_specs import InertialPointSpec
-from satform.orbits.path_reference import Path, Reference
-from satform.orbits.turning_axes import TurningPointPath
+from satform.orbits.path_reference import Path
 from satform.scenario import Scenario
-from satform.scenario.environment import pointing_in
-from satform.scenario.navigation_checks import attitude_filter_of, navigation_of, sensor_channels
+from satform.scenario.navigation_checks import sensor_channels
 from satform.scenario.parts import SatelliteSpec
 
 
@@ -263,7 +258,7 @@ def plant_plan(scenario: Scenario, compiled: Sequence[FlightPlan] | None = None)
         attitudes=tuple(_attitude_plan(spec, plan, step) for spec, plan in zip(specs, plans, strict=True)),
         faults=fault_schedule(scenario),
         links=link_medium(scenario),
-        attitude_orbits=tuple(_attitude_orbit(scenario, index) for index in range(count)),
+        attitude_orbits=tuple(attitude_orbit(scenario, index) for index in range(count)),
         channels=tuple(sensor_channels(scenario, index) for index in range(count)),
         navigates=tuple(spec.navigation is not None for spec in specs),
         sun=_sun_states(scenario, specs),
@@ -328,22 +323,6 @@ def _attitude_plan(spec: SatelliteSpec, plan: FlightPlan, step: float) -> Attitu
     return AttitudePlan(plan.orientation, wheels, parts)
 
 
-def parameter_plan(scenario: Scenario, index: int) -> ParameterPlan:
-    """What of one satellite may be changed in flight."""
-    own = scenario.satellite(index)
-    assert own.controller is not None  # noqa: S101 - the scenario's validator has seen to it
-    assert own.curve is not None  # noqa: S101 - likewise
-    return ParameterPlan(
-        controller=own.controller,
-        curve=own.curve,
-        phase_offset=own.phase_offset,
-        attitude_controller=None if own.attitude is None else own.attitude.controller,
-        setting=flight_setting(scenario, index),
-        scale=own.scale,
-        nominal_motion=scenario.nominal_motion,
-    )
-
-
 def scene_plan(scenario: Scenario) -> ScenePlan:
     """What a picture of a formation needs to know of it beside what it sees."""
     specs = [scenario.satellite(index) for index in range(len(scenario.satellites))]
@@ -352,7 +331,7 @@ def scene_plan(scenario: Scenario) -> ScenePlan:
         step=scenario.timing.step,
         period=min(_longest_revolution(scenario), scenario.timing.duration),
         curves=tuple(_shown_curve(scenario, spec) for spec in specs),
-        attitude_orbits=tuple(_attitude_orbit(scenario, index) for index in range(len(specs))),
+        attitude_orbits=tuple(attitude_orbit(scenario, index) for index in range(len(specs))),
         graph=scenario.communication_graph(),
     )
 
@@ -361,7 +340,7 @@ def _shown_curve(scenario: Scenario, spec: SatelliteSpec) -> Curve:
     """The curve of a satellite in LVLH; a point of other axes where it is at time zero."""
     assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
     if isinstance(spec.curve, InertialPointSpec):
-        _, _, desired = _departure(scenario, spec)
+        _, _, desired = departure(scenario, spec)
         return FixedPoint(position=desired.position, perimeter=np.zeros(()))
     return spec.curve.build()
 
@@ -376,141 +355,3 @@ def _longest_revolution(scenario: Scenario) -> float:
     periods = [float(Path(spec.curve.build(), np.asarray(spec.scale)).period) for spec in specs if spec.curve]
     longest = max(periods)
     return longest / abs(rate) if rate and longest else 2.0 * math.pi / scenario.orbit.rate
-
-
-def _attitude_orbit(scenario: Scenario, index: int) -> CircularOrbit | None:
-    """The chief's orbit in the axes in which a satellite's attitude is measured; None without attitude."""
-    spec = scenario.satellite(index).attitude
-    if spec is None:
-        return None
-    pointing = pointing_in(scenario.dynamics, spec.pointing)
-    if isinstance(pointing, SatellitePointingSpec):
-        return pointing.build(scenario.orbit.rate, scenario.orbit.radius).orbit
-    return pointing.build().orbit
-
-
-def flight_setting(scenario: Scenario, index: int) -> FlightSetting:
-    """What the controller of the satellite with this index may know of a scenario."""
-    step, thruster = scenario.timing.step, scenario.satellite(index).thruster
-    return FlightSetting(
-        mean_motion=scenario.orbit.rate,
-        step=step,
-        thrust_resolution=0.0 if thruster is None else thruster.resolution(step),
-        thrust_error=0.0 if thruster is None else thruster.largest_error,
-        chief=scenario.chief,
-    )
-
-
-def flight_plan(scenario: Scenario, index: int, neighbours: Sequence[int] | None = None) -> FlightPlan:
-    """Plan of the satellite with an index in a scenario's list.
-
-    Args:
-        scenario: what is flown.
-        index: of the satellite.
-        neighbours: indices of its possible in-neighbours, ascending; by the scenario's graph when left out.
-    """
-    spec = scenario.satellite(index)
-    assert spec.controller is not None  # noqa: S101 - the scenario's validator has seen to it
-    path, nominal, desired = _departure(scenario, spec)
-    arc_length, rate = _scalar(spec.arc_length), _scalar(nominal if spec.rate is None else spec.rate)
-    aim = _orientation(scenario, index, desired, neighbours)
-    return FlightPlan(
-        path=path,
-        controller=spec.controller.build(flight_setting(scenario, index)),
-        consensus=scenario.consensus.build(),
-        nominal_rate=_scalar(nominal),
-        phase_offset=_scalar(spec.phase_offset),
-        arc_length=arc_length,
-        rate=rate,
-        start=_start(scenario, index),
-        step=scenario.timing.step,
-        estimator=_estimator(scenario, spec),
-        orientation=aim,
-        attitude_filter=None if aim is None else attitude_filter_of(scenario, index, aim.start.mrp),
-        navigation=None if spec.navigation is None else navigation_of(scenario, index, _starts(scenario)),
-    )
-
-
-def _start(scenario: Scenario, index: int) -> Motion:
-    """Where a satellite begins: by its `start`, or on its reference, off by the scenario's errors."""
-    spec = scenario.satellite(index)
-    _, _, desired = _departure(scenario, spec)
-    return scenario.start_of(index) or Motion(
-        desired.position + np.asarray(spec.position_error),
-        desired.velocity + np.asarray(spec.velocity_error),
-    )
-
-
-def _starts(scenario: Scenario) -> Array:
-    """Position (m) and velocity (m/s) of all satellites at the start, LVLH, shape (N, 6)."""
-    starts = [_start(scenario, index) for index in range(len(scenario.satellites))]
-    return np.array([np.concatenate((start.position, start.velocity)) for start in starts])
-
-
-def _departure(scenario: Scenario, spec: SatelliteSpec) -> tuple[Path, float, Reference]:
-    """Path of a satellite, rate of its arc length once all agree, and its desired motion at the start."""
-    assert spec.curve is not None  # noqa: S101 - the scenario's validator has seen to it
-    path = Path(spec.curve.build(), _scalar(spec.scale), spec.path_parameter, spec.feedforward_sample)
-    if isinstance(spec.curve, InertialPointSpec):
-        axes = turning_axes(scenario, spec.curve.axes)
-        path = TurningPointPath(path.curve, path.scale, path.parameter, path.feedforward_sample, axes=axes)
-    nominal = scenario.nominal_motion.rate_along(float(path.period))
-    rate = _scalar(nominal if spec.rate is None else spec.rate)
-    return path, nominal, path.reference(_scalar(spec.arc_length), rate, np.zeros_like(rate))
-
-
-def _orientation(
-    scenario: Scenario, index: int, desired: Reference, neighbours: Sequence[int] | None
-) -> Orientation | None:
-    spec = scenario.satellite(index).attitude
-    if spec is None:
-        return None
-    spec = spec.model_copy(update={"pointing": pointing_in(scenario.dynamics, spec.pointing)})
-    target = None
-    if isinstance(spec.pointing, SatellitePointingSpec):
-        names = [satellite.name for satellite in scenario.satellites]
-        other = names.index(spec.pointing.target)
-        aimed_at = scenario.satellite(other)
-        path, nominal, begin = _departure(scenario, aimed_at)
-        in_neighbours = scenario.possible_graph().neighbours(index) if neighbours is None else neighbours
-        known = Target(
-            path=path,
-            phase_offset=_scalar(aimed_at.phase_offset),
-            satellite=np.asarray(other, dtype=np.int64),
-            row=np.asarray(in_neighbours.index(other), dtype=np.int64),
-            planned_phase=_scalar(aimed_at.arc_length - aimed_at.phase_offset),
-            planned_rate=_scalar(nominal if aimed_at.rate is None else aimed_at.rate),
-        )
-        if spec.pointing.initial_target is not None:
-            first = scenario.satellite(names.index(spec.pointing.initial_target))
-            _, _, begin = _departure(scenario, first)
-        target = (known, begin)
-    return orientation(spec, (scenario.orbit.rate, scenario.orbit.radius), desired, target)
-
-
-def _estimator(scenario: Scenario, spec: SatelliteSpec) -> Estimator | None:
-    if spec.filter is None:
-        return None
-    assert spec.sensor is not None  # noqa: S101 - the scenario's validator has seen to it
-    return spec.filter.build(scenario.orbit.rate, scenario.timing.step, spec.sensor, scenario.chief)
-
-
-def motion_at_start(scenario: Scenario) -> Motion:
-    """Where all satellites begin: by their `start`, or on their references, off by the scenario's errors.
-
-    Returns:
-        Position in m and velocity in m/s in LVLH, shapes (N, 3).
-    """
-    starts = [flight_plan(scenario, index).start for index in range(len(scenario.satellites))]
-    return stacking.stack(starts)
-
-
-def orientations(scenario: Scenario) -> list[Orientation | None]:
-    """Where each satellite of a scenario points; None for one without attitude."""
-    return [flight_plan(scenario, index).orientation for index in range(len(scenario.satellites))]
-
-
-def _scalar(value: float) -> Array:
-    """A number of one satellite, which stacks like an array and computes faster than one of no axes."""
-    scalar: Array = np.asarray(value, dtype=np.float64)[()]
-    return scalar

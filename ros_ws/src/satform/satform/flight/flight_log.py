@@ -17,7 +17,8 @@ from satform.communication.receiver import ReceiverModel
 from satform.flight.compile import FormationPlan
 from satform.flight.online_parameters import OnlineParameters
 from satform.flight.plant import Plant
-from satform.flight.satellite import Decision, Satellite
+from satform.flight.satellite import Satellite
+from satform.flight.satellite_step import Decision
 from satform.membership.formation import Formation
 from satform.membership.reconfiguration import Target
 from satform.navigation.satellite_navigation import NavigationMemory, message_width

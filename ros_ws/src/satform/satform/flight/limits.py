@@ -28,7 +28,7 @@ from satform.scenario.limits import LimitsSpec
 if TYPE_CHECKING:
     from satform.attitude.guidance import Attitude
     from satform.flight.plant import Plant
-    from satform.flight.satellite import Decision
+    from satform.flight.satellite_step import Decision
 
 LARGEST = 1e15
 """Limit of quantities that have none of their own, in SI units; no number of a scenario is larger."""

@@ -7,12 +7,11 @@ axis over satellites; both give the same bits.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from satform.attitude.guidance import Attitude, EstimatedAttitude, PointingReference
+from satform.attitude.guidance import Attitude, PointingReference
 from satform.attitude.mrp_tracking import AttitudeTrackingSpec
 from satform.communication.messages import (
     WIDTH,
@@ -23,89 +22,36 @@ from satform.communication.messages import (
     encode,
 )
 from satform.communication.neighbour_buffer import NeighbourBuffer, Received
-from satform.consensus.arc_length import Announces, ArcLengthConsensus, NeighbourPhases, propagate
-from satform.consensus.motion_sharing import MotionMessage, MotionSharing, NeighbourMotion
+from satform.consensus.arc_length import Announces
+from satform.consensus.motion_sharing import MotionSharing, NeighbourMotion
 from satform.control.protocol import (
-    Action,
     ControllerSpec,
     ControlStep,
     FlightSetting,
-    Gap,
     MakesPlans,
     Motion,
     ReportsFailures,
 )
 from satform.equipment.sensors.relative_motion import Measurement
 from satform.flight.plans import FlightPlan
-from satform.navigation.estimator import Estimator, EstimatorMemory
-from satform.navigation.satellite_navigation import NavigationInput, NavigationMemory, SatelliteNavigation
+from satform.flight.satellite_step import (
+    Decision,
+    SatelliteState,
+    applied_before,
+    estimated,
+    first_announcement,
+    follow_neighbour,
+    follow_path,
+    law_memory,
+    navigated,
+    turned_by_filter,
+)
+from satform.navigation.estimator import EstimatorMemory
+from satform.navigation.satellite_navigation import NavigationInput, NavigationMemory
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, scalar
 from satform.orbits.curve import Curve
-from satform.orbits.path_reference import Path, Reference
-
-
-@dataclass(frozen=True)
-class SatelliteState:
-    """All that a satellite remembers from one step to the next.
-
-    Attributes:
-        step: number of the step that comes next.
-        arc_length: generalised, of the reference, m, shape (...).
-        rate: of the generalised arc length, m/s, shape (...).
-        announcement: what the neighbours receive in that step.
-        memory: the control law's own state.
-        inbox: the newest message of each neighbour.
-        has_acted: whether the satellite has acted before.
-        estimate: the estimator's state; None without one and before the first step.
-        acceleration: commanded in the step before, m/s^2, shape (..., 3); None before the first step.
-        missed: steps before the next one in which it did not act since it acted last; its memory and its
-            estimate are for the first of them.
-        skipped: how many of them were skipped on the wall clock while it flew.
-        navigation: the state of the filter on its sensors; None without one and before the first step.
-        attitude: likewise of the filter of its attitude.
-    """
-
-    step: int
-    arc_length: Array
-    rate: Array
-    announcement: NeighbourMessage
-    memory: Any
-    inbox: NeighbourBuffer
-    has_acted: bool = False
-    estimate: EstimatorMemory | None = None
-    acceleration: Array | None = None
-    missed: int = 0
-    skipped: int = 0
-    navigation: NavigationMemory | None = None
-    attitude: EstimatedAttitude | None = None
-
-
-@dataclass(frozen=True)
-class Decision:
-    """What a satellite decides in one step.
-
-    Attributes:
-        acceleration: commanded until the next step, LVLH, m/s^2, shape (..., 3).
-        reference: the motion that is desired.
-        sliding_variable: of the control law, m/s, shape (..., 3).
-        motion: the estimated motion, or the measured one without an estimator.
-        wheel_torque: of the motors on the wheels until the next step, N m, shape (..., 3); None for a
-            satellite without attitude.
-        estimate: of the filter, with its covariance; None for a satellite without one.
-        unsolved_plans: of this step, that the control law's solver did not finish, shape (...); None for a
-            law that makes no plans.
-        attitude: as the satellite knows it by its attitude filter; None for one without such a filter.
-    """
-
-    acceleration: Array
-    reference: Reference
-    sliding_variable: Array
-    motion: Motion
-    wheel_torque: Array | None = None
-    estimate: EstimatorMemory | NavigationMemory | None = None
-    unsolved_plans: Array | None = None
-    attitude: EstimatedAttitude | None = None
+from satform.orbits.path_reference import Path
 
 
 class Satellite:
@@ -131,7 +77,7 @@ class Satellite:
         self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
         width = WIDTH[self._announces] + (0 if plan.navigation is None else plan.navigation.message_width)
         inbox = NeighbourBuffer.empty((*np.shape(plan.arc_length), neighbours), width)
-        self.state = SatelliteState(0, plan.arc_length, plan.rate, _first_announcement(plan), None, inbox)
+        self.state = SatelliteState(0, plan.arc_length, plan.rate, first_announcement(plan), None, inbox)
 
     @classmethod
     def stacked(cls, plans: Sequence[FlightPlan], neighbours: int) -> "Satellite":
@@ -204,31 +150,29 @@ class Satellite:
         plan, state = self.plan, self.state
         inbox = state.inbox.after(received)
         neighbour_states = self._neighbour_states(inbox, received)
-        applied = _applied(state, applied_acceleration)
+        applied = applied_before(state, applied_acceleration)
         estimate: EstimatorMemory | None = None
         navigation: NavigationMemory | None = None
         if plan.navigation is not None:
             assert sensed is not None  # noqa: S101 - the plant publishes the readings of every step
-            navigation = _navigated(plan.navigation, state, sensed, applied)
+            navigation = navigated(plan.navigation, state, sensed, applied)
             motion = Motion(navigation.state[:3], navigation.state[3:])
         elif plan.estimator is not None:
             at = state.step if measured_step is None else measured_step
             measurement = Measurement(motion.position, motion.velocity, at)
-            estimate = _estimated(plan.estimator, state, measurement, applied)
+            estimate = estimated(plan.estimator, state, measurement, applied)
             motion = Motion(estimate.state[..., :3], estimate.state[..., 3:])
         turned = None
         if attitude is not None and sensed is not None:
-            turned = _turned(plan, state, attitude.wheel_momentum, sensed.readings)
+            turned = turned_by_filter(plan, state, attitude.wheel_momentum, sensed.readings)
             attitude = attitude if turned is None else turned.attitude
-        memory = _memory(plan, state, motion, applied)
+        memory = law_memory(plan, state, motion, applied)
         commanded = applied if state.missed else state.acceleration
         step = ControlStep(state.step, plan.step, applied, commanded, state.skipped)
         if isinstance(neighbour_states, NeighbourMotion):
-            reference, action, phase = _follow_neighbour(
-                plan, state, motion, neighbour_states, (memory, step)
-            )
+            reference, action, phase = follow_neighbour(plan, state, motion, neighbour_states, (memory, step))
         else:
-            reference, action, phase = _follow_path(plan, state, motion, neighbour_states, (memory, step))
+            reference, action, phase = follow_path(plan, state, motion, neighbour_states, (memory, step))
         self.state = SatelliteState(
             step=state.step + 1,
             arc_length=phase.arc_length,
@@ -334,7 +278,7 @@ class Satellite:
 
         The message for that step was still sent with the previous offset.
         """
-        self.plan = replace(self.plan, phase_offset=_scalar(offset))
+        self.plan = replace(self.plan, phase_offset=scalar(offset))
 
     def use_curve(self, curve: Curve) -> None:
         """Fly another orbit from the next step on, with the same generalised arc length per revolution.
@@ -343,11 +287,11 @@ class Satellite:
             ValueError: one of the two is a fixed point, and the other one is not.
         """
         plan = self.plan
-        path = replace(plan.path, curve=curve, scale=_scalar(1.0))
+        path = replace(plan.path, curve=curve, scale=scalar(1.0))
         lap, own = float(plan.path.period), float(path.period)
         if (lap > 0.0) != (own > 0.0):
             raise ValueError("an orbit cannot become a fixed point, nor a fixed point an orbit")
-        scale = _scalar(own / lap if lap > 0.0 else 1.0)
+        scale = scalar(own / lap if lap > 0.0 else 1.0)
         self.plan = replace(plan, path=replace(path, scale=scale))
 
     def use_target(self, path: Path, phase_offset: float, nominal_rate: float, since: int) -> None:
@@ -362,10 +306,10 @@ class Satellite:
             since: the first step with this path. A satellite whose state is of a later one has the rate of
                 this path.
         """
-        plan, nominal = self.plan, _scalar(nominal_rate)
+        plan, nominal = self.plan, scalar(nominal_rate)
         if nominal != plan.nominal_rate and self.state.step <= since:
             self.state = replace(self.state, rate=nominal)
-        self.plan = replace(plan, path=path, phase_offset=_scalar(phase_offset), nominal_rate=nominal)
+        self.plan = replace(plan, path=path, phase_offset=scalar(phase_offset), nominal_rate=nominal)
 
     def use_attitude_controller(self, spec: AttitudeTrackingSpec) -> None:
         """Change the gains of the attitude from the next step on.
@@ -376,145 +320,3 @@ class Satellite:
         if self.plan.orientation is None:
             raise ValueError("this satellite has no attitude")
         self.plan = replace(self.plan, orientation=replace(self.plan.orientation, law=spec.build()))
-
-
-@dataclass(frozen=True)
-class _Phase:
-    """Arc length and rate for the next step, and the message about them or about the motion."""
-
-    arc_length: Array
-    rate: Array
-    message: NeighbourMessage
-
-
-def _first_announcement(plan: FlightPlan) -> NeighbourMessage:
-    begin = np.zeros_like(plan.arc_length)
-    if isinstance(plan.consensus, MotionSharing):
-        return MotionMessage(begin, plan.start.position, plan.start.velocity)
-    return PhaseMessage(begin, plan.arc_length - plan.phase_offset, plan.rate)
-
-
-def _applied(state: SatelliteState, reported: Array | None) -> Array | None:
-    """What was applied over the step before; None before a satellite's first step."""
-    if not state.has_acted:
-        return None
-    if reported is not None:
-        return reported
-    # There is no report of it: commands are applied as they are, and there was none in a gap.
-    assert state.acceleration is not None  # noqa: S101 - it has acted
-    return np.zeros_like(state.acceleration) if state.missed else state.acceleration
-
-
-def _memory(plan: FlightPlan, state: SatelliteState, motion: Motion, applied: Array | None) -> Any:
-    """The control law's memory for this step: started at the first one, carried over a gap."""
-    if not state.has_acted:
-        return plan.controller.start(motion)
-    if not state.missed or state.memory is None or applied is None:
-        return state.memory
-    gap = Gap(state.step - state.missed, state.missed, plan.step, applied, motion)
-    return plan.controller.resume(state.memory, gap)
-
-
-def _follow_path(
-    plan: FlightPlan,
-    state: SatelliteState,
-    motion: Motion,
-    neighbour_states: NeighbourPhases,
-    law: tuple[Any, ControlStep],
-) -> tuple[Reference, Action, _Phase]:
-    assert isinstance(plan.consensus, ArcLengthConsensus)  # noqa: S101 - what is received belongs to it
-    time = state.step * plan.step
-    follows_itself = plan.consensus.arc_length_source == "projected"
-    if follows_itself:
-        arc_length, rate = plan.path.projected(motion.position, motion.velocity, state.arc_length)
-    else:
-        arc_length, rate = state.arc_length, state.rate
-    phase = arc_length - plan.phase_offset
-    rate_change = plan.consensus.acceleration(phase, rate, plan.nominal_rate, neighbour_states, time)
-    reference = plan.path.at_step(arc_length, rate, rate_change, plan.step, state.step)
-    action: Action = plan.controller.act(motion, reference, *law)
-    next_arc_length, next_rate = propagate(arc_length, rate, rate_change, plan.step)
-    if follows_itself:
-        message = PhaseMessage(np.full_like(phase, time), phase, rate)
-    else:
-        moment = np.empty(phase.shape)
-        moment.fill((state.step + 1) * plan.step)
-        message = PhaseMessage(moment, next_arc_length - plan.phase_offset, next_rate)
-    return reference, action, _Phase(next_arc_length, next_rate, message)
-
-
-def _follow_neighbour(
-    plan: FlightPlan,
-    state: SatelliteState,
-    motion: Motion,
-    neighbour_states: NeighbourMotion,
-    law: tuple[Any, ControlStep],
-) -> tuple[Reference, Action, _Phase]:
-    assert isinstance(plan.consensus, MotionSharing)  # noqa: S101 - what is received belongs to it
-    time = state.step * plan.step
-    neighbour = plan.consensus.observed(motion, neighbour_states, time)
-    action: Action = plan.controller.act(motion, neighbour, *law)
-    message = MotionMessage(np.full_like(state.arc_length, time), motion.position, motion.velocity)
-    reference: Reference = plan.controller.reference(motion, neighbour)
-    follows = neighbour_states.weight > 0.0
-    if not np.all(follows):
-        # Nobody to follow: the satellite coasts, desires its own motion, and its law learns nothing.
-        still = np.zeros_like(motion.position)
-        coasting = Action(still, still, law[0])
-        action = stacking.select(follows, action, coasting)
-        reference = stacking.select(follows, reference, Reference(motion.position, motion.velocity, still))
-    return reference, action, _Phase(state.arc_length, state.rate, message)
-
-
-def _estimated(
-    estimator: Estimator, state: SatelliteState, measurement: Measurement, applied: Array | None
-) -> EstimatorMemory:
-    """The estimate at this step; after a gap it is carried over it with what was applied in it."""
-    if state.estimate is None or applied is None:
-        return estimator.start(measurement)
-    memory = state.estimate
-    if state.missed:
-        assert state.acceleration is not None  # noqa: S101 - it has acted
-        memory = estimator.resume(memory, state.missed, state.acceleration, applied)
-    return estimator.observe(memory, measurement, applied)
-
-
-def _navigated(
-    navigation: SatelliteNavigation, state: SatelliteState, sensed: NavigationInput, applied: Array | None
-) -> NavigationMemory:
-    """The navigation at this step; after a gap it is carried over it with what was applied in it."""
-    if state.navigation is None or applied is None:
-        return navigation.observe(navigation.start(state.step), sensed, None)
-    memory = state.navigation
-    if state.missed:
-        assert state.acceleration is not None  # noqa: S101 - it has acted
-        memory = navigation.resume(memory, state.missed, state.acceleration, applied)
-    return navigation.observe(memory, sensed, applied)
-
-
-def _turned(
-    plan: FlightPlan, state: SatelliteState, wheel_momentum: Array, readings: Array
-) -> EstimatedAttitude | None:
-    """The attitude by its filter at this step; None for a satellite without one."""
-    own = plan.attitude_filter
-    if own is None or plan.orientation is None:
-        return None
-    earlier = wheel_momentum
-    if state.attitude is None:
-        memory = own.first(readings, begins_again=state.step > 0)
-    else:
-        memory = state.attitude.memory
-        if state.missed:
-            memory = own.resume(memory, state.missed)
-        else:
-            earlier = state.attitude.attitude.wheel_momentum
-        memory = own.observe(memory, readings)
-    time = np.full_like(state.arc_length, state.step * plan.step)
-    attitude = plan.orientation.estimated(memory, wheel_momentum, earlier, time, plan.step)
-    return EstimatedAttitude(memory, attitude)
-
-
-def _scalar(value: float) -> Array:
-    """A number of one satellite, which stacks like an array and computes faster than one of no axes."""
-    scalar: Array = np.asarray(value, dtype=np.float64)[()]
-    return scalar

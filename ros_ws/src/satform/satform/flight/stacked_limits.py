@@ -20,7 +20,7 @@ from satform.flight.limits import (
 )
 from satform.flight.plans import LimitPlan
 from satform.flight.plant import Plant
-from satform.flight.satellite import Decision
+from satform.flight.satellite_step import Decision
 from satform.numeric.elementwise import Array, Indices
 from satform.orbits.earth import EQUATORIAL_RADIUS
 

@@ -22,7 +22,8 @@ from satform.dynamics.stacked_models import stack_dynamics
 from satform.flight.compile import FormationPlan
 from satform.flight.plans import PlantPlan
 from satform.flight.plant import Plant
-from satform.flight.satellite import Decision, Satellite
+from satform.flight.satellite import Satellite
+from satform.flight.satellite_step import Decision
 from satform.flight.stacked_limits import StackedLimitCheck
 from satform.flight.stacked_record import BlockRecorder
 from satform.membership.formation import Formation

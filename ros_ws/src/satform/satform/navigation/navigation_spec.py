@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Specifications of navigation filters on the readings of sensors."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -36,7 +36,7 @@ class NavigationSetting:
     Attributes:
         names: of all satellites.
         satellite: index of the satellite.
-        starts: position (m) and velocity (m/s) of all at step 0, LVLH, shape (N, 6).
+        start: position (m) and velocity (m/s) of a satellite at step 0 by its index, LVLH, shape (6,).
         mean_motion: of the chief, rad/s.
         step: control period, s.
         chief: its orbit; None for a circular one in an unknown plane.
@@ -45,7 +45,7 @@ class NavigationSetting:
 
     names: tuple[str, ...]
     satellite: int
-    starts: Array
+    start: Callable[[int], Array]
     mean_motion: float
     step: float
     chief: KeplerianChief | None
@@ -157,6 +157,6 @@ class NavigationFilterSpec(Spec):
             spread = np.array([*self.initial_position_error, *self.initial_velocity_error])
             if setting.names[member] in self.references:
                 spread = np.repeat([REFERENCE_POSITION_ERROR, REFERENCE_VELOCITY_ERROR], 3)
-            mean[row] = setting.starts[member] + spread * drawn[member]
+            mean[row] = setting.start(member) + spread * drawn[member]
             variance[row] = spread * spread
         return GaussianEstimate(mean.reshape(-1), np.diag(variance.reshape(-1)))

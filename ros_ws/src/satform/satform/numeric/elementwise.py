@@ -20,6 +20,19 @@ Indices: TypeAlias = NDArray[np.int64]
 """Indices of rows, or numbers of steps."""
 
 
+def scalar(value: float) -> Array:
+    """A number of one satellite, which stacks like an array and computes faster than one of no axes.
+
+    Args:
+        value: any number.
+
+    Returns:
+        The number with the interface of an array of shape ().
+    """
+    number: Array = np.asarray(value, dtype=np.float64)[()]
+    return number
+
+
 def joined(*components: Array) -> Array:
     """Numbers side by side on a new last axis, as `np.stack` has them in a third of its time.
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from satform.numeric.elementwise import Array, arctan2, column, dot
+from satform.numeric.elementwise import Array, arctan2, column, dot, scalar
 from satform.orbits.curve import CurvePoint
 
 _INVERSION_STEPS = 3
@@ -270,15 +270,15 @@ def ellipse(centre: Array, first_axis: Array, second_axis: Array) -> Ellipse:
         second_axis=np.asarray(second_axis, dtype=np.float64),
         first_direction=first_direction,
         second_direction=second_direction,
-        first_length=_scalar(first_length),
-        second_length=_scalar(second_length),
-        semi_major=_scalar(semi_major),
-        semi_minor=_scalar(semi_minor),
-        linear_eccentricity=_scalar(((semi_major - semi_minor) * (semi_major + semi_minor)) ** 0.5),
-        elliptic_parameter=_scalar(parameter),
-        quarter=_scalar(quarter),
-        perimeter=_scalar(4.0 * quarter),
-        apex_shift=_scalar(0.0 if first_length >= second_length else 1.0),
+        first_length=scalar(first_length),
+        second_length=scalar(second_length),
+        semi_major=scalar(semi_major),
+        semi_minor=scalar(semi_minor),
+        linear_eccentricity=scalar(((semi_major - semi_minor) * (semi_major + semi_minor)) ** 0.5),
+        elliptic_parameter=scalar(parameter),
+        quarter=scalar(quarter),
+        perimeter=scalar(4.0 * quarter),
+        apex_shift=scalar(0.0 if first_length >= second_length else 1.0),
     )
 
 
@@ -288,12 +288,6 @@ def _elliptic_integral(angle: Array, parameter: Array) -> Array:
 
     integral: Array = ellipeinc(angle, parameter)
     return integral
-
-
-def _scalar(value: float) -> Array:
-    """A number with the interface of an array; several times as fast as a 0-d array."""
-    number: Array = np.asarray(value, dtype=np.float64)[()]
-    return number
 
 
 def _closest_in_quadrant(along_major: Array, along_minor: Array, ratio: Array) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from satform.consensus.arc_length import ArcLengthConsensusSpec
 from satform.consensus.graph import Graph
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.membership.faults import ByzantineSpec, ClockOffsetSpec, SatelliteLostSpec
 from satform.membership.formation import topology_changes
 from satform.numeric.elementwise import Array

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sensors and navigation of a scenario: built for its satellites, and what is wrong with them."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from satform.attitude.attitude_filter import AttitudeFilter
@@ -36,13 +38,15 @@ def sensor_channels(scenario: ScenarioDefinition, index: int) -> tuple[SensorCha
     return tuple(channel for sensor in sensors for channel in sensor.build(names, index, step))
 
 
-def navigation_of(scenario: ScenarioDefinition, index: int, starts: Array) -> SatelliteNavigation | None:
+def navigation_of(
+    scenario: ScenarioDefinition, index: int, start: Callable[[int], Array]
+) -> SatelliteNavigation | None:
     """The navigation of a satellite; None for one that flies by its motion as it is measured.
 
     Args:
         scenario: whose parts are well-formed.
         index: of the satellite.
-        starts: position (m) and velocity (m/s) of all satellites at step 0, LVLH, shape (N, 6).
+        start: position (m) and velocity (m/s) of a satellite at step 0 by its index, LVLH, shape (6,).
 
     Raises:
         ValueError: the filter cannot be.
@@ -53,7 +57,7 @@ def navigation_of(scenario: ScenarioDefinition, index: int, starts: Array) -> Sa
     setting = NavigationSetting(
         names=tuple(satellite.name for satellite in scenario.satellites),
         satellite=index,
-        starts=starts,
+        start=start,
         mean_motion=scenario.orbit.rate,
         step=scenario.timing.step,
         chief=scenario.chief,
@@ -123,7 +127,7 @@ def _navigation_faults(scenario: ScenarioDefinition, index: int) -> list[str]:
     if twice:
         return [f"a satellite with navigation flies by its sensors; leave out {' and '.join(twice)}"]
     try:
-        navigation_of(scenario, index, np.zeros((len(scenario.satellites), 6)))
+        navigation_of(scenario, index, lambda _other: np.zeros(6))
     except ValueError as error:
         return [str(error)]
     return []

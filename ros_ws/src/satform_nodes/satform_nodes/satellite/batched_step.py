@@ -22,7 +22,8 @@ from satform.communication.sim_time import Stamps
 from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
-from satform.flight.satellite import Decision, Satellite
+from satform.flight.satellite import Satellite
+from satform.flight.satellite_step import Decision
 from satform.membership.formation import has_individual_events
 from satform.protocol.neighbour_messages import Message
 from satform_nodes.satellite.node import SatelliteNode

@@ -22,7 +22,8 @@ from satform.communication.topic_table import RECORDER, satellite_channels, subs
 from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation, violation_of
-from satform.flight.satellite import Decision, Satellite
+from satform.flight.satellite import Satellite
+from satform.flight.satellite_step import Decision
 from satform.membership.formation import is_lost_at, rejoins_after
 from satform.membership.reconfiguration import Target
 from satform.protocol.formation_view import FormationView

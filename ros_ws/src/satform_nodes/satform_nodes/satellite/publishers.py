@@ -22,7 +22,7 @@ from satform.communication.topic_table import (
 )
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
-from satform.flight.satellite import Decision
+from satform.flight.satellite_step import Decision
 from satform.navigation.estimator import EstimatorMemory
 from satform.navigation.satellite_navigation import NavigationMemory
 from satform.numeric.elementwise import Array
