@@ -97,7 +97,7 @@ def imports() -> networkx.DiGraph:
     found = networkx.DiGraph(edges)
     # What the packages are known to import: nothing is held if the source was not read.
     assert found.has_edge("satform.flight.compile", "satform.flight.plans")
-    assert found.has_edge("satform_nodes.plant.node", "satform.flight.plant")
+    assert found.has_edge("satform_nodes.plant.node", "satform.protocol.plant_steps")
     return found
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from flights import shortened
+from satform.communication.sim_time import Stamps
 from satform.flight.compile import compile_scenario
 from satform.navigation.satellite_navigation import message_width
-from satform_nodes.runtime.formation_view import FormationView
-from satform_nodes.satellite.neighbour_messages import NeighbourMessages
-from satform_nodes.transport.sim_time import Stamps
+from satform.protocol.formation_view import FormationView
+from satform.protocol.neighbour_messages import NeighbourMessages
 
 STEP = 10
 CHIEF, DEPUTY, SIZE = 0, 1, 12

@@ -57,18 +57,22 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
 
 
 def plant_ears_of(scenario: Scenario, network: Network, membership: MembershipManager) -> PlantSubscriptions:
-    return PlantSubscriptions(
+    def take(index: int, data: bytes) -> None:
+        subscriptions.commands.take(index, data)
+
+    subscriptions = PlantSubscriptions(
         SimpleNamespace(),  # type: ignore[arg-type]
         network,  # type: ignore[arg-type]
         subscribed_by(PLANT, channels(topic_plan(scenario))),
         membership,
         RejectionCounter(),
-        lambda: None,
+        take,
         lambda _name, _checkpoint: None,
         lambda _name, _version: None,
         Stamps(scenario.timing.step, scenario.timing.step_nanoseconds),
         clocked=False,
     )
+    return subscriptions
 
 
 def test_who_repeats_what_it_said_last_is_not_quiet_and_who_says_nothing_is(clock: SimpleNamespace) -> None:
@@ -139,7 +143,7 @@ def test_node_written_by_another_version_of_the_interface_is_not_ready(
         subscribed_by(PLANT, channels(topic_plan(scenario))),
         MembershipManager(scenario.membership_plan()),
         RejectionCounter(),
-        lambda: None,
+        lambda _index, _data: None,
         lambda name, _checkpoint: ready.append(name),
         lambda name, _version: rejected.append(name),
         Stamps(scenario.timing.step, scenario.timing.step_nanoseconds),

@@ -11,13 +11,10 @@ from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.formation import Formation
 from satform.membership.reconfiguration import Target, targets_in_force
-from satform.protocol.status import FinalCommand, FormationPhase, FormationStatus
+from satform.protocol.status import OVER, FinalCommand, FormationPhase, FormationStatus
 
 STOPPED = "asked to stop"
 """Reason of a flight that was stopped by a signal or a service."""
-
-OVER = (FormationPhase.FINISHED, FormationPhase.ABORTED)
-"""Phases after which nothing follows."""
 
 
 class FormationView:

@@ -20,3 +20,7 @@ class FormationPhase(IntEnum):
     FINISHED = 2
     ABORTED = 3
     PAUSED = 4
+
+
+OVER = (FormationPhase.FINISHED, FormationPhase.ABORTED)
+"""Phases after which nothing follows."""

@@ -13,12 +13,10 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from typing import Any
 
-from satform_msgs.msg import FormationStatus
-
 from satform.common.exit_codes import EXIT_DONE, EXIT_ENDED_EARLY, EXIT_LOST, EXIT_STOPPED
-from satform.common.name_list import listed
 from satform.flight.compile import FormationPlan
 from satform.protocol.formation_view import STOPPED
+from satform.protocol.status import FormationPhase
 from satform.record.early_end import EarlyEnd
 from satform_nodes.plant.node import PlantNode, PlantSettings
 from satform_nodes.runtime.formation_node import FormationNode
@@ -41,14 +39,15 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     )
     plan = plan_of(node)
     plant = PlantNode(node, executor, plan, settings, report)
-    if not executor.spin_until(lambda: plant.all_ready() or plant.over or stop.asked, plant.start_timeout):
+    steps = plant.steps
+    if not executor.spin_until(lambda: plant.all_ready() or steps.over or stop.asked, plant.start_timeout):
         return _abort(plant, *plant.not_ready())
-    if plant.aborted:
-        return _abort(plant, *plant.aborted)
+    if steps.aborted:
+        return _abort(plant, *steps.aborted)
     begin = time.perf_counter()
     plant.report.send("flying")
     node.get_logger().info(f"flying {_description(plan, settings.rate)}")
-    if not (stop.asked or plant.stop_asked):
+    if not (stop.asked or steps.stop_asked):
         plant.begin()
     timing: dict[str, Any] = {}
     if plant.clocked:
@@ -59,31 +58,41 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
             **plant.subscriptions.command_monitor.data(plant.names),
         }
     _fly_on(plant, executor, stop)
-    if plant.early_end:
-        return _end_early(plant, plant.early_end)
-    if plant.aborted:
-        return _abort(plant, *plant.aborted)
-    if stop.asked or plant.stop_asked:
-        plant.report.send("stopped", step=plant.plant.step)
-        node.get_logger().info(f"stopped at step {plant.plant.step}")
-        plant.publish_status(FormationStatus.ABORTED, STOPPED)
+    if steps.early_end:
+        return _end_early(plant, steps.early_end)
+    if steps.aborted:
+        return _abort(plant, *steps.aborted)
+    if stop.asked or steps.stop_asked:
+        plant.report.send("stopped", step=steps.plant.step)
+        node.get_logger().info(f"stopped at step {steps.plant.step}")
+        plant.publish_status(FormationPhase.ABORTED, STOPPED)
         return EXIT_STOPPED
-    seconds = time.perf_counter() - begin
+    _finish(plant, time.perf_counter() - begin, timing)
+    return EXIT_DONE
+
+
+def _finish(plant: PlantNode, seconds: float, timing: dict[str, Any]) -> None:
+    """Report and publish that the last step has been taken.
+
+    Args:
+        plant: node of the plant.
+        seconds: wall-clock time of the flight.
+        timing: figures of a flight on the wall clock.
+    """
+    step = plant.steps.plant.step
     plant.report.send(
         "finished",
-        step=plant.plant.step,
+        step=step,
         seconds=seconds,
-        busy=plant.busy_seconds,
+        busy=plant.steps.busy_seconds,
         refused=plant.rejections.sentences(),
         timing=timing,
     )
-    step = plant.plant.step
-    node.get_logger().info(
-        f"finished: {step} steps, {step * plan.timing.step:g} s, in {seconds:.2f} s "
+    plant.node.get_logger().info(
+        f"finished: {step} steps, {step * plant.plan.timing.step:g} s, in {seconds:.2f} s "
         f"({step / max(seconds, 1e-9):.0f} steps/s)"
     )
-    plant.publish_status(FormationStatus.FINISHED, "")
-    return EXIT_DONE
+    plant.publish_status(FormationPhase.FINISHED, "")
 
 
 def _description(plan: FormationPlan, rate: float) -> str:
@@ -95,32 +104,26 @@ def _description(plan: FormationPlan, rate: float) -> str:
 
 def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None:
     """Take steps until the flight is over; a node that does not answer within its timeout is lost."""
-    timeout = plant.plan.timing.node_timeout
+    steps, timeout = plant.steps, plant.plan.timing.node_timeout
     while not executor.spin_while(
-        lambda: not (plant.over or stop.asked), timeout, plant.retransmit, plant.progress
+        lambda: not (steps.over or stop.asked), timeout, steps.retransmit, plant.progress
     ):
-        silent = plant.missing()
-        if plant.waits_for_rejoin:
-            late = f"{listed(silent)} has not rejoined within {plant.start_timeout:g} s"
-            plant.aborted = (silent, late)
-        else:
-            # If all missing nodes have retransmitted, none is at fault, but the step does not go on either.
-            unresponsive = plant.subscriptions.unresponsive(silent, timeout) or silent
-            plant.lose(unresponsive, f"no answer within {timeout:g} s from {listed(unresponsive)}")
+        unresponsive = plant.subscriptions.unresponsive(steps.missing(), timeout)
+        steps.end_waiting(unresponsive, timeout, plant.start_timeout)
 
 
 def _end_early(plant: PlantNode, end: EarlyEnd) -> int:
     """Publish that a quantity was not finite or beyond its limit, and that the flight ends."""
-    plant.report.send("ended_early", step=plant.flown_steps, end=end.data())
-    plant.publish_status(FormationStatus.ABORTED, end.sentence)
+    plant.report.send("ended_early", step=plant.steps.flown_steps, end=end.data())
+    plant.publish_status(FormationPhase.ABORTED, end.sentence)
     raise NodeError(f"the flight ended early: {end.sentence}", EXIT_ENDED_EARLY)
 
 
 def _abort(plant: PlantNode, who: list[str], reason: str) -> int:
-    step = plant.plant.step
-    sentence = f"lost at step {step}: {reason}" if plant.flying else reason
+    step = plant.steps.plant.step
+    sentence = f"lost at step {step}: {reason}" if plant.steps.flying else reason
     plant.report.send("lost", who=who, step=step, reason=sentence)
-    plant.publish_status(FormationStatus.ABORTED, sentence)
+    plant.publish_status(FormationPhase.ABORTED, sentence)
     raise NodeError(sentence, EXIT_LOST)
 
 

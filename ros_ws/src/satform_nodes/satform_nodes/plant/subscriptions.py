@@ -7,9 +7,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from satform_msgs.msg import Command, NodeReady, RecorderProgress
 
 from satform.communication import topic_table
@@ -20,8 +18,8 @@ from satform.communication.message_validator import (
 )
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import RECORDER, Channel, topic_name
-from satform.flight.limits import QUANTITIES, Violation
-from satform.membership.membership_manager import Change, MembershipManager
+from satform.membership.membership_manager import MembershipManager
+from satform.protocol.plant_commands import PlantCommands
 from satform_nodes.runtime.realtime_loop import CommandMonitor
 from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
@@ -36,22 +34,13 @@ _UNBOUNDED = (len(_COMMAND.fields) - 1, len(_COMMAND.fields))
 """The field of a command that may have any value: what a satellite reports as beyond every limit."""
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
-_ACCELERATION_AND_TORQUE = slice(3, 9)
-"""Where a command message has what the plant needs."""
-
-_ARC_LENGTH = _COMMAND.fields.index("announced_arc_length")
-
-_VIOLATION, _VALUE = _COMMAND.fields.index("violation"), _COMMAND.fields.index("violating_value")
-
 
 class PlantSubscriptions:
     """The plant's subscriptions, and the values received on them.
 
     Attributes:
-        commands: acceleration and wheel torque of each satellite, m/s^2 and N m, shape (N, 6).
-        violations: violations of limits that satellites reported for the present step, by their indices.
         command_monitor: delays and misses of commands on the wall clock.
-        recorded_step: last step that is in the bag.
+        commands: of all satellites for the present step.
     """
 
     def __init__(
@@ -61,7 +50,7 @@ class PlantSubscriptions:
         channels: Iterable[Channel],
         membership: MembershipManager,
         rejections: RejectionCounter,
-        on_answer: Callable[[], None],
+        on_command: Callable[[int, bytes], None],
         on_offer: Callable[[str, int], None],
         on_other_interface: Callable[[str, int], None],
         stamps: Stamps,
@@ -76,7 +65,7 @@ class PlantSubscriptions:
             channels: the topics to which the plant subscribes.
             membership: is updated with each command, and knows which commands are missing.
             rejections: counts rejected messages.
-            on_answer: called after each valid command.
+            on_command: called with the index of a satellite and a command message of its node.
             on_offer: called with the name of a node that is ready, and the step of its checkpoint.
             on_other_interface: called with the name of a node that was written by another version of the
                 interface, and that version.
@@ -84,20 +73,16 @@ class PlantSubscriptions:
             clocked: whether the flight goes by the wall clock.
         """
         names = membership.names
-        self.commands = np.zeros((len(names), 6))
-        self.violations: dict[int, Violation] = {}
         self.command_monitor = CommandMonitor(len(names))
-        self.recorded_step = 0
         self._node = node
         self._executor = executor
         self._membership = membership
         self._rejections = rejections
-        self._on_answer = on_answer
+        self._on_command = on_command
         self._on_offer = on_offer
         self._on_other_interface = on_other_interface
         self._stamps = stamps
         self._clocked = clocked
-        self._last_commands: dict[int, bytes] = {}
         self._turn = (-1, 0)
         self._received_at = [time.monotonic()] * len(names)
         authorised = {channel.topic: channel.publishers for channel in channels}
@@ -117,15 +102,18 @@ class PlantSubscriptions:
             AuthorisedPublishers(node, topic, authorised[topic], rejections) for topic in commands
         ]
         # The value of a violation is what no other number may be.
-        self._validators = [
+        validators = [
             MessageValidator(topic, _COMMAND, rejections, stamps, unbounded=_UNBOUNDED) for topic in commands
         ]
+        self.commands = PlantCommands(
+            membership, _COMMAND, validators, rejections, self.command_monitor, clocked=clocked
+        )
         self._subscriptions = [
             executor.subscribe(
                 node,
                 Command,
                 topic,
-                partial(self._on_command, index),
+                partial(self._note_command, index),
                 qos.REALTIME if clocked else qos.LOCKSTEP_READER,
                 self._authorised[index],
             )
@@ -161,13 +149,13 @@ class PlantSubscriptions:
             endpoints.require_publishers(subscription, authorised)
 
     def subscribe_recorder_progress(
-        self, endpoints: MatchedEndpoints, on_recorded: Callable[[], None]
+        self, endpoints: MatchedEndpoints, on_recorded: Callable[[int], None]
     ) -> None:
         """Subscribe to the progress of the recorder.
 
         Args:
             endpoints: gets the recorder as a required publisher.
-            on_recorded: called at each progress.
+            on_recorded: called with the step up to which everything is in the bag.
         """
         stamps = self._stamps
 
@@ -179,8 +167,7 @@ class PlantSubscriptions:
             if stamps.contradict(*numbers[:3], exact=True):
                 self._rejections.add(topic_table.RECORDER_PROGRESS, CONTRADICTION)
                 return
-            self.recorded_step = max(self.recorded_step, min(numbers[2], self._membership.step))
-            on_recorded()
+            on_recorded(int(numbers[2]))
 
         authorised = AuthorisedPublishers(
             self._node, topic_table.RECORDER_PROGRESS, [RECORDER], self._rejections
@@ -190,19 +177,12 @@ class PlantSubscriptions:
         )
         endpoints.require_publishers(progress, authorised)
 
-    def take(self, change: Change) -> None:
-        """Apply a change of membership: use only the commands of the satellites that fly."""
-        for index in change.lost:
+    def allow_replacement(self, lost: Iterable[int]) -> None:
+        """Accept restarted processes of lost satellites as publishers."""
+        for index in lost:
             name = self._membership.names[index]
-            self.commands[index] = 0.0
-            self.violations.pop(index, None)
             self._authorised[index].allow_replacement(name)
             self._authorised_ready.allow_replacement(name)
-        for event in change.rejoined:
-            if self._membership.formation.lost_at.get(event.satellite) != self._membership.step:
-                # A command from before the loss is not its final command after the rejoin.
-                self._last_commands.pop(event.satellite, None)
-            self.command_monitor.restart_timeout(event.satellite)
 
     def unresponsive(self, names: Iterable[str], timeout: float) -> list[str]:
         """Those of some nodes that have not even retransmitted.
@@ -219,41 +199,9 @@ class PlantSubscriptions:
             name for name in names if name not in indices or now - self._received_at[indices[name]] >= timeout
         ]
 
-    def final_command(self, satellite: int) -> Command:
-        """The last command of a satellite since it joined; an empty one when it has not commanded since."""
-        data = self._last_commands.get(satellite)
-        return deserialize_message(data, Command) if data else Command()
-
-    def announced_arc_length(self, satellite: int) -> float | None:
-        """The phase in the last command of a satellite, m; None when it has not commanded since it joined."""
-        data = self._last_commands.get(satellite)
-        numbers = _COMMAND.unpack(data) if data else None
-        return None if numbers is None else float(numbers[_ARC_LENGTH])
-
-    def _on_command(self, index: int, data: bytes, _name: str) -> None:
-        membership = self._membership
+    def _note_command(self, index: int, data: bytes, _name: str) -> None:
         self._received_at[index] = time.monotonic()
-        if not membership.formation.alive[index]:
-            return
-        step = membership.step
-        first = self.command_monitor.first_due(index) if self._clocked else step
-        numbers = self._validators[index].validate(data, first, step)
-        if numbers is None or index in membership.commanded or membership.open:
-            return
-        if numbers[_VIOLATION] > len(QUANTITIES):
-            self._rejections.add(
-                topic_name("command", membership.names[index]), "a violation of an unknown quantity"
-            )
-            return
-        if self._clocked:
-            self.command_monitor.note(index, int(numbers[2]), step)
-        if numbers[_VIOLATION]:
-            self.violations[index] = Violation(int(numbers[_VIOLATION]), float(numbers[_VALUE]))
-        self.commands[index] = numbers[_ACCELERATION_AND_TORQUE]
-        self._last_commands[index] = data
-        if numbers[2] == step:
-            membership.record_command(index)
-        self._on_answer()
+        self._on_command(index, data)
 
     def _on_ready(self, data: bytes, name: str) -> None:
         ready = deserialize_or_reject(data, NodeReady, topic_table.NODE_READY, self._rejections)
