@@ -22,7 +22,7 @@ def test_166_of_the_384_loops_of_the_gain_sweep_are_stable() -> None:
     close = int(np.count_nonzero(abs(radii - 1.0) < 0.01))
     assert close == 4
     (expected,) = campaign.expect
-    assert expected.lowest is not None
-    assert expected.highest is not None
-    assert expected.lowest <= (166 - close) / 384
-    assert expected.highest >= (166 + close) / 384
+    assert expected.above is not None
+    assert expected.below is not None
+    assert expected.above <= (166 - close) / 384
+    assert expected.below >= (166 + close) / 384

@@ -235,7 +235,7 @@ def limits_of(campaign: Campaign, figure: str) -> tuple[Limit, ...]:
         found += [Limit(value, text) for value, text in bounds if math.isfinite(value)]
     for wanted in campaign.expect:
         if getattr(wanted, "figure", None) == figure:
-            for sign, value in (("≥", wanted.lowest), ("≤", wanted.highest)):
+            for sign, value in (("≥", wanted.above), ("≤", wanted.below)):
                 if value is not None:
                     found.append(Limit(value, f"{_statistic(wanted)} {sign} {value:g}"))
     return tuple(found)

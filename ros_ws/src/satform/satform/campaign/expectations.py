@@ -57,6 +57,10 @@ class CampaignExpectation(Spec):
 
     label: str | None = None
     """What is judged, in words; made from the fields when left out."""
+    above: Number | None = None
+    """The statistic has to be at least this, in the unit of the figure."""
+    below: Number | None = None
+    """The statistic has to be at most this, in the unit of the figure."""
     confidence: Confidence = 0.95
     """Confidence of the two-sided interval of the statistic."""
     compare: Literal["interval", "estimate"] = "estimate"
@@ -81,16 +85,6 @@ class CampaignExpectation(Spec):
 
     of_figure: ClassVar[bool] = True
 
-    @property
-    def lowest(self) -> float | None:
-        """The smallest statistic that is allowed."""
-        raise NotImplementedError
-
-    @property
-    def highest(self) -> float | None:
-        """The largest statistic that is allowed."""
-        raise NotImplementedError
-
     def describe(self) -> str:
         """The label, or one made from the fields."""
         raise NotImplementedError
@@ -112,13 +106,13 @@ class CampaignExpectation(Spec):
         for_above, for_below = estimates
         by_interval = self.compare == "interval"
         allowed, met = [], True
-        if self.lowest is not None:
-            met = met and (low if by_interval else for_above) >= self.lowest
-            allowed.append(f"≥ {self.lowest:g}")
-        if self.highest is not None:
-            met = met and (high if by_interval else for_below) <= self.highest
-            allowed.append(f"≤ {self.highest:g}")
-        statistic = for_above if self.lowest is not None else for_below
+        if self.above is not None:
+            met = met and (low if by_interval else for_above) >= self.above
+            allowed.append(f"≥ {self.above:g}")
+        if self.below is not None:
+            met = met and (high if by_interval else for_below) <= self.below
+            allowed.append(f"≤ {self.below:g}")
+        statistic = for_above if self.above is not None else for_below
         compared = f"limit of the {100 * self.confidence:g} % interval" if by_interval else "estimate"
         return CampaignVerdict(
             label=self.describe(),
@@ -133,11 +127,13 @@ class CampaignExpectation(Spec):
             origin=self.origin,
         )
 
-    def _has_bound(self) -> None:
-        if self.lowest is None and self.highest is None:
+    @model_validator(mode="after")
+    def _has_bound(self) -> "CampaignExpectation":
+        if self.above is None and self.below is None:
             raise ValueError("give a bound: above, below, or both")
-        if self.lowest is not None and self.highest is not None and self.lowest > self.highest:
-            raise ValueError(f"above {self.lowest:g} and below {self.highest:g} allow nothing")
+        if self.above is not None and self.below is not None and self.above > self.below:
+            raise ValueError(f"above {self.above:g} and below {self.below:g} allow nothing")
+        return self
 
 
 class SuccessRateSpec(CampaignExpectation):
@@ -157,19 +153,6 @@ class SuccessRateSpec(CampaignExpectation):
     with the upper one, so that the bound holds with this confidence; or the rate of these cases itself. The
     samplings `grid` and `one_at_a_time` have no interval, and always compare the rate itself."""
 
-    @model_validator(mode="after")
-    def _bounded(self) -> "SuccessRateSpec":
-        self._has_bound()
-        return self
-
-    @property
-    def lowest(self) -> float | None:
-        return self.above
-
-    @property
-    def highest(self) -> float | None:
-        return self.below
-
     def describe(self) -> str:
         return self.label or "success rate"
 
@@ -185,23 +168,6 @@ class OfFigure(CampaignExpectation):
 
     figure: str
     """Name of a figure of the campaign, or label of an expectation of the scenario."""
-    above: Number | None = None
-    """The statistic has to be at least this, in the unit of the figure."""
-    below: Number | None = None
-    """The statistic has to be at most this, in the unit of the figure."""
-
-    @model_validator(mode="after")
-    def _bounded(self) -> "OfFigure":
-        self._has_bound()
-        return self
-
-    @property
-    def lowest(self) -> float | None:
-        return self.above
-
-    @property
-    def highest(self) -> float | None:
-        return self.below
 
 
 class PercentileSpec(OfFigure):

@@ -8,12 +8,12 @@ which a satellite does not fly, or in which the one that it points at does not, 
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from satform.common.spec import Positive
-from satform.evaluation.equipment import OfFilter, largest_or_rms
+from satform.evaluation.equipment import LargestOrRms, OfFilter
 from satform.evaluation.event_reducers import SettlingOf
 from satform.evaluation.reducers import ExtremeOf, LargestChange
 from satform.evaluation.tracking import LargestOfSteps
@@ -23,44 +23,42 @@ from satform.scenario.parts import SatelliteSpec
 from satform.scenario.windowed_expectation import AtTime, Event, OfSatellites, OverWindow
 
 
-class PointingError(LargestOfSteps):
+class _LargestOfPointing(LargestOfSteps):
+    """Largest value of a quantity of each step that depends on where the satellite points."""
+
+    of_equipment = "attitude"
+    quantity_name: ClassVar[str]
+    """Of the record."""
+
+    def reducer(self, flight: FlightShape) -> Reducer:
+        return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), self.quantity_name)
+
+
+class PointingError(_LargestOfPointing):
     """Largest angle between a satellite's boresight and its target, in rad."""
 
     unit = "rad"
-    of_equipment = "attitude"
     figure_name = "largest pointing error"
+    quantity_name = "pointing_error"
     kind: Literal["pointing_error"] = "pointing_error"
 
-    def reducer(self, flight: FlightShape) -> Reducer:
-        return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), "pointing_error")
 
-
-class PanelToSun(LargestOfSteps):
+class PanelToSun(_LargestOfPointing):
     """Largest cosine of the angle between panel axis and sun; zero when panels face the sun."""
 
-    of_equipment = "attitude"
     figure_name = "largest cosine of panel axis to sun"
+    quantity_name = "panel_to_sun"
     kind: Literal["panel_to_sun"] = "panel_to_sun"
 
-    def reducer(self, flight: FlightShape) -> Reducer:
-        return ExtremeOf(self.stretch(flight, flight.steps, of_others=True), "panel_to_sun")
 
-
-class AttitudeEstimationError(LargestOfSteps):
+class AttitudeEstimationError(LargestOrRms):
     """Angle between a satellite's estimated and its true attitude, in rad."""
 
     unit = "rad"
     of_equipment = "attitude_filter"
     figure_name = "{0.statistic} attitude estimation error"
+    quantity_name = "attitude_estimation_error"
     kind: Literal["attitude_estimation_error"] = "attitude_estimation_error"
-    statistic: Literal["maximum", "rms"] = "maximum"
-    """Largest over the stretch, or root of the mean square."""
-
-    def holds_in_part(self) -> bool:
-        return self.statistic == "maximum" and super().holds_in_part()
-
-    def reducer(self, flight: FlightShape) -> Reducer:
-        return largest_or_rms(self.stretch(flight, flight.steps), "attitude_estimation_error", self.statistic)
 
 
 class AttitudeErrorSquared(OfFilter):

@@ -122,13 +122,11 @@ class NavigationError(OverWindow):
         return largest_or_rms(self.stretch(flight, flight.states), "navigation_error", self.statistic)
 
 
-class EstimationError(LargestOfSteps):
-    """Distance between a satellite's estimated and its true position, in m."""
+class LargestOrRms(LargestOfSteps):
+    """Largest value of a quantity of each step, or root of the mean square."""
 
-    unit = "m"
-    of_equipment = "motion_sensor"
-    figure_name = "{0.statistic} estimation error"
-    kind: Literal["estimation_error"] = "estimation_error"
+    quantity_name: ClassVar[str]
+    """Of the record."""
     statistic: Literal["maximum", "rms"] = "maximum"
     """Largest over the stretch, or root of the mean square."""
 
@@ -136,7 +134,17 @@ class EstimationError(LargestOfSteps):
         return self.statistic == "maximum" and super().holds_in_part()
 
     def reducer(self, flight: FlightShape) -> Reducer:
-        return largest_or_rms(self.stretch(flight, flight.steps), "estimation_error", self.statistic)
+        return largest_or_rms(self.stretch(flight, flight.steps), self.quantity_name, self.statistic)
+
+
+class EstimationError(LargestOrRms):
+    """Distance between a satellite's estimated and its true position, in m."""
+
+    unit = "m"
+    of_equipment = "motion_sensor"
+    figure_name = "{0.statistic} estimation error"
+    quantity_name = "estimation_error"
+    kind: Literal["estimation_error"] = "estimation_error"
 
 
 class OfFilter(LargestOfSteps):

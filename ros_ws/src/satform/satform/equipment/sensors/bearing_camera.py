@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from satform.common.angle_text import OR_DEGREES
-from satform.equipment.sensors.protocol import Scene, SensorChannel
+from satform.equipment.sensors.protocol import PairModel, Scene, SensorChannel
 from satform.equipment.sensors.sensor_spec import DirectedSensorSpec, NoisyChannel, SmallAngle
 from satform.equipment.sensors.visibility import Contrast, Sight
 from satform.numeric.elementwise import Array, arctan2, joined
@@ -29,21 +29,12 @@ Angle = Annotated[float, Field(ge=-math.pi, le=math.pi), OR_DEGREES]
 
 
 @dataclass(frozen=True)
-class BearingModel:
+class BearingModel(PairModel):
     """Azimuth and elevation of the direction from one satellite to another, in LVLH axes.
 
-    Attributes:
-        name: for people.
-        observer: index of the satellite that carries the camera.
-        target: index of the other satellite.
-        variance: of the direction across the line of sight, towards larger azimuth and towards larger
-            elevation, rad^2, shape (2,).
+    The variance is that of the direction across the line of sight, towards larger azimuth and towards larger
+    elevation, rad^2.
     """
-
-    name: str
-    observer: int
-    target: int
-    variance: Array
 
     @property
     def width(self) -> int:

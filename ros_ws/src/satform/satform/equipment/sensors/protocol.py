@@ -78,6 +78,23 @@ class MeasurementModel(Protocol):
         """Measured less predicted, angles wrapped into [-pi, pi], shape (..., m)."""
 
 
+@dataclass(frozen=True)
+class PairModel:
+    """What models of measurements between two satellites have in common.
+
+    Attributes:
+        name: for people.
+        observer: index of the satellite that carries the sensor.
+        target: index of the other satellite.
+        variance: of each number of a reading, shape (m,).
+    """
+
+    name: str
+    observer: int
+    target: int
+    variance: Array
+
+
 @runtime_checkable
 class VaryingVariance(Protocol):
     """A measurement model whose noise depends on the reading."""

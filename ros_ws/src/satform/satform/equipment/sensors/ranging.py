@@ -15,7 +15,7 @@ from pydantic import model_validator
 
 from satform.common.physical_constants import SPEED_OF_LIGHT
 from satform.common.spec import Number, Positive, Vector
-from satform.equipment.sensors.protocol import Scene, SensorChannel
+from satform.equipment.sensors.protocol import PairModel, Scene, SensorChannel
 from satform.equipment.sensors.sensor_spec import DirectedSensorSpec, FullAngle, NoisyChannel
 from satform.equipment.sensors.visibility import Cone, Sight
 from satform.numeric.directions import require_direction, unit
@@ -29,20 +29,11 @@ _SHORTEST = 1e-3
 
 
 @dataclass(frozen=True)
-class RangingModel:
+class RangingModel(PairModel):
     """Distance between two satellites, and its rate if that is measured, at the time of the reading.
 
-    Attributes:
-        name: for people.
-        observer: index of the satellite that carries the sensor.
-        target: index of the other satellite.
-        variance: of range (m^2) and range rate (m^2/s^2), shape (1,) or (2,).
+    The variance is that of the range, m^2, and of the range rate, m^2/s^2.
     """
-
-    name: str
-    observer: int
-    target: int
-    variance: Array
 
     @property
     def width(self) -> int:
