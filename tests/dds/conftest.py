@@ -28,6 +28,34 @@ def domain() -> Iterator[int]:
         yield number
 
 
+@pytest.fixture(scope="session")
+def in_c(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Command of the satellite in C, a package that colcon builds as the page of the examples says."""
+    workspace = tmp_path_factory.mktemp("workspace")
+    examples = Path(__file__).parents[2] / "docs" / "external_satellites"
+    settings = [
+        "-G",
+        "Ninja",
+        f"-DCMAKE_PROJECT_INCLUDE={examples / 'wheels.cmake'}",
+        "-DCMAKE_C_FLAGS=-Werror",
+    ]
+    done = subprocess.run(
+        ["colcon", "build", "--base-paths", str(examples / "c"), "--cmake-args", *settings],
+        cwd=workspace,
+        # The user's own defaults for colcon are for their own workspaces.
+        env=os.environ | {"COLCON_HOME": str(workspace)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        # Against a hang only.
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    package = "foreign_satellite_c"
+    return [str(workspace / "install" / package / "lib" / package / "foreign_satellite")]
+
+
 @pytest.fixture
 def observer() -> Iterator[Node]:
     """A node that looks on."""

@@ -3,8 +3,11 @@
 """Conformance with the interface: own nodes and examples keep all rules, a faulty program breaks its own."""
 
 import json
+import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -15,21 +18,14 @@ from satform_tools.conformance.rules import RULES
 pytestmark = pytest.mark.unmeasured
 
 ROOT = Path(__file__).parents[2]
-FOREIGN = f"{sys.executable} {ROOT}/docs/external_satellites/python/foreign_satellite.py"
+EXAMPLES = ROOT / "docs" / "external_satellites"
 NODE = f"{get_package_prefix('satform_nodes')}/lib/satform_nodes/satellite_node"
 
+AT_ONCE = 6
+"""Programs that are tested at the same time, in domains of their own: they wait most of the time."""
 
-def outcomes(node: str, *options: str) -> tuple[int, dict[str, dict[str, object]]]:
-    """Exit code and outcome of each rule."""
-    done = subprocess.run(
-        [sys.executable, "-m", "satform_tools", "conformance", node, "--json", *options],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode in (0, 1), done.stdout + done.stderr
-    return done.returncode, json.loads(done.stdout)
+Outcome = tuple[int, dict[str, dict[str, object]]]
+"""Exit code, and outcome of each rule."""
 
 
 def own_node(name: str) -> str:
@@ -37,31 +33,12 @@ def own_node(name: str) -> str:
     return f"{NODE} --ros-args -r __node:={name} {parameters}"
 
 
-@pytest.mark.parametrize(("scenario", "name"), [("triangle", "sat2"), ("ring_six", "sat1")])
-def test_own_node_keeps_all_rules(scenario: str, name: str) -> None:
-    code, found = outcomes(f"/{name}", "--scenario", scenario, "--command", own_node(name))
-    assert {rule: each["found"] for rule, each in found.items() if each["found"]} == {}
-    untried = {rule for rule, each in found.items() if each["outcome"] == "not tried"}
-    # Of the complete graph no edge is missing that could be a new one.
-    assert untried == ({"F3"} if scenario == "triangle" else set())
-    assert code == 0
-
-
-def test_example_in_python_keeps_all_rules() -> None:
-    code, found = outcomes("/sat2", "--command", FOREIGN)
-    assert {rule: each["found"] for rule, each in found.items() if each["found"]} == {}
-    assert code == 0
-
-
-def test_example_that_knows_no_scenario_keeps_all_rules_with_new_edges() -> None:
-    program = ROOT / "docs" / "external_satellites" / "hold" / "hold_position.py"
-    command = f"{sys.executable} {program} sat1"
-    code, found = outcomes("/sat1", "--scenario", "ring_six", "--command", command)
-    assert {rule: each for rule, each in found.items() if each["outcome"] != "kept"} == {}
-    assert code == 0
+def in_python(program: Path, *arguments: str) -> str:
+    return " ".join([sys.executable, str(program), *arguments])
 
 
 FAULTS = {
+    "Endless": "X1",
     "NotMatched": "R2",
     "OtherInterface": "V1",
     "NoFirstPhase": "S1",
@@ -74,15 +51,72 @@ FAULTS = {
     "AnyVersion": "F1",
     "Faithful": "F2",
     "Undying": "L1",
-    "Endless": "X1",
 }
 
+PROGRAMS = {
+    "own node": ("/sat2", "triangle", own_node("sat2")),
+    "own node with a sparse graph": ("/sat1", "ring_six", own_node("sat1")),
+    "example in Python": ("/sat2", "triangle", in_python(EXAMPLES / "python" / "foreign_satellite.py")),
+    "example in C": ("/sat2", "triangle", ""),
+    "example that knows no scenario": (
+        "/sat1",
+        "ring_six",
+        in_python(EXAMPLES / "hold" / "hold_position.py", "sat1"),
+    ),
+    **{
+        fault: ("/sat2", "triangle", in_python(Path(__file__).with_name("faulty_satellite.py"), fault))
+        for fault in FAULTS
+    },
+}
+"""Of each program the node, the scenario and the command."""
 
-@pytest.mark.parametrize("fault", sorted(FAULTS))
-def test_faulty_program_breaks_its_rule_and_no_other(fault: str) -> None:
-    program = f"{sys.executable} {Path(__file__).with_name('faulty_satellite.py')} {fault}"
-    code, found = outcomes("/sat2", "--command", program)
-    assert [rule for rule, each in found.items() if each["outcome"] == "broken"] == [FAULTS[fault]]
+
+def put_to_test(node: str, scenario: str, command: str) -> Outcome:
+    """Test one program by the command line."""
+    options = ["--scenario", scenario, "--command", command, "--json"]
+    done = subprocess.run(
+        [sys.executable, "-m", "satform_tools", "conformance", node, *options],
+        env={name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode in (0, 1), done.stdout + done.stderr
+    return done.returncode, json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def outcome(request: pytest.FixtureRequest) -> Iterator[Callable[[str], Outcome]]:
+    """Outcome of a program; all programs of the selected tests are tested side by side."""
+    items = [item for item in request.session.items if item.fspath == request.fspath]
+    wanted = [item.callspec.params["program"] for item in items if hasattr(item, "callspec")]
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        # The example in C is built while the others are tested.
+        programs = sorted(dict.fromkeys(wanted), key="example in C".__eq__)
+        running = {}
+        for program in programs:
+            node, scenario, command = PROGRAMS[program]
+            if program == "example in C":
+                command = " ".join(request.getfixturevalue("in_c"))
+            running[program] = pool.submit(put_to_test, node, scenario, command)
+        yield lambda program: running[program].result()
+
+
+@pytest.mark.parametrize("program", [name for name in PROGRAMS if name not in FAULTS])
+def test_program_keeps_all_rules(program: str, outcome: Callable[[str], Outcome]) -> None:
+    code, found = outcome(program)
+    assert {rule: each["found"] for rule, each in found.items() if each["found"]} == {}
+    untried = {rule for rule, each in found.items() if each["outcome"] == "not tried"}
+    # Of the complete graph no edge is missing that could be a new one.
+    assert untried == ({"F3"} if PROGRAMS[program][1] == "triangle" else set())
+    assert code == 0
+
+
+@pytest.mark.parametrize("program", FAULTS)
+def test_faulty_program_breaks_its_rule_and_no_other(program: str, outcome: Callable[[str], Outcome]) -> None:
+    code, found = outcome(program)
+    assert [rule for rule, each in found.items() if each["outcome"] == "broken"] == [FAULTS[program]]
     assert code == 1
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ament_index_python.packages import get_package_prefix
 
 from flights import shortened
 from satform.bag.reader import read_bag
@@ -27,26 +26,6 @@ FOREIGN = [sys.executable, str(EXAMPLES / "python" / "foreign_satellite.py")]
 FAULTY = [sys.executable, str(Path(__file__).with_name("faulty_satellite.py"))]
 EXTERNAL = ("--set", "satellites[sat2].external=true")
 DURATION = 50.0
-
-
-@pytest.fixture(scope="module")
-def in_c(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """The example in C, built by CMake as its page says."""
-    build = tmp_path_factory.mktemp("build")
-    prefix = get_package_prefix("satform_msgs")
-    settings = [
-        f"-DCMAKE_PREFIX_PATH={prefix}",
-        f"-DCMAKE_PROJECT_INCLUDE={EXAMPLES / 'wheels.cmake'}",
-        "-DCMAKE_C_FLAGS=-Werror",
-    ]
-    commands = (
-        ["cmake", "-G", "Ninja", "-S", str(EXAMPLES / "c"), "-B", str(build), *settings],
-        ["cmake", "--build", str(build)],
-    )
-    for command in commands:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-        assert done.returncode == 0, done.stdout + done.stderr
-    return [str(build / "foreign_satellite")]
 
 
 @pytest.fixture

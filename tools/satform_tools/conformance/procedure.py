@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The flight in which the rules are tried: start, steps, lost and late messages, changes, own loss, end."""
 
-import math
+import time
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from satform_msgs.msg import FormationStatus
@@ -13,6 +14,12 @@ from satform.communication.topic_table import INTERFACE_VERSION
 from satform.consensus.graph import Graph
 from satform.membership.formation import SatelliteLost, SatelliteRejoined, TopologyChanged
 from satform_tools.conformance.formation import TestedFormation
+from satform_tools.conformance.message_values import (
+    announced_by_command,
+    announced_values,
+    are_valid,
+    numbers_of,
+)
 from satform_tools.conformance.rules import Findings
 
 STEPS = 40
@@ -22,7 +29,10 @@ _ANSWER = 10.0
 """Wall-clock time within which a node answers, s."""
 
 _QUIET = 0.5
-"""Wall-clock time for which a node must not answer, s."""
+"""Wall-clock time for which a node must not answer, s; less when it shows that it has taken all messages."""
+
+_SHORTEST_QUIET = 0.1
+"""The least of it, s."""
 
 _STANDSTILL = 2.5
 """Wall-clock time for which a step does not go on, s; the plant repeats its status at least once a second."""
@@ -146,7 +156,7 @@ class Procedure:
         formation = self._formation
         for _ in range(3):
             formation.neighbour_messages(formation.plant.step, self._senders)
-            self._quiet("S2", "without its state", 0.2 * _QUIET)
+            self._quiet("S2", "without its state")
             formation.states()
             self._answer()
 
@@ -157,7 +167,7 @@ class Procedure:
         self._answer(advance=False)
         for _ in range(3):
             formation.repeat_state()
-            formation.spin(0.5 * _QUIET)
+        self._give_time(_QUIET)
         step = formation.plant.step
         own = [command for command in formation.commands if command.step == step]
         # As text, in which a number that is none equals itself.
@@ -172,19 +182,24 @@ class Procedure:
         formation, require = self._formation, self._findings.require
         step = formation.plant.step
         before = len(formation.commands), len(formation.announcements)
+
+        def repeated() -> tuple[bool, bool]:
+            again = formation.commands[before[0] :], formation.announcements[before[1] :]
+            return any(each.step == step - 1 for each in again[0]), any(
+                each.step == step for each in again[1]
+            )
+
         if self._senders:
             formation.neighbour_messages(step, self._senders[1:])
             formation.states()
         else:
             formation.neighbour_messages(step, self._senders)
-        self._stand_still(step)
-        again = formation.commands[before[0] :], formation.announcements[before[1] :]
+        self._stand_still(step, lambda: all(repeated()))
         # A node that has not waited has other last messages.
         if not self._has_answered():
-            repeated = any(command.step == step - 1 for command in again[0])
+            command, phase = repeated()
             seconds = f"within {_STANDSTILL:g} s in which step {step} did not go on"
-            require("S8", repeated, f"the command of step {step - 1} was not repeated {seconds}")
-            phase = any(message.step == step for message in again[1])
+            require("S8", command, f"the command of step {step - 1} was not repeated {seconds}")
             require("S8", phase, f"the phase for step {step} was not repeated {seconds}")
         if self._senders:
             formation.neighbour_messages(step, self._senders[:1])
@@ -200,10 +215,11 @@ class Procedure:
         formation.states()
         self._answer("S9")
 
-    def _stand_still(self, step: int) -> None:
+    def _stand_still(self, step: int, until: Callable[[], bool] = lambda: False) -> None:
         for _ in range(round(_STANDSTILL / _REPETITION)):
             self._formation.repeat_status()
-            self._formation.spin(_REPETITION)
+            if self._formation.spin(_REPETITION, until):
+                break
         self._require_none("S2", "while a message of the step was missing", step)
 
     def _edges(self) -> None:
@@ -285,10 +301,10 @@ class Procedure:
         formation.ready.clear()
         formation.change([SatelliteLost(own, f"{formation.name} is lost")], formation.commands[-1:])
         formation.announce_change()
-        formation.spin(_QUIET)
+        formation.spin(_QUIET, self._has_left)
         formation.neighbour_messages(step, self._senders)
         formation.states()
-        formation.spin(2.0 * _QUIET)
+        formation.spin(2.0 * _QUIET, self._has_left)
         self._require_none("L1", "though it is lost", step)
         code = self._program.exit_code(0.0 if formation.ready else _END)
         if not formation.ready:
@@ -310,8 +326,10 @@ class Procedure:
         for _ in range(3):
             formation.neighbour_messages(formation.plant.step, self._senders)
             formation.states()
-            self._quiet("L3", "before the step of its return")
             formation.advance()
+        self._give_time(_QUIET)
+        for command in formation.commands:
+            require("L3", False, f"a command for step {command.step} before the step of its return")
         while formation.plant.step < STEPS - 3:
             formation.advance()
         formation.change([SatelliteRejoined(own, None)])
@@ -378,12 +396,11 @@ class Procedure:
         for message, what in ((command, "command"), (announced, "phase")):
             frame = message.header.frame_id
             require("S4", frame == "lvlh", f"the frame_id of the {what} is {frame!r}")
-        values = [*_numbers(command), *_numbers(announced)]
-        sound = all(math.isfinite(value) and abs(value) <= LARGEST for value in values)
+        sound = are_valid([*numbers_of(command), *numbers_of(announced)])
         require("S5", sound, f"a number at step {step} is not finite, or beyond 1e15")
-        copy = _copied(command), _announced(announced)
         if sound:
-            require("S6", copy[0] == copy[1], f"announced_* at step {step} are not those of the next phase")
+            same = announced_by_command(command) == announced_values(announced)
+            require("S6", same, f"announced_* at step {step} are not those of the next phase")
         stamp = announced.header.stamp
         require("S6", command.announced_at == stamp, f"announced_at at step {step} is not the next stamp")
 
@@ -395,41 +412,36 @@ class Procedure:
         )
         self._findings.require(rule, came, sentence)
 
-    def _quiet(self, rule: str, why: str, seconds: float = _QUIET) -> None:
-        self._formation.spin(seconds)
+    def _quiet(self, rule: str, why: str) -> None:
+        """Look that the node does not answer, though it had the time to."""
+        self._give_time(_QUIET)
         self._require_none(rule, why, self._formation.plant.step)
+
+    def _give_time(self, seconds: float) -> None:
+        """Give the node time to take what was published, a wall-clock time in s at most.
+
+        It has taken it when two statuses, repeated one after the other, have each been answered by the last
+        command (rule S8).
+        """
+        formation = self._formation
+        end = time.monotonic() + seconds
+        formation.spin(_SHORTEST_QUIET)
+        for _ in range(2):
+            self._repeat_status(end - time.monotonic())
+
+    def _repeat_status(self, seconds: float) -> None:
+        """Repeat the status, and wait until it has been answered, a wall-clock time in s at most."""
+        received = self._formation.commands or self._formation.announcements
+        before = len(received)
+        self._formation.repeat_status()
+        self._formation.spin(seconds, lambda: len(received) > before)
+
+    def _has_left(self) -> bool:
+        """Whether the node that is lost has ended, or is ready to rejoin."""
+        return bool(self._formation.ready) or self._program.exit_code(0.0) is not None
 
     def _require_none(self, rule: str, why: str, step: int) -> None:
         # A node that waits for nobody breaks one rule, not all that say for whom it is to wait.
         rule = "S2" if rule in ("F2", "F3") and "S2" in self._findings.broken else rule
         none = not any(command.step == step for command in self._formation.commands)
         self._findings.require(rule, none, f"a command for step {step} {why}")
-
-
-def _numbers(message: Any) -> list[float]:
-    """All numbers of a message beside its header, its step and the value of a violation."""
-    found: list[float] = []
-    for name in message.get_fields_and_field_types():
-        value = getattr(message, name)
-        if isinstance(value, float) and name != "violating_value":
-            found.append(value)
-        elif hasattr(value, "x"):
-            found += [value.x, value.y, value.z]
-    return found
-
-
-def _copied(command: Any) -> list[float]:
-    position, velocity = command.announced_position, command.announced_velocity
-    phase = [command.announced_arc_length, command.announced_rate]
-    return [*phase, *_vector(position), *_vector(velocity)]
-
-
-def _announced(message: Any) -> list[float]:
-    """The same numbers of a phase or a motion."""
-    if hasattr(message, "arc_length"):
-        return [message.arc_length, message.rate, *[0.0] * 6]
-    return [0.0, 0.0, *_vector(message.position), *_vector(message.velocity)]
-
-
-def _vector(values: Any) -> list[float]:
-    return [values.x, values.y, values.z]
