@@ -152,6 +152,40 @@ def test_process_covariance_about_a_circle_is_that_of_the_circular_model() -> No
         np.testing.assert_allclose(getattr(changing, name), expected, rtol=1e-7, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "most"), [("cw", 1e-9), ("yamanaka_ankersen", 1e-6), ("j2_elements", 2e-3)]
+)
+def test_the_model_over_many_periods_is_that_of_each_of_them_one_after_another(
+    name: str, most: float
+) -> None:
+    # Over each period the response of j2_elements is that of its Kepler motion, over many of them its own.
+    first, count = 37, 235  # a revolution
+    model = process_model(name, MEAN_MOTION, STEP, np.array([1e-6, 2e-6, 5e-7]), CHIEF)
+    transition, response, process = np.eye(6), np.zeros((6, 3)), np.zeros((6, 6))
+    for number in range(first, first + count):
+        each = model.over(number)
+        transition, response = each.transition @ transition, each.transition @ response + each.response
+        process = each.transition @ process @ each.transition.T + each.process
+    found = model.across(first, count)
+    spread = np.sqrt(np.diag(process))
+    error = (found.process - process) / spread[:, None] / spread
+    assert np.abs(error).max() < most
+    for matrix, expected in ((found.transition, transition), (found.response, response)):
+        for rows in (slice(0, 3), slice(3, 6)):
+            for columns in (slice(0, 3), slice(3, expected.shape[1])):
+                if expected[rows, columns].size:
+                    scale = np.abs(expected[rows, columns]).max()
+                    assert np.abs(matrix[rows, columns] - expected[rows, columns]).max() < most * scale
+    one = model.across(first, 1)
+    assert all(np.array_equal(getattr(one, part), getattr(model.over(first), part)) for part in vars(one))
+
+
+@pytest.mark.parametrize("name", ["cw", "yamanaka_ankersen", "j2_elements"])
+def test_a_gap_of_a_million_periods_is_one_prediction(name: str) -> None:
+    model = process_model(name, MEAN_MOTION, 0.01, np.array([1e-6, 2e-6, 5e-7]), CHIEF)
+    assert np.linalg.eigvalsh(model.across(100, 1_000_000).process).min() > 0.0
+
+
 def test_filters_flown_as_one_have_the_bits_of_each_alone() -> None:
     generator = np.random.default_rng(3)
     alone = [

@@ -95,10 +95,24 @@ def impulse_responses(
         Effect on the state at the end, shape (..., 3, 6, 3), and weights of the points, s, shape (..., 3).
     """
     first, last = np.broadcast_arrays(np.asarray(start, float), np.asarray(end, float))
-    half = 0.5 * (last - first)[..., None]
-    points = first[..., None] - origin + half * (1.0 + _ABSCISSAE)
+    points, weights = quadrature_points(first, last, origin)
     ends = np.broadcast_to((last - origin)[..., None], points.shape)
-    return model.transition(points, ends)[..., 3:], half * _WEIGHTS
+    return model.transition(points, ends)[..., 3:], weights
+
+
+def quadrature_points(start: Array, end: Array, origin: float = 0.0) -> tuple[Array, Array]:
+    """Points and weights of three-point Gauss-Legendre quadrature between times.
+
+    Args:
+        start: since time zero, s, shape (...).
+        end: likewise.
+        origin: from which the points are counted, s.
+
+    Returns:
+        Times and weights, s, shape (..., 3).
+    """
+    half = 0.5 * (end - start)[..., None]
+    return start[..., None] - origin + half * (1.0 + _ABSCISSAE), half * _WEIGHTS
 
 
 def input_matrix(model: RelativeMotionModel, start: float | Array, end: float | Array) -> Array:

@@ -3,6 +3,7 @@
 """A linear model of relative motion over the control periods of a flight, whose matrices change with time."""
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,6 +15,7 @@ from satform.dynamics.relative_motion_models import (
     RelativeMotionModel,
     held_response,
     impulse_responses,
+    quadrature_points,
     relative_motion_model,
 )
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
@@ -28,16 +30,21 @@ The bits of a matrix so do not depend on who asks for it, nor on which steps wer
 """
 
 
+_PANELS = 16
+"""Stretches with three quadrature points each, for several control periods in a row: per revolution about a
+circle, and about an ellipse by the angular velocity at perigee."""
+
+
 @dataclass(frozen=True)
 class StepMatrices:
-    """Matrices over one control period; not to be changed, as others are given them too.
+    """Matrices over one control period or several; not to be changed, as others are given them too.
 
     Attributes:
         transition: of the state (position in m, velocity in m/s), LVLH, shape (6, 6).
         response: to an acceleration held over the period, shape (6, 3).
         impulses: effect at the end of the period of a unit velocity change at each quadrature point of it,
-            shape (3, 6, 3).
-        weights: of these points, s, shape (3,).
+            shape (P, 6, 3); P is 3 for one control period.
+        weights: of these points, s, shape (P,).
     """
 
     transition: Array
@@ -68,6 +75,24 @@ class StepwiseModel:
         """
         block, row = divmod(number, _BLOCK)
         return _block(self, block)[row]
+
+    def across(self, first: int, count: int) -> StepMatrices:
+        """Matrices over several control periods in a row; the work is bounded by the revolutions in them.
+
+        Args:
+            first: number of the step at which the first of them begins.
+            count: how many, at least 1.
+        """
+        motion, begin, end = _motion(self), self.step * first, self.step * (first + count)
+        eccentricity = self.chief.eccentricity
+        perigee_rate = self.chief.mean_motion * (1.0 + eccentricity) ** 2 / (1.0 - eccentricity**2) ** 1.5
+        panels = min(count, math.ceil(_PANELS * (end - begin) * perigee_rate / (2.0 * math.pi)))
+        edges = begin + (end - begin) / panels * np.arange(panels + 1, dtype=np.float64)
+        points, weights = quadrature_points(edges[:-1], edges[1:])
+        impulses = motion.transition(points.ravel(), np.full(points.size, end))[..., 3:]
+        weights = weights.ravel()
+        response = np.add.reduce(weights[:, None, None] * impulses, axis=0)
+        return StepMatrices(motion.transition(begin, end), response, impulses, weights)
 
 
 def stepwise_model(name: ModelName, chief: KeplerianChief | None, step: float) -> StepwiseModel | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from satform.equipment.sensors.protocol import MeasurementModel, assumed_variance
-from satform.navigation.kalman_filter import ProcessModel
+from satform.navigation.kalman_filter import ProcessModel, ProcessStep
 from satform.numeric.elementwise import Array
 
 SIZE = 6
@@ -17,7 +17,7 @@ SIZE = 6
 
 @dataclass(frozen=True)
 class JointStep:
-    """Model of a joint state over one control period.
+    """Model of a joint state over one control period, or over several in a row.
 
     Attributes:
         transition: of the state, shape (D, D).
@@ -52,10 +52,28 @@ class JointModel:
             acceleration: of each satellite over the period, m/s^2, shape (M, 3).
             known: whether that is the acceleration of each satellite; else it is not used.
         """
+        return self._joined(self.commanded.over(number), self.unknown.over(number), acceleration, known)
+
+    def across(self, first: int, count: int, acceleration: Array, known: Sequence[bool]) -> JointStep:
+        """The model over several control periods in a row.
+
+        Args:
+            first: number of the step at which the first of them begins.
+            count: how many, at least 1.
+            acceleration: of each satellite, held over all of them, m/s^2, shape (M, 3).
+            known: whether that is the acceleration of each satellite; else it is not used.
+        """
+        commanded, unknown = (model.across(first, count) for model in (self.commanded, self.unknown))
+        return self._joined(commanded, unknown, acceleration, known)
+
+    def _joined(
+        self, commanded: ProcessStep, unknown: ProcessStep, acceleration: Array, known: Sequence[bool]
+    ) -> JointStep:
+        """The models of all satellites over the same time side by side."""
         size = SIZE * self.count
         transition, process, increment = np.zeros((size, size)), np.zeros((size, size)), np.zeros(size)
         for row, is_known in enumerate(known):
-            own = (self.commanded if is_known else self.unknown).over(number)
+            own = commanded if is_known else unknown
             block = slice(SIZE * row, SIZE * (row + 1))
             transition[block, block], process[block, block] = own.transition, own.process
             if is_known:

@@ -35,7 +35,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class ProcessStep:
-    """A filter's model of the motion over one control period.
+    """A filter's model of the motion over one control period, or over several in a row.
 
     Attributes:
         transition: of position (m) and velocity (m/s), LVLH, shape (..., 6, 6).
@@ -54,6 +54,14 @@ class ProcessModel(Protocol):
     def over(self, number: int) -> ProcessStep:
         """The model from the step of this number, 0 at the start of the flight, to the next one."""
 
+    def across(self, first: int, count: int) -> ProcessStep:
+        """The model over several control periods in a row, with work that does not grow with their number.
+
+        Args:
+            first: number of the step at which the first of them begins.
+            count: how many, at least 1.
+        """
+
 
 @dataclass(frozen=True)
 class SteadyProcess:
@@ -68,6 +76,18 @@ class SteadyProcess:
     def over(self, number: int) -> ProcessStep:
         """The same for every step."""
         return self.each
+
+    def across(self, first: int, count: int) -> ProcessStep:
+        """As of every model: by doubling, one, two, four periods and so on."""
+        found, power, rest = None, self.each, count
+        while rest:
+            if rest % 2:
+                found = power if found is None else _in_a_row(found, power)
+            rest //= 2
+            if rest:
+                power = _in_a_row(power, power)
+        assert found is not None  # noqa: S101 - there is one period at least
+        return found
 
 
 @dataclass(frozen=True)
@@ -91,6 +111,29 @@ class ChangingProcess:
                 outer = weight * (impulse[:, axis, None] * impulse[None, :, axis])
                 process = process + outer * self.density[..., axis, None, None]
         return ProcessStep(step.transition, step.response, process)
+
+    def across(self, first: int, count: int) -> ProcessStep:
+        """As of every model; the work grows with the revolutions of the chief."""
+        if count == 1:
+            return self.over(first)
+        gap = self.motion.across(first, count)
+        process: Array = np.zeros((*self.density.shape[:-1], 6, 6))
+        for axis in range(3):
+            column = gap.impulses[:, :, axis]
+            outer = gap.weights[:, None, None] * (column[:, :, None] * column[:, None, :])
+            process = process + np.add.reduce(outer, axis=0) * self.density[..., axis, None, None]
+        return ProcessStep(gap.transition, gap.response, process)
+
+
+def _in_a_row(first: ProcessStep, second: ProcessStep) -> ProcessStep:
+    """A model over a stretch, and another one over the stretch after it, as one."""
+    transition = second.transition
+    half = product(transition, first.process)
+    return ProcessStep(
+        transition=product(transition, first.transition),
+        response=product(transition, first.response) + second.response,
+        process=symmetric(product(half, transposed(transition)) + second.process),
+    )
 
 
 @dataclass(frozen=True)

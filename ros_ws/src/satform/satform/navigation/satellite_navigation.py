@@ -8,7 +8,6 @@ late are worked in at the step at which they were taken: the memory holds the fi
 every reading has arrived, and goes from there to now.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -147,8 +146,8 @@ class SatelliteNavigation:
         rows, none = self.latency + 1, np.zeros(())
         width = sum(channel.width for channel in self.channels)
         present = self.filter.start(self.prior, self._draws(0))
-        for number, over in enumerate(self._unknown(1, step - 1), start=1):
-            present = self._predicted(present, number, over)
+        for over in self._unknown(0, step - 1):
+            present = self._predicted(present, step - 1, over)
         estimate = self.filter.estimate(present)
         return NavigationMemory(
             filter=present,
@@ -227,9 +226,11 @@ class SatelliteNavigation:
                     present = self._predicted(present, step, over)
                 present, _, _ = self._updated(present, step, memory.readings[row])
         last = memory.now + missed
-        for step in range(memory.now + 1, last + 1):
-            own = commanded if step == memory.now + 1 else applied
-            present = self._predicted(present, step, self._joint_step(step, own, nothing))
+        step = memory.now + 1
+        present = self._predicted(present, step, self._joint_step(step, commanded, nothing))
+        if missed > 1:
+            over = self.model.across(step, missed - 1, *self._of_own(applied))
+            present = self._predicted(present, last, over)
         estimate = self.filter.estimate(present)
         return replace(
             memory,
@@ -282,7 +283,7 @@ class SatelliteNavigation:
 
     def _joint_step(self, step: int, acceleration: Array, received: Array) -> JointStep:
         """The model from the step before to a step, with the accelerations that are known."""
-        applied, known = np.zeros((len(self.members), 3)), [False] * len(self.members)
+        applied, known = self._of_own(acceleration)
         for message in received:
             sender = int(message[0])
             if sender in self.members and int(message[1]) == step - 1:
@@ -290,6 +291,12 @@ class SatelliteNavigation:
                 applied[row], known[row] = message[-3:], True
         applied[self.own], known[self.own] = acceleration, bool(np.isfinite(acceleration).all())
         return self.model.over(step - 1, applied, known)
+
+    def _of_own(self, acceleration: Array) -> tuple[Array, list[bool]]:
+        """Accelerations of all satellites and whether they are known, when only the own one is."""
+        applied, known = np.zeros((len(self.members), 3)), [False] * len(self.members)
+        applied[self.own], known[self.own] = acceleration, bool(np.isfinite(acceleration).all())
+        return applied, known
 
     def _predicted(self, present: Any, step: int, over: JointStep) -> Any:
         return self.filter.predict(present, over.transition, over.increment, over.process, self._draws(step))
@@ -327,7 +334,7 @@ class SatelliteNavigation:
             if covariance[0] > 0.0 and made < step:
                 estimate = GaussianEstimate(mean, from_upper_triangle(covariance, size))
                 # The accelerations of a period that lies back were in messages that are not kept.
-                steps = [*self._unknown(made + 1, step - 1), over]
+                steps = [*self._unknown(made, step - 1), over]
                 found.append(NeighbourEstimate(sender, propagated(estimate, steps)))
         if not found or self.exchange is None:
             return present
@@ -335,11 +342,12 @@ class SatelliteNavigation:
         estimate = fused(self.exchange, self.filter.estimate(present), found, weights)
         return self.filter.replaced(present, estimate, self._draws(step))
 
-    def _unknown(self, first: int, last: int) -> Sequence[JointStep]:
-        """Models of the periods that end at the first to the last step, without known accelerations."""
-        nothing = np.zeros((len(self.members), 3))
-        unknown = [False] * len(self.members)
-        return [self.model.over(step - 1, nothing, unknown) for step in range(first, last + 1)]
+    def _unknown(self, first: int, last: int) -> list[JointStep]:
+        """The model from one step to a later one without known accelerations; none if it is not later."""
+        if last <= first:
+            return []
+        nothing, unknown = np.zeros((len(self.members), 3)), [False] * len(self.members)
+        return [self.model.across(first, last - first, nothing, unknown)]
 
 
 def message_width(size: int) -> int:
