@@ -152,9 +152,7 @@ def test_process_covariance_about_a_circle_is_that_of_the_circular_model() -> No
         np.testing.assert_allclose(getattr(changing, name), expected, rtol=1e-7, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "most"), [("cw", 1e-9), ("yamanaka_ankersen", 1e-6), ("j2_elements", 2e-3)]
-)
+@pytest.mark.parametrize(("name", "most"), [("cw", 1e-9), ("yamanaka_ankersen", 1e-6), ("j2_elements", 2e-3)])
 def test_the_model_over_many_periods_is_that_of_each_of_them_one_after_another(
     name: str, most: float
 ) -> None:

@@ -18,10 +18,12 @@ from satform_tools.check.filters import filter_warnings
 from satform_tools.check.integration import integration_warnings
 from satform_tools.check.linearisation import linearisation_warnings
 from satform_tools.check.link_directions import link_direction_warnings
+from satform_tools.check.neighbour_accelerations import neighbour_acceleration_warnings
 from satform_tools.check.observability import observability_warnings
 from satform_tools.check.pointing import pointing_warnings
 from satform_tools.check.predictive_plans import predictive_plan_warnings
 from satform_tools.check.sampling import sampling_warnings
+from satform_tools.check.sensors import sensor_warnings
 from satform_tools.check.start import start_warnings
 from satform_tools.check.thrust import thrust_warnings
 from satform_tools.check.times import time_warnings
@@ -40,6 +42,8 @@ SUBJECTS: tuple[Callable[[Scenario], list[str]], ...] = (
     thrust_warnings,
     predictive_plan_warnings,
     filter_warnings,
+    sensor_warnings,
+    neighbour_acceleration_warnings,
     observability_warnings,
     pointing_warnings,
     link_direction_warnings,

@@ -28,8 +28,7 @@ def observability_warnings(scenario: Scenario) -> list[str]:
     navigations = {index: plan.navigation for index, plan in enumerate(plans) if plan.navigation is not None}
     if not navigations:
         return []
-    last = scenario.timing.steps
-    steps = np.unique(np.linspace(0, last, _SAMPLES, endpoint=False).astype(np.int64)).tolist()
+    last, steps = scenario.timing.steps, planned_steps(scenario)
     flight = planned_flight(scenario, plans, next(iter(navigations.values())), steps)
     sights = {
         index: [sight(scenario, flight, channel, [*steps, last]) for channel in own.channels if channel.model]
@@ -41,6 +40,13 @@ def observability_warnings(scenario: Scenario) -> list[str]:
         for sentence in _of_graph(flight, navigations, asked, sights, graph):
             found.setdefault(sentence, when)
     return [f"navigation: {when}{sentence}" for sentence, when in found.items()]
+
+
+def planned_steps(scenario: Scenario) -> list[int]:
+    """Numbers of the steps at which a planned flight is looked at, ascending from 0."""
+    last = scenario.timing.steps
+    steps: list[int] = np.unique(np.linspace(0, last, _SAMPLES, endpoint=False).astype(np.int64)).tolist()
+    return steps
 
 
 def planned_flight(

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from satform.common.spec import Positive, Vector
+from satform.common.spec import Deviation, Positive, Vector
 from satform.equipment.sensors.protocol import Scene, SensorChannel
 from satform.equipment.sensors.sensor_spec import NoisyChannel, SensorSpec
 from satform.numeric.elementwise import Array, column, norm
@@ -42,7 +42,7 @@ class BeaconRangingSpec(SensorSpec):
     kind: Literal["beacon_ranging"] = "beacon_ranging"
     position: Vector
     """Position of the beacon, LVLH, m."""
-    noise: Positive = 0.1
+    noise: Deviation = 0.1
     """Standard deviation of the white noise on the distance, m."""
     maximum_range: Positive = 1e5
     """Distance beyond which the beacon is not received, m."""

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from satform.attitude.attitude_filter import AttitudeEstimate, AttitudeFilter
 from satform.common.angle_text import OR_DEGREES
-from satform.common.spec import NonNegative, Positive, Spec
+from satform.common.spec import LEAST_DEVIATION, Deviation, NonNegative, Positive, Spec
 from satform.equipment.sensors.gyro import GyroChannel
 from satform.equipment.sensors.protocol import SensorChannel
 from satform.equipment.sensors.star_tracker import StarTrackerChannel
@@ -23,14 +23,16 @@ class AttitudeFilterSpec(Spec):
     """Attitude by a multiplicative extended Kalman filter on the gyro and the star trackers of `sensors`."""
 
     kind: Literal["multiplicative_extended"] = "multiplicative_extended"
-    angle_random_walk: Positive | None = None
+    angle_random_walk: Deviation | None = None
     """Of the gyro, assumed by the filter, rad/s^(1/2); that of the gyro when left out."""
     rate_random_walk: NonNegative | None = None
     """Of the gyro's bias, assumed by the filter, rad/s^(3/2); that of the gyro when left out."""
-    initial_attitude_error: Annotated[float, Field(gt=0.0, le=math.pi), OR_DEGREES] = math.radians(1.0)
+    initial_attitude_error: Annotated[float, Field(ge=LEAST_DEVIATION, le=math.pi), OR_DEGREES] = (
+        math.radians(1.0)
+    )
     """Standard deviation of the first estimate about each axis, rad or text such as `1 deg`; the estimate is
     the true attitude turned by a seeded draw of it."""
-    initial_bias_error: Positive | None = None
+    initial_bias_error: Deviation | None = None
     """Standard deviation of the gyro's bias on each axis about its first estimate, which is zero, rad/s; when
     left out the gyro's `turn_on_bias` and `bias` together."""
     innovation_gate: Positive | None = 30.0
@@ -66,7 +68,7 @@ class AttitudeFilterSpec(Spec):
         angle = gyro.angle_random_walk if self.angle_random_walk is None else self.angle_random_walk
         bias = gyro.rate_random_walk if self.rate_random_walk is None else self.rate_random_walk
         variance = np.stack([channel.noise * channel.noise for _, channel in trackers])
-        if not (angle > 0.0 and variance.min() > 0.0):
+        if not (angle >= LEAST_DEVIATION and variance.min() > 0.0):
             raise ValueError(
                 "an attitude filter cannot assume a noise of zero: give the star_tracker a positive "
                 "cross_axis_noise and boresight_noise, and the gyro or the filter an angle_random_walk"

@@ -163,6 +163,14 @@ PerAxis = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
 PositivePerAxis = Annotated[tuple[Positive, Positive, Positive], BeforeValidator(_three)]
 NonNegativePerAxis = Annotated[tuple[NonNegative, NonNegative, NonNegative], BeforeValidator(_three)]
 
+LEAST_DEVIATION = 1e-12
+"""Least standard deviation that a filter assumes, SI units: squares of smaller ones are lost in rounding."""
+
+Deviation = Annotated[float, Field(ge=LEAST_DEVIATION, le=1e15)]
+DeviationPerAxis = Annotated[tuple[Deviation, Deviation, Deviation], BeforeValidator(_three)]
+Density = Annotated[float, Field(ge=1e-30, le=1e15)]
+DensityPerAxis = Annotated[tuple[Density, Density, Density], BeforeValidator(_three)]
+
 
 @functools.cache
 def installed_entry_points() -> Any:

@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from satform.common.spec import Positive, PositivePerAxis, Spec
+from satform.common.spec import DensityPerAxis, DeviationPerAxis, Positive, Spec
 from satform.dynamics.relative_motion_models import ModelName
 from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
 from satform.navigation.kalman_filter import Estimate, KalmanFilter, SteadyProcess, process_model
@@ -169,11 +169,11 @@ class FilterSpec(Spec):
     """Relative motion between measurements: cw about a circular chief, yamanaka_ankersen about an eccentric
     one, j2_elements also under the Earth's oblateness."""
 
-    acceleration_density: PositivePerAxis
+    acceleration_density: DensityPerAxis
     """Power spectral density of the unknown acceleration, taken to be white, LVLH [m^2/s^3]."""
-    position_noise: PositivePerAxis | None = None
+    position_noise: DeviationPerAxis | None = None
     """Standard deviation of measured position that the filter assumes [m]; the sensor's when left out."""
-    velocity_noise: PositivePerAxis | None = None
+    velocity_noise: DeviationPerAxis | None = None
     """Standard deviation of measured velocity that the filter assumes [m/s]; the sensor's when left
     out."""
 

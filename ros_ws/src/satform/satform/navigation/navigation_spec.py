@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from satform.common.spec import PositivePerAxis, Spec
+from satform.common.spec import DensityPerAxis, DeviationPerAxis, Spec
 from satform.dynamics.relative_motion_models import ModelName
 from satform.equipment.random_streams import PRIOR_STREAM
 from satform.equipment.sensors.protocol import SensorChannel
@@ -60,15 +60,15 @@ class NavigationFilterSpec(Spec):
     model: ModelName = "cw"
     """Relative motion between readings: cw about a circular chief, yamanaka_ankersen about an eccentric one,
     j2_elements also under the Earth's oblateness."""
-    acceleration_density: PositivePerAxis
+    acceleration_density: DensityPerAxis
     """Power spectral density of the unknown acceleration of a satellite whose command is known: the satellite
     itself, and with `exchange` those whose messages arrive; taken to be white, LVLH [m^2/s^3]."""
-    neighbour_acceleration_density: PositivePerAxis | None = None
+    neighbour_acceleration_density: DensityPerAxis | None = None
     """The same of satellites whose command is not known [m^2/s^3]; as `acceleration_density` when left
     out."""
-    initial_position_error: PositivePerAxis
+    initial_position_error: DeviationPerAxis
     """Standard deviation of each satellite's position as it is known at the start, LVLH [m]."""
-    initial_velocity_error: PositivePerAxis
+    initial_velocity_error: DeviationPerAxis
     """Standard deviation of each satellite's velocity as it is known at the start, LVLH [m/s]."""
     references: tuple[str, ...] = ()
     """Satellites whose motion at the start is known to a millimetre and a micrometre per second."""
@@ -131,6 +131,11 @@ class NavigationFilterSpec(Spec):
             f"references: there is no satellite {name}; there are {', '.join(setting.names)}"
             for name in self.references
             if name not in setting.names
+        ]
+        found += [
+            f"references: {name} is named twice"
+            for number, name in enumerate(self.references)
+            if name in self.references[:number]
         ]
         return found
 

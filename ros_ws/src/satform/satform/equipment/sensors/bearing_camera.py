@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from satform.common.angle_text import OR_DEGREES
+from satform.common.spec import LEAST_DEVIATION
 from satform.equipment.sensors.protocol import PairModel, Scene, SensorChannel
 from satform.equipment.sensors.sensor_spec import DirectedSensorSpec, NoisyChannel, SmallAngle
 from satform.equipment.sensors.visibility import Contrast, Sight
@@ -126,7 +127,7 @@ class BearingCameraSpec(DirectedSensorSpec):
     """
 
     kind: Literal["bearing_camera"] = "bearing_camera"
-    angle_noise: Annotated[float, Field(gt=0.0, le=1.0), OR_DEGREES] = 1e-4
+    angle_noise: Annotated[float, Field(ge=LEAST_DEVIATION, le=1.0), OR_DEGREES] = 1e-4
     """Standard deviation of the white noise on the direction, along each of two axes across the line of
     sight, rad or text such as `0.01 deg`; on the azimuth it is larger by 1/cos(elevation)."""
     azimuth_bias: Angle = 0.0

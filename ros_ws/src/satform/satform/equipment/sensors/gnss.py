@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from satform.common.spec import PerAxis, PositivePerAxis
+from satform.common.spec import DeviationPerAxis, PerAxis
 from satform.equipment.sensors.protocol import Scene, SensorChannel
 from satform.equipment.sensors.sensor_spec import NoisyChannel, SensorSpec, SightedSensorSpec, other_satellite
 from satform.equipment.sensors.visibility import Sight
@@ -75,9 +75,9 @@ class _Motion:
 class _ReceiverSpec(SensorSpec):
     """Errors of measured motion."""
 
-    position_noise: PositivePerAxis
+    position_noise: DeviationPerAxis
     """Standard deviation of the white noise on the position, LVLH, m."""
-    velocity_noise: PositivePerAxis | None = None
+    velocity_noise: DeviationPerAxis | None = None
     """Standard deviation of the white noise on the velocity, LVLH, m/s; no velocity is measured when left
     out."""
     position_bias: PerAxis = (0.0, 0.0, 0.0)
@@ -107,7 +107,7 @@ class GnssSpec(_ReceiverSpec):
     """A GNSS receiver: own position and velocity relative to the chief, whose orbit is taken as known."""
 
     kind: Literal["gnss"] = "gnss"
-    position_noise: PositivePerAxis = (7.0, 7.0, 7.0)
+    position_noise: DeviationPerAxis = (7.0, 7.0, 7.0)
     """Standard deviation of the white noise on the position, LVLH, m."""
 
     def build(self, names: Sequence[str], observer: int, step: float) -> list[SensorChannel]:
@@ -121,7 +121,7 @@ class DifferentialGnssSpec(_ReceiverSpec, SightedSensorSpec):
     kind: Literal["differential_gnss"] = "differential_gnss"
     reference: str
     """Name of the reference satellite."""
-    position_noise: PositivePerAxis = (0.05, 0.05, 0.05)
+    position_noise: DeviationPerAxis = (0.05, 0.05, 0.05)
     """Standard deviation of the white noise on the relative position, LVLH, m."""
 
     def build(self, names: Sequence[str], observer: int, step: float) -> list[SensorChannel]:

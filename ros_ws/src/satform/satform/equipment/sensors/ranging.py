@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import model_validator
 
 from satform.common.physical_constants import SPEED_OF_LIGHT
-from satform.common.spec import Number, Positive, Vector
+from satform.common.spec import Deviation, Number, Positive, Vector
 from satform.equipment.sensors.protocol import PairModel, Scene, SensorChannel
 from satform.equipment.sensors.sensor_spec import DirectedSensorSpec, FullAngle, NoisyChannel
 from satform.equipment.sensors.visibility import Cone, Sight
@@ -132,11 +132,11 @@ class RangingSpec(DirectedSensorSpec):
     """Two-way ranging to other satellites, each with a reflector or transponder."""
 
     kind: str
-    range_noise: Positive
+    range_noise: Deviation
     """Standard deviation of the white noise on the range, m."""
     range_bias: Number = 0.0
     """Constant error of the range, m."""
-    range_rate_noise: Positive | None = None
+    range_rate_noise: Deviation | None = None
     """Standard deviation of the white noise on the range rate, m/s; when left out no rate is measured."""
     range_rate_bias: Number = 0.0
     """Constant error of the range rate, m/s."""
@@ -176,7 +176,7 @@ class LaserRangingSpec(RangingSpec):
     """Two-way laser ranging to reflectors or transponders on other satellites."""
 
     kind: Literal["laser_ranging"] = "laser_ranging"
-    range_noise: Positive = 1e-3
+    range_noise: Deviation = 1e-3
     """Standard deviation of the white noise on the range, m."""
     maximum_range: Positive = 1e6
     """Distance beyond which there is no reading, m."""
@@ -186,5 +186,5 @@ class RadioRangingSpec(RangingSpec):
     """Two-way radio ranging to transponders on other satellites."""
 
     kind: Literal["radio_ranging"] = "radio_ranging"
-    range_noise: Positive = 1.0
+    range_noise: Deviation = 1.0
     """Standard deviation of the white noise on the range, m."""

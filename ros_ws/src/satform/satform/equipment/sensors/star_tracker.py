@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from satform.common.angle_text import OR_DEGREES
-from satform.common.spec import Vector
+from satform.common.spec import LEAST_DEVIATION, Vector
 from satform.equipment.sensors.protocol import Scene, SensorChannel
 from satform.equipment.sensors.sensor_spec import SensorSpec, SmallAngle
 from satform.equipment.sensors.timing import SensorTiming
@@ -24,7 +24,7 @@ from satform.numeric.modified_rodrigues import composed_mrp, mrp_of_rotation
 from satform.orbits.earth import EQUATORIAL_RADIUS
 from satform.orbits.line_of_sight import from_earth_centre, in_body_axes
 
-Noise = Annotated[float, Field(gt=0.0, le=1.0), OR_DEGREES]
+Noise = Annotated[float, Field(ge=LEAST_DEVIATION, le=1.0), OR_DEGREES]
 ErrorAngle = Annotated[float, Field(ge=-1.0, le=1.0), OR_DEGREES]
 
 
