@@ -66,7 +66,7 @@ def test_a_channel_without_a_reading_on_the_planned_motion_is_warned_of(fields: 
 
 def test_a_sensor_that_nobody_uses_is_warned_of() -> None:
     (found,) = sensor_warnings(formation([{"arc_length": 0.0, "sensors": [GNSS]}], DURATION))
-    assert found.startswith("satellites[0].sensors[0]: gnss measures, and sat1 has no navigation")
+    assert found.startswith("satellites[0].sensors[0]: measures, and sat1 has no navigation")
 
 
 def test_a_reference_that_is_named_twice_is_refused() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.flight.plans import FlightPlan
 from satform.navigation.satellite_navigation import SatelliteNavigation
 from satform.numeric.elementwise import Array
@@ -25,7 +25,9 @@ def neighbour_acceleration_warnings(scenario: Scenario) -> list[str]:
     plans = [flight_plan(scenario, index) for index in range(len(scenario.satellites))]
     navigations = {index: plan.navigation for index, plan in enumerate(plans) if plan.navigation is not None}
     unknown = {
-        index: [other for other in own.members if other != index and not _tells(scenario, own, other)]
+        index: [
+            other for other in own.members if other != index and not _sends_its_command(scenario, own, other)
+        ]
         for index, own in navigations.items()
     }
     if not any(unknown.values()):
@@ -34,7 +36,7 @@ def neighbour_acceleration_warnings(scenario: Scenario) -> list[str]:
     return list(_sentences(scenario, unknown, planned))
 
 
-def _tells(scenario: Scenario, navigation: SatelliteNavigation, other: int) -> bool:
+def _sends_its_command(scenario: Scenario, navigation: SatelliteNavigation, other: int) -> bool:
     """Whether another satellite sends its commanded acceleration."""
     if navigation.exchange is None:
         return False

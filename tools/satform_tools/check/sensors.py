@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from satform.equipment.sensors.gyro import GyroSpec
 from satform.equipment.sensors.sensor_spec import SensorSpec
 from satform.equipment.sensors.star_tracker import StarTrackerSpec
-from satform.flight.compile import flight_plan
+from satform.flight.compile_satellite import flight_plan
 from satform.scenario import Scenario
 from satform.scenario.navigation_checks import sensor_channels
 from satform_tools.check.observability import planned_flight, planned_steps, sight
@@ -22,7 +22,7 @@ def sensor_warnings(scenario: Scenario) -> list[str]:
             path = f"satellites[{index}].sensors[{number}]"
             if whole.navigation is None and not whole.external and not _is_of_attitude(sensor):
                 found.append(
-                    f"{path}: {sensor.kind} measures, and {satellite.name} has no navigation that uses it; "
+                    f"{path}: measures, and {satellite.name} has no navigation that uses it; "
                     "it flies by its true motion or by `sensor`"
                 )
             found += [f"{path}{text}" for text in _of_times(scenario, sensor)]
