@@ -56,6 +56,21 @@ def test_a_radio_link_is_the_budget_of_its_distance() -> None:
     assert whole.loss.tolist() == [[0.0, states.loss[1]], [states.loss[0], 0.0]]
 
 
+def test_a_code_needs_less_energy_by_its_gain() -> None:
+    """Heller & Jacobs 1971: with rate 1/2 and constraint length 7, 4.5 dB instead of 9.6 dB for 1e-5."""
+    wavelength = 299792458.0 / 2.2e9
+    noise = 1.380649e-23 * 300.0 * 256e3
+    # Where Eb/N0 is 4.488 dB, 5.1 dB below the 9.588 dB at which Q(sqrt(2 Eb/N0)) is 1e-5.
+    distance = wavelength / (4.0 * math.pi) * math.sqrt(0.1 / noise / 10.0**0.4488)
+    bit = RADIO.model_copy(update={"message_bits": 1})
+    specs = [bit.model_copy(update={"coding_gain": 5.1}), bit]
+    states = LinkMedium([(0, 1), (1, 0)], specs, 2).states(geometry((0.0, 0.0, 0.0), (0.0, distance, 0.0)))
+    assert states.ratio == pytest.approx([4.488] * 2, abs=1e-6)
+    assert states.margin == pytest.approx([0.0, -5.1], abs=1e-3)
+    # Q(4.2649), and without the code Q(sqrt(2 x 2.8106)) = Q(2.3709) by tables.
+    assert states.loss == pytest.approx([1.0e-5, 0.008873], rel=2e-3)
+
+
 def test_an_optical_link_has_the_photons_of_its_beam() -> None:
     states = LinkMedium([(0, 1)], [LASER], 2).states(geometry((0.0, 0.0, 0.0), (0.0, 1.0e6, 0.0)))
     # On the axis of a Gaussian beam of the radius w the intensity is 2 P / (pi w^2).

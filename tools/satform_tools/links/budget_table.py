@@ -134,7 +134,9 @@ def _fixed(spec: PhysicalSpec) -> dict[str, float]:
         "losses": spec.losses,
         "required_ratio": 10.0 * math.log10(spec.required),
     }
-    return {**found, "mismatch_loss": spec.mismatch} if isinstance(spec, RadioSpec) else found
+    if isinstance(spec, RadioSpec):
+        found |= {"mismatch_loss": spec.mismatch, "coding_gain": spec.coding_gain}
+    return found
 
 
 def _print(flown: _Flown, summary: list[dict[str, Any]]) -> None:
@@ -168,6 +170,8 @@ def _print(flown: _Flown, summary: list[dict[str, Any]]) -> None:
         text = f"power {entry['power']:.2f} dBW, losses {entry['losses']:.2f} dB"
         if "mismatch_loss" in entry:
             text += f", mismatch {entry['mismatch_loss']:.2f} dB"
+        if entry.get("coding_gain"):
+            text += f", coding gain {entry['coding_gain']:.2f} dB"
         unit = "Eb/N0" if "mismatch_loss" in entry else "photons a bit"
         text += f", required {unit} {entry['required_ratio']:.2f} dB"
         parts.setdefault(text, []).append(f"{entry['sender']} to {entry['receiver']}")

@@ -56,7 +56,7 @@ class PhysicalSpec(Spec):
     rate: Positive
     """Rate of the bits on the link, bit/s."""
     message_bits: Annotated[int, Field(ge=1, le=10_000_000)] = 512
-    """Bits of a message; it is lost when one of them is wrong, since there is no coding."""
+    """Bits of a message without those of a code; it is lost when one of them is wrong."""
     losses: Annotated[float, Field(ge=0.0, le=MOST_DECIBELS)] = 0.0
     """All further losses of the link, such as those of lines and of the receiver's implementation, dB."""
     required_bit_error_rate: Annotated[float, Field(ge=LEAST_ERROR_RATE, le=0.1)] = 1e-5
@@ -82,8 +82,13 @@ class PhysicalSpec(Spec):
         """Modulation or detection, a key of `BIT_ERROR_RATES`."""
 
     @property
+    def code(self) -> float:
+        """Coding gain, dB; 0 without a code."""
+        return 0.0
+
+    @property
     def required(self) -> float:
-        """Eb/N0, or photons per bit, at the required bit error rate, as a factor."""
+        """Eb/N0, or photons per bit, at the required bit error rate without a code, as a factor."""
         return required_ratio(self.scheme, self.required_bit_error_rate)
 
 
@@ -101,11 +106,19 @@ class RadioSpec(PhysicalSpec):
     """Of the receiving system, K."""
     modulation: Modulation = "bpsk"
     """By which the bit error rate follows from Eb/N0; coherent but for dpsk and fsk_noncoherent."""
+    coding_gain: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0
+    """By how much less Eb/N0 the link needs with its error-correcting code for the same bit error rate, dB;
+    Eb is the energy of a bit of the message, and `rate` that of these bits."""
 
     @property
     def scheme(self) -> str:
         """Modulation or detection."""
         return self.modulation
+
+    @property
+    def code(self) -> float:
+        """Coding gain, dB."""
+        return self.coding_gain
 
     @property
     def receiving(self) -> Antenna:
@@ -180,8 +193,8 @@ class LinkStates:
         blocked: whether the Earth is between them, shape (..., E).
         ratio: Eb/N0, or photons per bit, dB; minus infinity where an antenna or terminal has no gain in the
             direction of the other satellite, shape (..., E).
-        margin: of the ratio above the required one, dB; minus infinity when blocked or without gain, shape
-            (..., E).
+        margin: of the ratio with the coding gain above the required one, dB; minus infinity when blocked or
+            without gain, shape (..., E).
         loss: probability that a message is lost, shape (..., E).
         light_time: that is added to the delay, s, shape (..., E).
     """
@@ -258,15 +271,17 @@ class LinkMedium:
         forth = in_body_axes(None if body is None else body[..., senders, :, :], direction)
         back = in_body_axes(None if body is None else body[..., receivers, :, :], -direction)
         ratio, required = np.empty_like(distance), np.empty(len(self.edges))
+        code = np.zeros(len(self.edges))
         rate, light = np.empty_like(distance), np.zeros_like(distance)
         for spec, rows in self._kinds:
             own = spec.ratio(distance[..., rows], forth[..., rows, :], back[..., rows, :])
-            ratio[..., rows], required[rows] = own, spec.required
-            rate[..., rows] = message_loss(bit_error_rate(spec.scheme, own), spec.message_bits)
+            ratio[..., rows], required[rows], code[rows] = own, spec.required, spec.code
+            coded = own * factor(spec.code)
+            rate[..., rows] = message_loss(bit_error_rate(spec.scheme, coded), spec.message_bits)
             if spec.light_time:
                 light[..., rows] = distance[..., rows] / SPEED_OF_LIGHT
         blocked = self._blocked(geometry, senders, receivers)
-        margin = np.where(blocked, -np.inf, decibels(ratio) - decibels(required))
+        margin = np.where(blocked, -np.inf, decibels(ratio) - decibels(required) + code)
         lost = blocked | (light > LONGEST_LIGHT_TIME)
         return LinkStates(
             distance, blocked, decibels(ratio), margin, np.where(lost, 1.0, rate), np.where(lost, 0.0, light)
