@@ -159,15 +159,19 @@ class SensorTopic:
 
     Attributes:
         name: last part of the topic's name.
-        kind: of its messages: range, imu or orientation.
+        kind: of its messages: range, imu, orientation or fix.
         first: index of the channel's first number among the readings of the satellite.
         numbers: of the channel.
+        latency: of its readings, steps.
+        variance: of each number, where a message has it.
     """
 
     name: str
     kind: str
     first: int
     numbers: int
+    latency: int = 0
+    variance: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

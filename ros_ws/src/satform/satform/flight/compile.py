@@ -25,6 +25,7 @@ from satform.communication.topic_table import Equipment, SensorTopic, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.dynamics.specs import OF_SATELLITES
 from satform.flight.compile_satellite import attitude_orbit, departure, flight_plan, parameter_plan
+from satform.flight.geodetic_fixes import GeodeticPlan, geodetic_plan
 from satform.flight.orbit_states import OrbitStates, epoch_of, orbit_states, unperturbed_chief
 from satform.flight.plans import (
     AttitudePlan,
@@ -101,6 +102,13 @@ class FormationPlan:
     def orbit_states(self) -> OrbitStates | None:
         """What the inertial states on topics follow from; None where the scenario publishes none."""
         return orbit_states(self._scenario) if self._scenario.publish_orbits else None
+
+    @cached_property
+    def geodetic(self) -> GeodeticPlan | None:
+        """What latitudes and longitudes on topics follow from; None where there are none."""
+        topics = [topic for own in self.topics.satellites for topic in own.sensor_topics]
+        late = [topic.latency for topic in topics if topic.kind == "fix"]
+        return geodetic_plan(self._scenario, max(late)) if late else None
 
     @cached_property
     def limits(self) -> LimitPlan:
@@ -278,6 +286,7 @@ _STANDARD_MESSAGES = {
     "radio_ranging": "range",
     "gyro": "imu",
     "star_tracker": "orientation",
+    "gnss": "fix",
 }
 """Kinds of sensors that sensor_msgs has a message for, and the kinds of their topics."""
 
@@ -291,9 +300,20 @@ def _sensor_topics(scenario: Scenario, index: int) -> tuple[SensorTopic, ...]:
         kind, _, target = channel.name.partition(" ")
         name = f"{kind}_{target}" if target else kind
         names[name] += 1
-        if kind in _STANDARD_MESSAGES:
+        # A position on the Earth needs a date.
+        if kind in _STANDARD_MESSAGES and not (kind == "gnss" and epoch_of(scenario) is None):
             number = f"_{names[name]}" if names[name] > 1 else ""
-            found.append(SensorTopic(name + number, _STANDARD_MESSAGES[kind], first, channel.width))
+            variance = () if channel.model is None else tuple(channel.model.variance.tolist())
+            found.append(
+                SensorTopic(
+                    name + number,
+                    _STANDARD_MESSAGES[kind],
+                    first,
+                    channel.width,
+                    channel.timing.latency,
+                    variance,
+                )
+            )
         first += channel.width
     return tuple(found)
 

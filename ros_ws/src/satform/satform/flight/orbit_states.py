@@ -9,7 +9,9 @@ import numpy as np
 
 from satform.flight.plant import Plant
 from satform.numeric.elementwise import Array
+from satform.numeric.stacking import item
 from satform.orbits.chief import KeplerianChief
+from satform.orbits.frames import LvlhFrame
 from satform.orbits.inertial_motion import ChiefMotion, frames_of, unperturbed
 from satform.scenario import Scenario
 from satform.scenario.environment import environment_of
@@ -30,6 +32,14 @@ class OrbitStates:
     step: float
     chief: KeplerianChief | None
 
+    def chief_frame(self, plant: Plant) -> LvlhFrame:
+        """LVLH in inertial space at the plant's present step."""
+        own = plant.chief_frame()
+        if own is not None:
+            return own
+        assert self.chief is not None  # noqa: S101 - otherwise there is no plan of these states
+        return item(unperturbed(self.chief, np.array([plant.step * self.step])), 0)
+
     def at(self, plant: Plant) -> tuple[Array, Array, Array]:
         """States of all satellites at the plant's present step.
 
@@ -37,13 +47,7 @@ class OrbitStates:
             Position in m and velocity in m/s, GCRF, shapes (N, 3); osculating relative elements times the
             chief's semi-major axis, m, shape (N, 6), NaN where they are undefined.
         """
-        own = plant.chief_frame()
-        if own is not None:
-            frames = frames_of([own])
-        else:
-            assert self.chief is not None  # noqa: S101 - otherwise there is no plan of these states
-            frames = unperturbed(self.chief, np.array([plant.step * self.step]))
-        chief, motion = ChiefMotion(self.epoch, frames), plant.motion()
+        chief, motion = ChiefMotion(self.epoch, frames_of([self.chief_frame(plant)])), plant.motion()
         position, velocity = chief.of_satellites(motion.position[None], motion.velocity[None])
         return position[0], velocity[0], chief.relative_elements(position, velocity)[0]
 

@@ -23,6 +23,7 @@ from satform.communication import topic_table
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import Channel, relative, topic_name
 from satform.flight.compile import FormationPlan
+from satform.flight.geodetic_fixes import GeodeticFixes
 from satform.flight.plant import Plant
 from satform.membership.formation import Formation
 from satform.membership.membership_manager import Change
@@ -95,7 +96,8 @@ class PlantPublishers:
         self._truth_publishers = of_satellites("truth")
         self._orbit_publishers = of_satellites("orbit_state")
         self._orbits = plan.orbit_states
-        self._sensor_messages = SensorMessages(plan.topics, publishers, self._stamps)
+        self._geodetic = None if plan.geodetic is None else GeodeticFixes(plan.geodetic)
+        self._sensor_messages = SensorMessages(plan.topics, publishers, self._stamps, self._geodetic)
         self._propulsion_publishers = list(of_satellites("propulsion").values())
 
     def require_subscribers(self, endpoints: MatchedEndpoints, *, recorded: bool) -> None:
@@ -187,6 +189,8 @@ class PlantPublishers:
             data = form.pack(seconds, nanoseconds, step, len(readings), *readings.tolist())
             self._last_messages[index].append(data)
             self._reading_publishers[index].publish(data)
+        if self._geodetic is not None:
+            self._geodetic.note(self._plant)
         self._sensor_messages.publish(self._plant.readings(), step)
 
     def retransmit_states(self, satellites: Iterable[int]) -> None:

@@ -24,7 +24,7 @@ from satform_msgs.msg import (
     RelativeState,
     Tracking,
 )
-from sensor_msgs.msg import Imu, Range
+from sensor_msgs.msg import Imu, NavSatFix, Range
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -50,6 +50,7 @@ TYPES = {
     "parameter_changes": ParameterChange,
     "range": Range,
     "imu": Imu,
+    "fix": NavSatFix,
     "orientation": QuaternionStamped,
     "diagnostics": DiagnosticArray,
     "pose": PoseStamped,
