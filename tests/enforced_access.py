@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from formation_access import DISCOVERY, Permitted
-from secured_participants import CycloneProgram, Endpoints, Participant, Participants, exchange
+from secured_participants import Endpoints, Participant, Participants, Program, exchange
 
 SAMPLES = 5
 """That each writer writes in each of two turns."""
@@ -64,7 +64,7 @@ def samples_permitted(nodes: Mapping[str, Permitted], reader: str) -> dict[tuple
 
 def all_at_once(
     participants: Participants,
-    cyclone: CycloneProgram,
+    program: Program,
     keystore: Path,
     nodes: Mapping[str, Permitted],
     *,
@@ -74,7 +74,7 @@ def all_at_once(
 
     Args:
         participants: of the domain.
-        cyclone: the program.
+        program: of the participants.
         keystore: with the nodes' keys.
         nodes: what each may do.
         own_checks: whether the DDS of each node keeps it to its permissions.
@@ -83,9 +83,9 @@ def all_at_once(
         The nodes in their order, then the strangers.
     """
     enclaves = keystore / "enclaves" / "formation"
-    variables = {name: cyclone.variables(enclaves / name, own_checks=own_checks) for name in nodes}
-    variables |= {name: cyclone.variables(None) for name in STRANGERS}
-    flying = [participants.start(cyclone.executable, name, variables[name]) for name in variables]
+    variables = {name: program.variables(enclaves / name, own_checks=own_checks) for name in nodes}
+    variables |= {name: program.variables(None) for name in STRANGERS}
+    flying = [participants.start(program.executable, name, variables[name]) for name in variables]
     assert [participant.joined() for participant in flying] == [True] * len(flying)
     exchange(flying, [endpoints_of(nodes, participant.name) for participant in flying], SAMPLES)
     return flying

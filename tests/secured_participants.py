@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
 from xml.sax.saxutils import escape
 
 SOURCES = Path(__file__).parent / "dds_security"
@@ -44,6 +45,25 @@ finalizeFunction="finalize_{functions}"/>
 <Cryptographic><Library path="{libraries}/libdds_security_crypto.so" initFunction="init_crypto"
 finalizeFunction="finalize_crypto"/></Cryptographic>
 </Security>"""
+
+
+class Program(Protocol):
+    """A participant's program.
+
+    Attributes:
+        executable: of the participant.
+    """
+
+    @property
+    def executable(self) -> Path: ...
+
+    def variables(self, enclave: Path | None, *, own_checks: bool = True) -> dict[str, str]:
+        """Environment of a participant.
+
+        Args:
+            enclave: folder with its keys; None for a participant without security.
+            own_checks: whether its own DDS keeps it to its permissions.
+        """
 
 
 class NotBuiltError(RuntimeError):
@@ -80,6 +100,36 @@ class CycloneProgram:
         )
         configuration = CYCLONE_CONFIGURATION.format(security="" if enclave is None else security)
         return {"CYCLONEDDS_URI": configuration, "ACCESS_CONTROL_LIBRARY": str(control)}
+
+
+@dataclass(frozen=True)
+class FastDdsProgram:
+    """A participant on Fast DDS.
+
+    Attributes:
+        executable: of the participant.
+    """
+
+    executable: Path
+
+    def variables(self, enclave: Path | None, *, own_checks: bool = True) -> dict[str, str]:
+        """Environment of a participant, whose own DDS always keeps it to its permissions."""
+        assert own_checks, "Fast DDS has its access control compiled in"
+        return {} if enclave is None else {"ENCLAVE": str(enclave)}
+
+
+def build_fastdds(folder: Path) -> FastDdsProgram:
+    """Build the participant on Fast DDS.
+
+    Raises:
+        NotBuiltError: Fast DDS or a compiler are missing.
+    """
+    if not Path("/usr/include/fastdds/rtps/security").is_dir():
+        raise NotBuiltError("there is no Fast DDS with security (apt install libfastrtps-dev)")
+    source = str(SOURCES / "fastdds_participant.cpp")
+    flags = ("-Wall", "-Wextra", "-Werror")
+    _call(folder, "c++", *flags, "-o", "fastdds_participant", source, "-lfastrtps", "-lfastcdr")
+    return FastDdsProgram(folder / "fastdds_participant")
 
 
 def build_cyclone(folder: Path) -> CycloneProgram:

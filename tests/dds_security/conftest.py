@@ -8,7 +8,14 @@ from pathlib import Path
 import pytest
 
 from satform_bringup.deployment.domain_lock import own_domain
-from secured_participants import CycloneProgram, NotBuiltError, Participants, build_cyclone
+from secured_participants import (
+    CycloneProgram,
+    FastDdsProgram,
+    NotBuiltError,
+    Participants,
+    build_cyclone,
+    build_fastdds,
+)
 
 
 @pytest.fixture(scope="session")
@@ -18,6 +25,15 @@ def cyclone(tmp_path_factory: pytest.TempPathFactory) -> CycloneProgram:
         return build_cyclone(tmp_path_factory.mktemp("cyclone"))
     except NotBuiltError as error:
         pytest.skip(f"NOT TESTED: permissions are not enforced by Cyclone DDS here: {error}")
+
+
+@pytest.fixture(scope="session")
+def fastdds(tmp_path_factory: pytest.TempPathFactory) -> FastDdsProgram:
+    """The participant on the Fast DDS of the distribution, which has security."""
+    try:
+        return build_fastdds(tmp_path_factory.mktemp("fastdds"))
+    except NotBuiltError as error:
+        pytest.skip(f"NOT TESTED: permissions are not enforced by Fast DDS here: {error}")
 
 
 @pytest.fixture

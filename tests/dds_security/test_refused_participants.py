@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cyclone DDS refuses participants whose documents are forged, expired, another's or of another domain."""
+"""Participants whose documents are forged, expired, another's or of another domain are refused."""
 
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
@@ -15,7 +15,14 @@ from cryptography.hazmat.primitives.serialization import Encoding, load_pem_priv
 from flights import shipped
 from satform_tools.security.keystore import Authority, make
 from satform_tools.security.permission_documents import ANY_DOMAIN
-from secured_participants import CycloneProgram, Participant, Participants, exchange, wait_for_report
+from secured_participants import (
+    CycloneProgram,
+    FastDdsProgram,
+    Participant,
+    Participants,
+    exchange,
+    wait_for_report,
+)
 
 STATE = "rt/sat1/state"
 """Which the plant publishes, and sat1 and the recorder read."""
@@ -140,6 +147,22 @@ def test_a_participant_with_wrong_documents_does_not_join(
     refused = participants.start(cyclone.executable, "sat1", variables)
     assert not refused.joined()
     assert reason in refused.log.read_text()
+
+
+REFUSED_BY_FAST_DDS = {
+    **{name: spoil for name, (spoil, _) in SPOILT.items() if "232" not in name},
+    "key of another satellite": take("key.pem"),
+}
+
+
+@pytest.mark.parametrize("spoil", REFUSED_BY_FAST_DDS.values(), ids=REFUSED_BY_FAST_DDS)
+def test_fast_dds_refuses_wrong_documents(
+    spoil: Callable[[Path], None], keystore: Path, fastdds: FastDdsProgram, participants: Participants
+) -> None:
+    variables = fastdds.variables(enclave(keystore, "sat1"))
+    assert participants.start(fastdds.executable, "sat1", variables).joined()
+    spoil(keystore)
+    assert not participants.start(fastdds.executable, "sat1", variables).joined()
 
 
 def test_keys_of_one_domain_are_not_accepted_in_another(

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Cyclone DDS lets the nodes of a formation do what the keystore permits, and refuses everything else."""
+"""Cyclone DDS and Fast DDS let nodes do what the keystore permits, and refuse everything else."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
 from satform_tools.security.keystore import make
 from satform_tools.security.permission_documents import ANY_DOMAIN
-from secured_participants import CycloneProgram, Participants
+from secured_participants import CycloneProgram, FastDdsProgram, Participants
 
 BASIC = ("state", "arc_length", "command", "tracking", "parameter_changes")
 """Kinds of topics of a satellite without sensors and filters."""
@@ -77,6 +77,21 @@ def test_a_node_is_held_to_its_permissions_by_its_own_dds(
     for participant in flying[: len(nodes)]:
         assert set(participant.refused) == refused_by(nodes, participant.name)
         assert set(participant.refused.values()) == {"Not Allowed By Security"}
+
+
+@pytest.mark.parametrize("graph", [FOUR_DIRECTED, "graph={kind: star}"])
+def test_fast_dds_enforces_the_same_documents(
+    graph: str, fastdds: FastDdsProgram, participants: Participants, tmp_path: Path
+) -> None:
+    make(four_satellites(graph), tmp_path / "keystore", 30, ANY_DOMAIN)
+    nodes = permitted(BASIC, heard(graph))
+    flying = all_at_once(participants, fastdds, tmp_path / "keystore", nodes, own_checks=True)
+    assert_enforced(nodes, flying)
+    for participant in flying[: len(nodes)]:
+        refused = refused_by(nodes, participant.name)
+        assert set(participant.refused) == refused
+        reports = participant.log.read_text()
+        assert all(f"{topic} topic not found in allow rule" in reports for _, topic in refused)
 
 
 @pytest.mark.parametrize("graph", GRAPHS)
