@@ -53,20 +53,21 @@ def batch_satellites(satellites: Sequence[SatelliteNode], plan: FormationPlan) -
         plan.links.links is None and plan.faults.empty and not has_individual_events(plan.membership.events)
     )
     alike = all(
-        not (node.clocked or node.adjusted) and node.neighbour_messages.receives_all() for node in satellites
+        not (node.clocked or node.adjusted) and node.steps.neighbour_messages.receives_all()
+        for node in satellites
     )
     if len(satellites) < 2 or not ordinary or not alike:
         return False
     try:
-        plans = [plan.satellite(node.index, node.neighbour_messages.neighbours) for node in satellites]
+        plans = [plan.satellite(node.index, node.steps.neighbour_messages.neighbours) for node in satellites]
         stacked = Satellite.stacked(
-            plans, max(len(node.neighbour_messages.neighbours) for node in satellites)
+            plans, max(len(node.steps.neighbour_messages.neighbours) for node in satellites)
         )
     except ValueError:
         return False
     batch = BatchedStep(satellites, plan, stacked)
     for row, node in enumerate(satellites):
-        node.join_batch(batch, row)
+        node.steps.join_batch(batch, row)
     return True
 
 
@@ -89,8 +90,8 @@ class BatchedStep:
         self._announces = plan.announces
         self._announcement = layout(topic_types.TYPES[self._announces], topic_table.FRAME)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
-        self._number = satellites[0].view.formation.number
-        rows = [node.neighbour_messages.neighbours for node in satellites]
+        self._number = satellites[0].steps.view.formation.number
+        rows = [node.steps.neighbour_messages.neighbours for node in satellites]
         self._receiver = ReceiverModel(plan.links, np.array([node.index for node in satellites]), rows)
         self._width = max(len(row) for row in rows)
         self._slots = [
@@ -98,7 +99,7 @@ class BatchedStep:
             for row, own in enumerate(rows)
         ]
         self._turns = satellites[0].turns
-        self._fresh = self._receiver.linked(satellites[0].view.formation)
+        self._fresh = self._receiver.linked(satellites[0].steps.view.formation)
         # Received messages, and the number of missing ones, of the present step and the next one, by the
         # step's lowest bit.
         self._edges = sum(len(row) for row in rows)
@@ -179,7 +180,7 @@ class BatchedStep:
             return
         if step >= self._steps:
             return
-        if not node.flying and not node.join(step):
+        if not node.steps.flying and not node.steps.join(step):
             self.dissolve()
             return
         self._begun = True
@@ -200,19 +201,21 @@ class BatchedStep:
         self._executor.await_in_turn(None)
         nodes, begun = self._nodes, self._satellite.state.has_acted
         for row, node in enumerate(nodes):
-            node.leave_batch(self.single(row) if begun else None)
+            node.steps.leave_batch(self.single(row) if begun else None)
             for neighbour, slot in self._slots[row].items():
                 for step in (self._step, self._step + 1):
                     message = self._received[step & 1][slot]
                     if message is not None:
-                        node.neighbour_messages.add(neighbour, step, message)
+                        node.steps.neighbour_messages.add(neighbour, step, message)
         for node in nodes:
-            node.act_if_complete()
+            node.steps.act_if_complete()
 
     def single(self, row: int) -> Satellite:
         """The flight software of one of the satellites by itself."""
         node = self._nodes[row]
-        return self._satellite.single(row, node.satellite.plan, len(node.neighbour_messages.neighbours))
+        return self._satellite.single(
+            row, node.steps.satellite.plan, len(node.steps.neighbour_messages.neighbours)
+        )
 
     def _act_if_complete(self) -> None:
         if self._awaited or self._missing[self._step & 1]:
@@ -228,7 +231,7 @@ class BatchedStep:
         self._step = step + 1
         self._begin_step()
         for node in self._nodes:
-            node.count_batched_step(busy)
+            node.steps.count_batched_step(busy)
         if decision is None:
             self._report(step, {0: NO_COMMAND})
         else:
@@ -244,7 +247,7 @@ class BatchedStep:
             count, self._width, len(self._no_message)
         )
         received = self._receiver.receive(
-            step, messages[..., 1:], messages[..., 0], self._fresh, self._nodes[0].view.formation
+            step, messages[..., 1:], messages[..., 0], self._fresh, self._nodes[0].steps.view.formation
         )
         attitude = None
         if self._turns:
@@ -284,7 +287,7 @@ class BatchedStep:
             own.publish_announcement(self._announcement.pack(*stamp, step + 1, *before, *message, *after))
         for row, node in enumerate(nodes):
             if node.memory.due(step + 1):
-                node.memory.keep(self.single(row), node.neighbour_messages.neighbours)
+                node.memory.keep(self.single(row), node.steps.neighbour_messages.neighbours)
         if decision.estimate is not None:
             for own, estimate in zip(publishers, numbers_of(decision.estimate).tolist(), strict=True):
                 own.publish_estimate(*now, step, estimate)

@@ -38,7 +38,7 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
     longest = discovery_timeout(satellites[0].plan)
 
     def over() -> bool:
-        return stop.asked or all(satellite.view.ended for satellite in satellites)
+        return stop.asked or all(satellite.steps.view.ended for satellite in satellites)
 
     if not executor.spin_until(
         lambda: all(satellite.matched() for satellite in satellites) or over(), longest
@@ -50,21 +50,21 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         satellite.report.send("ready", node=satellite.name)
 
     def begun() -> bool:
-        return over() or any(satellite.flying for satellite in satellites)
+        return over() or any(satellite.steps.flying for satellite in satellites)
 
     def retransmit() -> None:
         for satellite in satellites:
             satellite.retransmit()
 
     def pulse() -> int:
-        return sum(satellite.pulse for satellite in satellites)
+        return sum(satellite.steps.pulse for satellite in satellites)
 
     # The first state comes when the last of all nodes is ready; the next ones within the timeout.
     timeout = plant_timeout(satellites[0].plan.timing.node_timeout)
     in_time = executor.spin_while(lambda: not begun(), longest, progress=pulse)
     in_time = in_time and executor.spin_while(lambda: not over(), timeout, retransmit, pulse)
     _finish(satellites, in_time=in_time)
-    return exit_code_of(stop, satellites[0].view.ended)
+    return exit_code_of(stop, satellites[0].steps.view.ended)
 
 
 def _finish(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
@@ -80,7 +80,7 @@ def _finish(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
             satellite.command_zero()
         satellite.report_result()
     first = satellites[0]
-    ended = first.view.ended
+    ended = first.steps.view.ended
     if ended is not None and ended.phase == FormationStatus.ABORTED:
         first.report.send("aborted", reason=ended.reason)
     end = None if ended is None else EarlyEnd.of_message(ended, first.plan.timing.step)
@@ -90,7 +90,7 @@ def _finish(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _KILOBYTE
     first.report.send("memory", process=first.name, bytes=memory)
     if not in_time:
-        sentence = f"nothing received from the plant at step {first.step}"
-        first.report.send("lost", who=["plant"], step=first.step, reason=sentence)
+        sentence = f"nothing received from the plant at step {first.steps.step}"
+        first.report.send("lost", who=["plant"], step=first.steps.step, reason=sentence)
         names = listed([satellite.name for satellite in satellites])
         raise NodeError(f"{names}: {sentence}; thrusters off, stopping", EXIT_LOST)

@@ -10,7 +10,7 @@ import numpy as np
 from satform_msgs.msg import AttitudeEstimate, Command, Estimate, NodeReady, ParameterChange, Tracking
 
 from satform.communication import topic_table
-from satform.communication.messages import AROUND_NUMBERS, NeighbourMessage, encode
+from satform.communication.messages import AROUND_NUMBERS
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import (
     PLANT,
@@ -26,6 +26,7 @@ from satform.flight.satellite_step import Decision
 from satform.navigation.estimator import EstimatorMemory
 from satform.navigation.satellite_navigation import NavigationMemory
 from satform.numeric.elementwise import Array
+from satform.protocol.satellite_steps import StampedMessage
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types
@@ -59,9 +60,6 @@ _WITHIN = (0, 0.0)
 _ACKNOWLEDGEMENT_TIMEOUT = 2.0
 """Timeout of the acknowledgements of the last messages, s."""
 
-StampedMessage = tuple[tuple[int, int], list[float]]
-"""Stamp and numbers of a neighbour message."""
-
 
 class SatellitePublishers:
     """A satellite's publishers, with its last messages for retransmission."""
@@ -79,7 +77,6 @@ class SatellitePublishers:
         names = list(plan.names)
         name = self._name = names[index]
         self._index = index
-        self._faults = plan.faults
         self._stamps = stamps
         estimated = plan.topics.satellites[index].estimated
         # For the present step and the next one.
@@ -131,11 +128,6 @@ class SatellitePublishers:
                 )
 
     # At each step
-
-    def message(self, announcement: NeighbourMessage, step: int) -> StampedMessage:
-        """Stamp and numbers of the neighbour message for a step; a Byzantine fault may change them."""
-        values = self._faults.corrupt(self._index, encode(announcement), step)
-        return self._stamps.at_time(float(announcement.time)), values.tolist()
 
     def command(
         self, seconds: int, nanoseconds: int, step: int, decision: Decision, message: StampedMessage
