@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Authorised publishers of a topic: messages of all other DDS writers are rejected.
 
-Any process can give its node any name. So the first writer with an authorised name is accepted, and a second
-one with the same name only after the satellite has been lost and may have been restarted: a restarted node
-must not be confused with its predecessor. Names are looked up once for each writer.
+Which writers are accepted is decided by `satform.protocol.writers`. Here their names are looked up, once for
+each writer.
 """
 
 import time
-from collections import Counter
 from collections.abc import Collection, Iterable
 from functools import cached_property
 from typing import Any
@@ -17,6 +15,7 @@ from rclpy.node import Node
 
 from satform.communication.message_validator import RejectionCounter
 from satform.communication.topic_table import relative
+from satform.protocol.writers import AuthorisedWriters
 from satform_nodes.transport.node_names import UNKNOWN_NODE, local_name
 
 UNDECIDED = ""
@@ -27,9 +26,6 @@ _LOOK_UP_PERIOD = 0.02
 
 _NAME_TIMEOUT = 10.0
 """Wall-clock time within which the name of every ROS node is discovered, s."""
-
-_MAX_REJECTED = 10_000
-"""Largest number of rejected writers that are remembered."""
 
 
 class AuthorisedPublishers:
@@ -47,11 +43,7 @@ class AuthorisedPublishers:
         self._node = node
         self._topic = topic
         self._rejections = rejections
-        self._expected = frozenset(names)
-        # How many new writers of each name are accepted still: one, and one more for each loss.
-        self._open_slots = Counter(names)
-        self._name_of: dict[bytes, str] = {}
-        self._rejected_writers: dict[bytes, str] = {}
+        self._writers = AuthorisedWriters(names)
         self._next_look = 0.0
         self._first_seen: dict[bytes, float] = {}
         self._noted: dict[bytes, str] = {}
@@ -59,7 +51,7 @@ class AuthorisedPublishers:
     @property
     def expected(self) -> frozenset[str]:
         """Names of the authorised nodes."""
-        return self._expected
+        return self._writers.expected
 
     def note_endpoints(self, endpoints: Iterable[Any]) -> None:
         """Register discovered endpoints, so that their nodes need no look-up later.
@@ -70,16 +62,13 @@ class AuthorisedPublishers:
         there = {
             bytes(other.endpoint_gid): self._name(other)
             for other in endpoints
-            if self._name(other) in self._expected
+            if self._name(other) in self.expected
         }
-        known = self._name_of.keys() | self._rejected_writers.keys()
-        self._noted = {writer: name for writer, name in there.items() if writer not in known}
+        self._noted = {writer: name for writer, name in there.items() if not self._writers.knows(writer)}
 
     def allow_replacement(self, name: str) -> None:
         """Accept one more writer of a node that has been lost, since it may be restarted."""
-        if name in self._expected:
-            self._open_slots[name] += 1
-            self._rejected_writers.clear()
+        self._writers.allow_replacement(name)
 
     def who(self, writer: bytes) -> str | None:
         """Name of the authorised node that a message is from.
@@ -91,34 +80,19 @@ class AuthorisedPublishers:
             The name; `UNDECIDED` if it may become known soon; None if the message is rejected, which has
             been counted then.
         """
-        name = self._name_of.get(writer)
+        name = self._writers.name_of(writer)
         if name is not None:
             return name
-        reason = self._rejected_writers.get(writer)
+        reason = self._writers.rejection(writer)
         if reason is None:
             name = self._look_up(writer)
             if name == UNDECIDED:
                 return UNDECIDED
-            reason = self._decide(writer, name)
+            reason = self._writers.decide(writer, name)
             if reason is None:
                 return name
         self._rejections.add(self._topic, reason)
         return None
-
-    def _decide(self, writer: bytes, name: str) -> str | None:
-        """Accept a new writer from now on, or remember why it is rejected."""
-        if self._open_slots[name] > 0:
-            self._open_slots[name] -= 1
-            for before in [known for known, own in self._name_of.items() if own == name]:
-                del self._name_of[before]
-                self._rejected_writers[before] = f"{name} has been restarted"
-            self._name_of[writer] = name
-            return None
-        reason = f"a second writer of {name}" if name in self._expected else f"{name} is not authorised"
-        if len(self._rejected_writers) >= _MAX_REJECTED:
-            self._rejected_writers.clear()
-        self._rejected_writers[writer] = reason
-        return reason
 
     def _look_up(self, writer: bytes) -> str:
         introduced = self._noted.pop(writer, None)
