@@ -20,7 +20,7 @@ DOCS = Path(__file__).parents[3] / "docs"
 def test_satellites_wait_for_the_plant_for_twice_the_silence_that_is_tolerated() -> None:
     satellite = Mock()
     satellite.plan = compile_scenario(shortened("triangle", 10.0, "node_timeout=7.0"))
-    satellite.name, satellite.steps.step, satellite.view.ended = "sat1", 12, None
+    satellite.name, satellite.steps.step, satellite.steps.view.ended = "sat1", 12, None
     executor = Mock()
     # The first state comes; the next one does not.
     executor.spin_while.side_effect = [True, False]
