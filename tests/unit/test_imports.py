@@ -62,6 +62,7 @@ TAKE_A_SCENARIO = {
     "satform.flight.scenario_record",
     "satform.flight.compile",
     "satform.flight.compile_satellite",
+    "satform.flight.geodetic_fixes",
     "satform.flight.orbit_states",
     "satform.flight.truth",
     "satform.flight.simulate",

@@ -144,7 +144,7 @@ setup(
             "range = satform.evaluation.response:Range",
             "reaching_time = satform.evaluation.tracking:ReachingTime",
             "response_time = satform.evaluation.response:ResponseTime",
-            "relative_navigation_error = satform.evaluation.formation_navigation:RelativeNavigationError",
+            "relative_navigation_error = satform.evaluation.navigation:RelativeNavigationError",
             "rejoin_time = satform.evaluation.presence:RejoinTime",
             "relative_range_error = satform.evaluation.navigation:RelativeRangeError",
             "ripple = satform.evaluation.response:Ripple",

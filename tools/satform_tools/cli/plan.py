@@ -84,13 +84,13 @@ def approach(
     The satellite starts in any motion and is at rest at the end. Prints times, delta-v, the closest distance
     to the chief, and with --date and --longitude the Sun angle.
     """
-    from satform_tools.run import impulse_plans
+    from satform_tools.plan import impulses
 
     orbit = (eccentricity, true_anomaly, inclination, perigee)
-    task = impulse_plans.ApproachTask(
+    task = impulses.ApproachTask(
         start, point, period, acceleration, step, date, longitude, model.value, orbit
     )
-    impulse_plans.approach(task, as_json=json)
+    impulses.approach(task, as_json=json)
 
 
 @app.command()
@@ -117,7 +117,7 @@ def elements(
     Three impulses along the track and one along the normal. Prints times, delta-v, its lower bound, and the
     elements that are reached.
     """
-    from satform_tools.run import element_plans
+    from satform_tools.plan import elements as element_plans
 
     task = element_plans.ElementsTask(start, wanted, argument, orbits, period)
     element_plans.elements(task, as_json=json)
@@ -136,7 +136,7 @@ def hohmann(
 
     Prints burns, duration, transfer ellipse, and the angle by which a target on the end orbit has to lead.
     """
-    from satform_tools.run import orbit_plans
+    from satform_tools.plan import orbits as orbit_plans
 
     orbit_plans.hohmann(start, end, altitudes=altitudes, as_json=json)
 
@@ -162,7 +162,7 @@ def drift(
 
     Give either --offset or --rate.
     """
-    from satform_tools.run import orbit_plans
+    from satform_tools.plan import orbits as orbit_plans
 
     orbit_plans.drift(offset, rate, radius, angle, as_json=json)
 
@@ -183,7 +183,7 @@ def passing(
 
     Give either --distance or --rate.
     """
-    from satform_tools.run import orbit_plans
+    from satform_tools.plan import orbits as orbit_plans
 
     orbit_plans.passing(inclination, distance, rate, radius, as_json=json)
 
@@ -222,9 +222,9 @@ def patrol(
     The burns lead to near passes of the targets with the Sun behind the observer. Prints also the passes of a
     drift without burns.
     """
-    from satform_tools.run import impulse_plans
+    from satform_tools.plan import impulses
 
-    impulse_plans.patrol(target, longitude, below, days, budget, keep_out, date, chief, as_json=json)
+    impulses.patrol(target, longitude, below, days, budget, keep_out, date, chief, as_json=json)
 
 
 @app.command()

@@ -234,10 +234,6 @@ class TestedFormation:
             torque[self.index] = _vector(command.wheel_torque)
         self.plant.advance(acceleration, torque)
 
-    def stamp_of(self, step: int) -> tuple[int, int]:
-        """Seconds and nanoseconds of a step."""
-        return self._stamps.at(step)
-
     def contradicts(self, message: Any, step: int, *, exact: bool) -> bool:
         """Whether a message of a step cannot have its stamp."""
         stamp = message.header.stamp

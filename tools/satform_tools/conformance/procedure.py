@@ -9,7 +9,6 @@ from typing import Any, Protocol
 from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_LOST
-from satform.communication.message_validator import LARGEST
 from satform.communication.topic_table import INTERFACE_VERSION
 from satform.consensus.graph import Graph
 from satform.membership.formation import SatelliteLost, SatelliteRejoined, TopologyChanged

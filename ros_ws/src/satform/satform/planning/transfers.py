@@ -163,12 +163,10 @@ class Transfer:
     Attributes:
         first_impulse: velocity change at the start, LVLH, m/s, shape (..., 3).
         second_impulse: velocity change on arrival, LVLH, m/s, shape (..., 3).
-        arrival_velocity: before the second impulse, LVLH, m/s, shape (..., 3).
     """
 
     first_impulse: Array
     second_impulse: Array
-    arrival_velocity: Array
 
     def delta_v(self) -> Array:
         """Sum of both magnitudes, m/s, shape (...)."""
@@ -192,7 +190,7 @@ def two_impulse_transfer(
         disturbance: constant acceleration during the coast, m/s^2, shape (..., 3); none by default.
 
     Returns:
-        The two impulses and the velocity before the second.
+        The two impulses.
 
     Raises:
         ValueError: the duration is not positive, or so near to a whole number of half orbits that
@@ -218,7 +216,7 @@ def two_impulse_transfer_by_model(
         duration: of the coast, s.
 
     Returns:
-        The two impulses and the velocity before the second.
+        The two impulses.
 
     Raises:
         ValueError: the duration is not positive, or the departure velocity cannot be solved for, as for a
@@ -261,7 +259,7 @@ def _between(start: Motion, target: Motion, transition: Array, offset: Array) ->
     drift = start.position @ transition[:3, :3].T + offset[..., :3]
     departure = (target.position - drift) @ np.linalg.inv(transition[:3, 3:]).T
     arrival = start.position @ transition[3:, :3].T + departure @ transition[3:, 3:].T + offset[..., 3:]
-    return Transfer(departure - start.velocity, target.velocity - arrival, arrival)
+    return Transfer(departure - start.velocity, target.velocity - arrival)
 
 
 def coast_to_point(mean_motion: float, duration: float) -> tuple[Array, Array]:

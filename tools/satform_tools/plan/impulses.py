@@ -35,7 +35,7 @@ from satform.planning.transfers import Leg, node_crossing_rate
 from satform_tools import console
 from satform_tools.console import Table
 from satform_tools.errors import CommandError, InfeasibleError
-from satform_tools.run.plan_options import numbers, require_period
+from satform_tools.plan.options import numbers, require_period
 
 DAY = 86400.0
 

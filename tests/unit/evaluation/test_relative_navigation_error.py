@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flights import shortened
-from satform.evaluation.formation_navigation import RelativeNavigationError
+from satform.evaluation.navigation import RelativeNavigationError
 from satform.flight.simulate import simulate
 from satform.record.navigation_history import NavigationHistory
 from scenario_problems import TRIANGLE, problems

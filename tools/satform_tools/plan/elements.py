@@ -12,7 +12,7 @@ from satform.planning.impulsive_elements import ElementsPlan, plan_elements
 from satform_tools import console
 from satform_tools.console import Table
 from satform_tools.errors import CommandError
-from satform_tools.run.plan_options import numbers, require_period
+from satform_tools.plan.options import numbers, require_period
 
 NAMES = ("a da", "a dlambda", "a dex", "a dey", "a dix", "a diy")
 
