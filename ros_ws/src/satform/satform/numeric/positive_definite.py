@@ -36,15 +36,19 @@ def cholesky(matrix: Array) -> Array:
     # Rows and columns in front: a number of all matrices is in one piece of memory.
     rest = np.array(np.moveaxis(matrix, (-2, -1), (0, 1)), order="C")
     lower = np.zeros_like(rest)
-    for row in range(size):
-        pivot = rest[row, row]
-        # Written so that NaN and infinity are refused too.
-        if not np.all((pivot > 0.0) & (pivot < np.inf)):
-            raise NotPositiveDefiniteError(_complaint(matrix, pivot, row))
-        column = rest[row:, row] / np.sqrt(pivot)
-        lower[row:, row] = column
-        below = column[1:]
-        rest[row + 1 :, row + 1 :] -= below[:, None] * below[None, :]
+    # What follows a pivot that is refused is not a number, and refused with it.
+    with np.errstate(all="ignore"):
+        for row in range(size):
+            column = rest[row:, row] / np.sqrt(rest[row, row])
+            lower[row:, row] = column
+            below = column[1:]
+            rest[row + 1 :, row + 1 :] -= below[:, None] * below[None, :]
+    pivots = rest[np.arange(size), np.arange(size)]
+    # Written so that NaN and infinity are refused too.
+    refused = ~((pivots > 0.0) & (pivots < np.inf))
+    if refused.any():
+        row = int(np.argmax(refused.reshape(size, -1).any(axis=-1)))
+        raise NotPositiveDefiniteError(_complaint(matrix, pivots[row], row))
     return np.moveaxis(lower, (0, 1), (-2, -1))
 
 
