@@ -19,7 +19,7 @@ def product(left: Array, right: Array) -> Array:
     """
     total: Array = left[..., :, 0, None] * right[..., 0, None, :]
     for index in range(1, left.shape[-1]):
-        total = total + left[..., :, index, None] * right[..., index, None, :]
+        total += left[..., :, index, None] * right[..., index, None, :]
     return total
 
 
