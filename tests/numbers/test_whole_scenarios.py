@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Every shipped scenario, flown whole in process, gives what it promises."""
+"""Every shipped scenario, flown whole in process, meets its expectations."""
 
 import pytest
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What cannot fly and what has no effect is found before a campaign is flown."""
+"""Dispersions that cannot fly or have no effect are found before a campaign is flown."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A flight over DDS has the same bits wherever and by whomever it is started."""
+"""A flight over DDS has the same bits from any folder, environment and user."""
 
 import json
 import os

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Flights that nobody records, and flights beside each other, are the flights that they are alone."""
+"""Flights without a recorder, and flights at the same time, have the bits of a flight alone with one."""
 
 import os
 import subprocess

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""However a flight ends, nothing is left behind and the bag opens."""
+"""However a flight ends, no process or file is left behind, and the bag can be read."""
 
 import os
 import random

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Someone who looks into a flight sees what is there, changes nothing, and is not taken for a satellite."""
+"""Commands that inspect a flight print its state, change nothing, and do not count as satellites."""
 
 import csv
 import json

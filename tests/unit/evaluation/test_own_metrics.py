@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Metrics of one's own, which measure whole records or have a reducer, and the rows that they are given."""
+"""Metrics of other packages, which measure whole records or have a reducer, and the rows that they get."""
 
 import math
 

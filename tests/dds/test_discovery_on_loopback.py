@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Processes of a run talk on the loopback interface alone; with lean nodes, as of many, they fly the same."""
+"""Processes of a run use the loopback interface only; satellites with lean nodes fly the same bits."""
 
 from pathlib import Path
 

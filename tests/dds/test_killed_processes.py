@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Processes killed or stopped at any moment: no flight hangs, no bag is broken, all is on record."""
+"""Processes killed or stopped at any moment: no flight hangs, bags can be read, losses are recorded."""
 
 import json
 import os

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What a scenario plans to go wrong goes wrong over DDS as it does in one process, bit for bit."""
+"""Faults that a scenario plans have the same bits over DDS as in one process."""
 
 from pathlib import Path
 

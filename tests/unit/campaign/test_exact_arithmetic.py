@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Which values of cases have the same bits on every processor, and that unlike arithmetic is noticed."""
+"""Which values of cases have the same bits on every processor; a worker with other arithmetic is rejected."""
 
 import json
 import math

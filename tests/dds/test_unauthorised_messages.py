@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A stranger on the network says all it can on every topic of a flight, and does not change a bit of it."""
+"""Another program publishes on every topic of a flight, and does not change a bit of it."""
 
 import subprocess
 import sys

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of time and memory when a satellite misses steps: lost and back, or skipped."""
+"""Time and memory of a control law when a satellite misses steps: lost and rejoined, or skipped."""
 
 import math
 from importlib.metadata import entry_points

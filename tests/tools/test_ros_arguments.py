@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Arguments that ROS itself does not understand end a node with a sentence, as bad input."""
+"""Arguments that ROS rejects end a node with one sentence and the exit code of bad input."""
 
 import subprocess
 import sys

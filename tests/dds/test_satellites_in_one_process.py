@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Satellites that share a process act in one step over arrays, and nobody can tell from the numbers."""
+"""Satellites of one process compute a step together over arrays, with the same bits as alone."""
 
 from pathlib import Path
 
